@@ -66,6 +66,17 @@ def test_a_flipped_driving_point_is_named():
     assert share_named(lambda seed: question(scaled(clean(seed)[0], 0, -1.0)), ("1:+x", "sign")) == 1
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_band_above_strong_modes_raises_no_doubt_of_a_delay(seed):
+    """Between resonances nearly all mobility is imaginary: noise has the sign of its real part, which any delay would mend."""
+    lines = np.arange(1000.0, 3000.0, 1.0)
+    low = Modes([90.0, 100.0, 2500.0], 0.01, [[1.0, 0.8, 0.02]], DOFS[:1], "unit modal mass")
+    exact = modal(low, lines, outputs=DOFS[:1], inputs=DOFS[:1], quantity=("receptance", "mobility", "accelerance")[seed % 3])
+    rng, level = np.random.default_rng(seed), 0.003 * np.sqrt((np.abs(exact.values) ** 2).mean())
+    noise = level * (rng.standard_normal(exact.values.shape) + 1j * rng.standard_normal(exact.values.shape))
+    assert question(replace(exact, values=exact.values + noise)) == ()
+
+
 @pytest.mark.parametrize("delay", [2e-4, -5e-4])
 def test_a_delay_is_named_with_its_size(delay):
     """The size to the step that is tried, 0.05 ms, in most, and to 0.25 ms in all: noise decides between neighbours."""

@@ -120,6 +120,19 @@ def test_a_mode_behind_a_gap_of_noise_belongs_to_the_band(seed, modes):
     assert band.low < modes[0][0] and modes[1][0] < band.high < 2350
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_strong_modes_far_below_a_louder_one_are_no_drift(seed):
+    """A machine on its feet beside its spindle: as accelerance the low modes are faint, and noise fills the lines between."""
+    rng = np.random.default_rng(seed)
+    lines = np.arange(60.0, 2000, 0.25)
+    modes = (85.0, 0.014, 1.0), (158.0, 0.008, 0.3), (1750.0, 0.007, 20.0)
+    values = sum(a / (f**2 - lines**2 + 2j * z * f * lines) for f, z, a in modes)
+    noise = rng.standard_normal(lines.size) + 1j * rng.standard_normal(lines.size)
+    values += 3e-2 * np.sqrt((np.abs(values) ** 2).mean()) * noise
+    band = usable_band(Frf(lines, values[:, None, None], ["1:+x"], ["1:+x"]))
+    assert band.low < 85 and band.high > 1750
+
+
 @pytest.mark.slow
 def test_measured_beam_from_its_file():
     path = DATA / "beam_hammer" / "acceleration.lvm"

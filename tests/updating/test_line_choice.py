@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from toolpoint.updating import Targets
-from toolpoint.updating.measured.frf_noise import line_noise
 from toolpoint.updating.measured.line_choice import choose_lines, on_chosen_lines
 from toolpoint.vibration import Frf
+from toolpoint.vibration.line_noise import line_noise
 
 
 def responses(noise, rng, lines=2000):

@@ -15,6 +15,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.line_noise import line_noise
 
 PASSIVE, GAIN = 0.9, 0.05  # share of power taken in: a driving point below is questioned; what a delay must bring
 LONGEST, DELAYS = 0.05, 401  # longest delay as a share of the record 1 / df, and how many are tried to each side
@@ -22,6 +23,7 @@ SCALES = {9.80665: "g instead of m/s2", 1e3: "mm instead of m", 25.4e-3: "inches
 NEAR = 0.03
 RECIPROCAL = 0.7  # agreement below which two points are not the same pair
 UNLIKE = 2.0
+_SURE = 3.0  # standard deviations of noise from which the sign of the power at a line is sure
 
 
 def question(frf: Frf) -> tuple[Doubt, ...]:
@@ -49,13 +51,17 @@ def _driving_doubts(frf: Frf) -> list[Doubt]:
     for dof in frf.outputs:
         if dof not in frf.inputs:
             continue
-        mobility = frf.values[:, frf.outputs.index(dof), frf.inputs.index(dof)] * (1j * frf.omega) ** order
+        values, factor = frf.values[:, frf.outputs.index(dof), frf.inputs.index(dof)], (1j * frf.omega) ** order
+        mobility = values * factor
         share = _share(mobility)
         if share > PASSIVE:
             continue
         delay, sign, best = _best_delay(mobility, frf.omega)
         if best < PASSIVE or best < share + GAIN:
             continue  # noise, or no driving point: `driving_points` of signals.checks has the words for that
+        beyond = np.abs(mobility.real) > _SURE * line_noise(values) * np.abs(factor)
+        if delay and (not beyond.any() or _share(mobility[beyond]) > PASSIVE):
+            continue  # between resonances the power is small beside noise, which any turn of the phase would seem to mend
         if delay == 0:
             lines.append(Doubt(str(dof), "the driving point gives off power at nearly all lines: the sign of one channel "
                                "is wrong (sensor or force cell mounted the other way round)",

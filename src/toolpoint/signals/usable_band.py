@@ -18,6 +18,7 @@ from toolpoint.vibration.frf import Frf
 
 WINDOW, FEWEST = 0.006, 16  # of the lines in a window; at least so many
 NOISY, IN_A_ROW = 0.25, 4  # share of noise; windows in a row that end the band
+CLEAR_AGAIN = 2  # windows in a row behind a gap of noise that belong to the band again: a narrow mode fills no more
 FEW = 5  # responses; more of them show a mode through more noise
 ROUGH, FAINT = 0.1, 0.05  # at the low end: noise above the first and accelerance below the second share
 CLEAR, HIDDEN = 0.1, 0.05  # noise in a window whose peak counts; noise of the receptance over the highest peak, at the end
@@ -51,11 +52,13 @@ def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
     below = lines[starts] < top
     loudest = int(np.argmax(np.where(below, level * (share < NOISY), 0.0)))
     low, high = _grown(share, loudest)
-    low = max(low, _drift_end(share, level, loudest))
-    notes = []
-    if low > 0:
-        notes.append(f"lines below {lines[starts[low]]:.4g} Hz are left out: noise and the drift of integrated accelerations "
-                     "are what they show")
+    # What an accelerometer says is not integrated: only noise that hides the response counts as drift there.
+    drift, notes = _drift_end(share, level, loudest, NOISY if frf.quantity == "accelerance" else ROUGH), []
+    if max(low, drift) > 0:
+        why = (f"noise is more than {100 * NOISY:.0f} % of the responses there" if low >= drift else
+               "noise and the drift of integrated accelerations are what they show")
+        notes.append(f"lines below {lines[starts[max(low, drift)]]:.4g} Hz are left out: {why}")
+    low = max(low, drift)
     end = float(lines[-1]) if high == starts.size - 1 else float(lines[starts[high] + size - 1])
     if end < float(lines[-1]) and end < top:
         notes.append(f"lines above {end:.4g} Hz are left out: noise is more than {100 * NOISY:.0f} % of the responses there")
@@ -120,11 +123,16 @@ def _differences(part: np.ndarray) -> FloatArray:
     return (np.abs(np.diff(part, 3, axis=0)) ** 2).mean(axis=0) / 20
 
 
-def _drift_end(share: FloatArray, level: FloatArray, loudest: int) -> int:
-    """Return the first window above the drift at the low end: all windows below are faint, and most of them rough."""
+def _drift_end(share: FloatArray, level: FloatArray, loudest: int, limit: float) -> int:
+    """Return the first window above the drift at the low end: all windows below are faint, and most of them rough.
+
+    Several smooth windows in a row are no drift but a structure that moves: a machine on its feet is faint, as accelerance,
+    beside its spindle.
+    """
     faint = level[:loudest] < FAINT * level[loudest]
     run = int(np.argmin(faint)) if not faint.all() else loudest
-    rough = share[:run] > ROUGH
+    smooth = _runs(share[:run] <= limit, IN_A_ROW)
+    rough = share[:int(smooth[0]) if smooth.size else run] > limit
     ends = [k + 1 for k in np.flatnonzero(rough).tolist() if 2 * rough[:k + 1].sum() >= k + 1]
     return max(ends, default=0)
 
@@ -152,8 +160,12 @@ def _next_clear(share: FloatArray, at: int, step: int) -> int | None:
     near = np.flatnonzero(clear[:IN_A_ROW])
     if near.size:
         return int(at + step * (near[0] + 1))
-    runs = np.flatnonzero(np.convolve(clear, np.ones(IN_A_ROW), "valid") == IN_A_ROW) if clear.size >= IN_A_ROW else near
-    for first in runs.tolist():
-        if outwards[first:first + IN_A_ROW].min() <= ROUGH:
+    for first in _runs(clear, CLEAR_AGAIN).tolist():
+        if outwards[first:first + CLEAR_AGAIN].min() <= ROUGH:
             return int(at + step * (first + 1))
     return None
+
+
+def _runs(true: np.ndarray, length: int) -> np.ndarray:
+    """Return where runs of at least this length begin, at every place of a longer one."""
+    return np.flatnonzero(np.convolve(true, np.ones(length), "valid") == length) if true.size >= length else np.zeros(0, int)

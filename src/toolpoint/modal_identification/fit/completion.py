@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from toolpoint.modal_identification.fit.refinement import Data, PoleFit
 
 LEAST_GAIN = 3.0
 FLOOR = 1e-4
+NEAR = 4.0  # half widths about a pole that came to nothing
+BROAD = 2.0  # largest over median damping from which both are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,18 +28,41 @@ class Candidate:
     gain: float
 
 
-def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None = None) -> Candidate | None:
+def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None = None, tried: Sequence[complex] = ()
+           ) -> Candidate | None:
     """Return the pole that would explain most of the residual, or None where nothing but noise is left.
 
-    Trial poles with the median damping of the fit are laid over the band a half width apart (or one at `at`). The gain
-    of each is the residual energy that it explains, less what other modes and outside terms can, over the noise
-    (third differences along the lines; misfits below a ten-thousandth of a response are not searched).
+    Trial poles with the median damping of the fit are laid over the band a half width apart (or one at `at`), and once more
+    with its largest damping where that is well above: what two broad modes leave that were taken for one is as broad. The
+    gain of each is the residual energy that it explains, less what other modes and outside terms can, over the noise (third
+    differences along the lines; misfits below a ten-thousandth of a response are not searched).
 
-    `left`: residual over its standard deviation, (n_f, n_sampled, n_inputs), as `estimate.residual` gives it.
+    `left`: residual over its standard deviation, (n_f, n_sampled, n_inputs), as `estimate.residual` gives it; `tried`: poles
+    that came to nothing, about which no other is looked for.
     """
-    ratio = float(np.clip(np.median(-fit.poles.real / np.abs(fit.poles)), 1e-3, 0.1))
-    trial = _grid(data, ratio) if at is None else np.array([at])
-    if at is None and data.p.size > DENSE:
+    ratios = np.clip(-fit.poles.real / np.abs(fit.poles), 1e-3, 0.1)
+    middle, largest = float(np.median(ratios)), float(ratios.max())
+    candidate = _best(data, fit, left, trial=_trial(data, middle, at, tried), ratio=middle, sure=at is not None)
+    if at is not None or largest < BROAD * middle:
+        return candidate
+    broad = _best(data, fit, left, trial=_trial(data, largest, None, tried), ratio=largest)
+    return max((each for each in (candidate, broad) if each is not None), key=lambda each: each.gain, default=None)
+
+
+def _trial(data: Data, ratio: float, at: complex | None, tried: Sequence[complex]) -> ComplexArray:
+    """Return the trial poles."""
+    if at is not None:
+        return np.array([at])
+    trial = _grid(data, ratio)
+    return trial[np.all([np.abs(trial.imag - pole.imag) > NEAR * abs(pole.real) for pole in tried], axis=0)] if tried else trial
+
+
+def _best(data: Data, fit: PoleFit, left: ComplexArray, *, trial: ComplexArray, ratio: float, sure: bool = False
+          ) -> Candidate | None:
+    """Return the best of the trial poles with this damping ratio, None where it is no more than noise (unless `sure`)."""
+    if trial.size == 0:
+        return None
+    if not sure and data.p.size > DENSE:
         gram, moments = AveragedLines.of(data, fit.poles, left, ratio=ratio).moments(trial, ratio)
     else:
         gram, moments = _moments(data, fit, left, trial)
@@ -46,7 +72,7 @@ def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None =
     gain = (factors * moments).sum(axis=1) / _floor(data, fit, left)
     mean = np.where(size > 1e-6 * size.max(), gain.mean(axis=1) / 2, 0.0)
     best = int(np.argmax(mean))
-    if at is None and mean[best] < max(LEAST_GAIN, 1 + 12 / np.sqrt(gain.shape[1])):
+    if not sure and mean[best] < max(LEAST_GAIN, 1 + 12 / np.sqrt(gain.shape[1])):
         return None
     residue = (factors[best, 0] + 1j * factors[best, 1]).reshape(left.shape[1:])
     direction = np.linalg.svd(residue, full_matrices=False)[2][0]

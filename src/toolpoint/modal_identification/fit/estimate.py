@@ -10,7 +10,7 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
 from toolpoint.modal_identification.fit.averaged_lines import average_lines
 from toolpoint.modal_identification.fit.clusters import widening
-from toolpoint.modal_identification.fit.completion import search
+from toolpoint.modal_identification.fit.completion import Candidate, search
 from toolpoint.modal_identification.fit.dense_lines import DENSE
 from toolpoint.modal_identification.fit.outside import economical, pole_covariance
 from toolpoint.modal_identification.fit.refinement import Data, PoleFit, evaluate, refine_poles, solvable
@@ -27,6 +27,7 @@ WINDOW_PARTS = 16
 UNEVEN = 3.0
 SAMPLED = 48
 MOST_ADDED = 8
+MOST_TRIED = 3  # candidates in a row that come to nothing
 EXPLAINED = 3.0
 STEADY = 100
 ROUGH, TOLERANCE = 10.0, 1e-2
@@ -121,22 +122,32 @@ def _sifted(data: Data, fit: PoleFit) -> PoleFit:
 
 def _completed(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
     """Return the fit with modes that the orders missed but the residual shows, one after the other."""
+    tried: list[complex] = []
     for _ in range(MOST_ADDED):
-        before = search(data, fit, residual(data, fit))
+        before = search(data, fit, residual(data, fit), tried=tried)
         if before is None:
             break
-        poles = np.append(fit.poles, before.pole)
-        wider = solvable(data, poles, np.column_stack([fit.participation, before.participation]), weight=fit.weight)
-        if wider is None:
+        trial = _with_candidate(data, fit, before, stated)
+        if trial is not None:
+            fit, tried = trial, []
+        elif len(tried) == MOST_TRIED:
             break
-        trial = _refined_twice(data, wider, stated)
-        after = search(data, trial, residual(data, trial), at=before.pole)
-        explained = after is None or after.gain < max(EXPLAINED, 0.05 * before.gain)
-        evident = trial.significance.min() > _evidence_limit(fit.weight.shape[0])
-        if not (_plausible(data, trial)[-1] and explained and evident):
-            break
-        fit = trial
+        else:  # noise that is larger elsewhere in the band may stand before what is there
+            tried.append(before.pole)
     return fit
+
+
+def _with_candidate(data: Data, fit: PoleFit, candidate: Candidate, stated: FloatArray | None) -> PoleFit | None:
+    """Return the fit with one more mode, None where there is no evidence for it, or it explains nothing."""
+    poles = np.append(fit.poles, candidate.pole)
+    wider = solvable(data, poles, np.column_stack([fit.participation, candidate.participation]), weight=fit.weight)
+    if wider is None:
+        return None
+    trial = _refined_twice(data, wider, stated)
+    after = search(data, trial, residual(data, trial), at=candidate.pole)
+    explained = after is None or after.gain < max(EXPLAINED, 0.05 * candidate.gain)
+    evident = trial.significance.min() > _evidence_limit(fit.weight.shape[0])
+    return trial if _plausible(data, trial)[-1] and explained and evident else None
 
 
 def _plausible(data: Data, fit: PoleFit) -> np.ndarray:

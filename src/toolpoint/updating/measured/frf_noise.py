@@ -13,8 +13,6 @@ from scipy.linalg import toeplitz
 
 from toolpoint._check import Array, ComplexArray, FloatArray, complexes, count, fail
 
-_LEAST_LINES = 12
-
 
 def check_correlation(name: str, value: Array, size: int) -> Array:
     """Return a correlation matrix (size, size) after refusing one that is not Hermitian, of unit diagonal and positive."""
@@ -86,16 +84,3 @@ def _positive(matrix: Array) -> Array:
     least = float(np.linalg.eigvalsh(matrix)[0])
     share = max(0.0, (1e-3 - least) / (1 - least)) if least < 1e-3 else 0.0
     return np.asarray((1 - share) * matrix + share * np.eye(len(matrix)))
-
-
-def line_noise(values: ComplexArray) -> FloatArray:
-    r"""Return the standard deviation (n_outputs, n_inputs) of |e| of lines (n_f, n_outputs, n_inputs) by their scatter.
-
-    Third differences of a smooth curve are small, of white noise :math:`E|\Delta^3 e|^2 = 20 \sigma^2`; the median over the
-    lines (ln 2 times the mean for complex normal noise) leaves sharp resonances out. Zero where there are fewer than 12 lines:
-    too few to tell.
-    """
-    if len(values) < _LEAST_LINES:
-        return np.zeros(values.shape[1:])
-    third = np.abs(np.diff(values, 3, axis=0)) ** 2 / 20
-    return np.asarray(np.sqrt(np.median(third, axis=0) / np.log(2)))

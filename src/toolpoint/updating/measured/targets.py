@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of, positive
-from toolpoint.updating.measured.frf_noise import Whitening, check_correlation, line_noise
+from toolpoint.updating.measured.frf_noise import Whitening, check_correlation
 from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.line_noise import line_noise
 
 FRF_KINDS = ("real and imaginary", "log")
 
