@@ -361,13 +361,13 @@ def responses() -> Report:
 
 @case
 def measured_responses() -> Report:
-    from toolpoint.pages.measured.responses import with_measured
-    from toolpoint.studies.cuts.measured_response import study_responses
+    from toolpoint.pages import first_look_page
+    from toolpoint.studies import study_machine_and_responses
     from toolpoint.vibration import Modes, frequency_response
 
     modes = Modes([900.0, 1010.0, 1700.0], 0.02, np.array([[1.0, 0.5, 0.8]]), ("1:+x",))
     frf = frequency_response.modal(modes, np.arange(100.0, 3000.0), inputs=["1:+x"])
-    return with_measured(Report("Measured frequency responses", subtitle="tip.txt"), study_responses(frf, None, (150, 2900)))
+    return first_look_page(study_machine_and_responses(frf=frf, band=(150, 2900)), names=["tip.txt"])
 
 
 def blows(*heights: float, at: str = "1:+x") -> Any:
