@@ -59,6 +59,16 @@ def run(capsys, folder, *arguments):
     return json.loads(capsys.readouterr().out)
 
 
+def test_a_stated_calibration_widens_the_interval(capsys, folder):
+    widths = []
+    for percent in (0.1, 5):
+        result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml", "--draws", 40,
+                     "--calibration", percent)
+        (low, high), _ = result["peaks"][0]["intervals_hz_m_n"]
+        widths.append(high - low)
+    assert widths[1] > 3 * widths[0]
+
+
 def test_gauge_to_tool_point_in_both_planes(capsys, folder):
     result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml", "--noise", 0.05, "--draws", 40,
                  "--stick-out", "shank=50mm:60mm:2", "--save", folder / "tip.h5")

@@ -54,7 +54,7 @@ def gauge_test(size=0.005, seed=3, stations=None, sign=1.0):
 
 def coupled(frf, **more):
     rng = np.random.default_rng(1)
-    return study_tool(bases_from_gauge(frf, GAUGE, draws=100, generator=rng, **more), TOOL, generator=rng)
+    return study_tool(bases_from_gauge(frf, GAUGE, draws=60, generator=rng, **more), TOOL, generator=rng)
 
 
 def test_scatter_of_neighbouring_lines_gives_the_noise():
@@ -66,12 +66,12 @@ def test_scatter_of_neighbouring_lines_gives_the_noise():
 
 
 def test_lines_taken_together_are_nearer_to_the_truth_and_the_interval_still_holds_it():
-    """A mode in 3 % noise over 40 seeds: the mean square error falls by more than two, 91 to 99 % of lines are held."""
+    """A mode in 3 % noise over 12 seeds: the mean square error falls by more than two, 91 to 99 % of lines are held."""
     truth, before, after, held = mode(LINES, ratio=0.02), [], [], []
-    for seed in range(20):
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         values = truth + noise(truth, 0.03, rng)
-        draws = values + noise(np.broadcast_to(truth, (100, truth.size)), 0.03, rng)
+        draws = values + noise(np.broadcast_to(truth, (80, truth.size)), 0.03, rng)
         tip = smooth_tip(tip_of(values, draws))
         low, high = tip.band()
         held.append(np.mean((low.real <= truth.real) & (truth.real <= high.real)))
@@ -109,16 +109,18 @@ def test_a_good_gauge_test_is_not_doubted():
     assert question_gauge(gauge_test(), GAUGE) == []
 
 
-@pytest.mark.parametrize(("frf", "words"), [
-    (turned(gauge_test(), [[1, -1], [1, 1]]), "opposite signs"),
-    (turned(gauge_test(), [[0.8, 1], [1, 1]]), "give off power"),
-    (Frf(LINES, gauge_test().values, ["1:+x", "2:+x"], ["1:+x", "2:+x"], "mobility", variance=gauge_test().variance),
-     "give off power"),
-    (gauge_test(stations=("2", "1")), "may be exchanged"),
-    (Frf(LINES, gauge_test().values, ["1:+x", "2:+x"], ["1:+x", "2:+x"], variance=gauge_test().variance / 16),
-     "times the stated noise")])
-def test_slips_of_a_gauge_test_are_named(frf, words):
-    assert any(words in doubt for doubt in question_gauge(frf, GAUGE))
+def told(frf, factor=1.0, quantity="receptance"):
+    return Frf(LINES, frf.values, frf.outputs, frf.inputs, quantity, variance=factor * frf.variance)
+
+
+@pytest.mark.parametrize(("slip", "words"), [
+    (lambda: turned(gauge_test(), [[1, -1], [1, 1]]), "opposite signs"),
+    (lambda: turned(gauge_test(), [[0.8, 1], [1, 1]]), "give off power"),
+    (lambda: told(gauge_test(), quantity="mobility"), "give off power"),
+    (lambda: gauge_test(stations=("2", "1")), "may be exchanged"),
+    (lambda: told(gauge_test(), 1 / 16), "times the stated noise")])
+def test_slips_of_a_gauge_test_are_named(slip, words):
+    assert any(words in doubt for doubt in question_gauge(slip(), GAUGE))
 
 
 def test_a_gain_of_hammer_and_sensor_is_within_the_interval_of_a_stated_calibration():

@@ -155,6 +155,8 @@ class Spindle:
                                         metavar="LOW:HIGH:NUMBER")] = None
     noise: Annotated[float | None, Help("Standard deviation of measured responses, percent of each, where the files state "
                                         "none.", metavar="PERCENT", scale=1e-2)] = None
+    calibration: Annotated[float, Help("Standard deviation of the gain of hammer and sensor together, percent, alike for "
+                                       "all responses of a gauge.", metavar="PERCENT", least=0, scale=1e-2)] = 1.0
 
     def __post_init__(self) -> None:
         """Refuse none and several."""
@@ -177,7 +179,8 @@ class Spindle:
             assert self.point is not None
             return studies.bases_of_responses(measured, self.point, draws=draws, generator=generator)
         gauge = io.read_shaft(self.gauge)
-        return studies.bases_from_gauge(measured, gauge, draws=draws, generator=generator, noise=self.noise)
+        return studies.bases_from_gauge(measured, gauge, draws=draws, generator=generator, noise=self.noise,
+                                        calibration=self.calibration)
 
 
 @command(replace=True)
