@@ -183,6 +183,7 @@ def test_a_cut_that_grows_without_bound_is_named():
         mill_side(slide(), side, replace(SETUP, speed=1500.0, depth=2e-3, window=None, steps=60, regenerative=True))
 
 
+@pytest.mark.slow
 def test_members_that_bend_balance_and_converge_too(sides):
     bending = machine_file.read(MACHINES / "milling_robot.yaml")
     wide, near = (mill_side(bending, sides[0],

@@ -23,6 +23,7 @@ def test_circle_shows_the_quadrant_glitches_of_the_published_servo(tmp_path, cap
         assert words in page
 
 
+@pytest.mark.slow
 def test_line_and_arc_program(tmp_path, capsys):
     (tmp_path / "path.nc").write_text(PROGRAM)
     main(["drive", str(SERVO), "--program", str(tmp_path / "path.nc"), "-o", str(tmp_path / "page")])

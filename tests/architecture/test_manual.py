@@ -19,6 +19,7 @@ from toolpoint.io.quantities import units  # noqa: E402
 TUTORIALS = sorted(page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
 
 
+@pytest.mark.slow
 def test_every_error_of_the_package_has_its_page(tmp_path):
     places = list(sites())
     rooms = {site.room for site in places}
@@ -34,6 +35,7 @@ def test_every_error_of_the_package_has_its_page(tmp_path):
     assert "average more hits or choose a reference that moves more" in pages["modal_identification"]
 
 
+@pytest.mark.slow
 def test_every_kind_of_file_has_its_page_with_examples(tmp_path):
     keys.write_keys(tmp_path)
     machine = (tmp_path / "keys_machine.md").read_text()

@@ -64,6 +64,7 @@ def test_warm_charts_are_the_cold_ones(method: object, step: float) -> None:
         assert (np.abs(warm.depth - cold.depth) <= warm.error + cold.error).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tool", [Tool(0.016, 3, pitch=[1.9, 2.2, 2 * np.pi - 4.1]), Tool(0.016, 3, helix=0.5)])
 def test_general_tools(tool: Tool) -> None:
     """Unequal pitch and helix: panels are shared, roots followed; the charts are the cold ones."""
@@ -148,6 +149,7 @@ def test_nodes_to_keep() -> None:
     assert bent > plain and np.abs(out[:bent] - theta[30]).min() == 0
 
 
+@pytest.mark.slow
 def test_another_cut_begins_anew() -> None:
     """The memory of one cut is of no use to another, and does no harm: tool, engagement, depth, coefficients, speeds."""
     memory = WarmStart()

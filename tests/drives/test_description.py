@@ -44,6 +44,7 @@ def test_a_file_is_one_to_one_with_its_description(tmp_path):
     np.testing.assert_allclose(build_servo(described).plant.a, build_servo(DRIVES).plant.a, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_python_alone_runs_an_experiment():
     """Full velocity feed-forward: the following error of 40 mm/s does not stay at v/K_v = 1 mm."""
     result = run_drives(DRIVES, circle=(0.02, 0.04))

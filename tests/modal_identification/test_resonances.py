@@ -85,6 +85,7 @@ def softening(ratio: float = 0.02, part: float = 0.15) -> Frf:
     return Frf(lines, (responses + 0.001 * rms * (noise[0] + 1j * noise[1]))[:, :, None], ["1:x", "2:x", "3:x"], ["9:x"])
 
 
+@pytest.mark.slow
 def test_what_a_softening_spring_adds_does_not_stand_out():
     found = identify(softening())
     assert found.modes.count > 2  # more poles than the two that there are, all far above the noise

@@ -31,6 +31,7 @@ def full(machine, shapes, words="plain"):
         .with_section("Inputs", Listing(words, f"a: {words}"), Notes([words]), Notes([words], "warning"), words))
 
 
+@pytest.mark.slow
 def test_page_is_whole_quiet_and_asks_nothing(opened, machine, shapes):
     html = full(machine, shapes).html()
     assert html.count(chart_block()) == 1

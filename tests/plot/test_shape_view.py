@@ -50,6 +50,7 @@ def test_pixels_change_between_phases_and_between_modes(opened, view):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_page_asks_no_host_and_is_small(opened, view):
     html = view.html()
     seen = opened(html)
@@ -126,6 +127,7 @@ def test_keyboard_drives_the_view(opened, view):
     assert seen.page.evaluate(f"{VIEW}.playing") is True
 
 
+@pytest.mark.slow
 def test_mouse_turns_moves_and_zooms(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     box = seen.page.locator(".tp-stage canvas").bounding_box()
@@ -205,6 +207,7 @@ def test_set_shape_from_a_script(opened, view, machine):
         seen.page.evaluate(f"{VIEW}.setShape({{real: [1, 2, 3]}})")
 
 
+@pytest.mark.slow
 def test_two_scenes_side_by_side_move_together(opened, machine, shapes):
     points = dict(enumerate(machine.nodes))
     wire = Scene.of_points(points, [(i, i + 1) for i in range(7)])

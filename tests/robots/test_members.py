@@ -138,6 +138,7 @@ def mesh_sheet(tmp_path, file="arm.inp"):
     return path
 
 
+@pytest.mark.slow
 def test_a_member_of_another_program_s_mesh_is_the_same_box(sheet, tmp_path):
     bent = replace(sheet, members=sheet.members | {"upper_arm": replace(sheet.members["upper_arm"],
                                                                         elastic="finite elements", wall=None)})

@@ -111,6 +111,7 @@ def test_lines_too_far_apart_are_refused():
         loop_margins(np.ones(5, complex))
 
 
+@pytest.mark.slow
 def test_least_depth_is_the_lowest_point_of_all_lobes():
     lines = response_lines(MODES.frequency, CUT)
     response = plane_response(MODES, lines)

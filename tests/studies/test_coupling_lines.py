@@ -65,6 +65,7 @@ def test_scatter_of_neighbouring_lines_gives_the_noise():
         == pytest.approx(4, rel=0.15)
 
 
+@pytest.mark.slow
 def test_lines_taken_together_are_nearer_to_the_truth_and_the_interval_still_holds_it():
     """A mode in 3 % noise over 12 seeds: the mean square error falls by more than two, 91 to 99 % of lines are held."""
     truth, before, after, held = mode(LINES, ratio=0.02), [], [], []
