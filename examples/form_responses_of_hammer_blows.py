@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint.io import read_records, write_frf
+from toolpoint.modal_identification import without_window
 from toolpoint.pages.measured.hammer_records import hammer_page
-from toolpoint.studies import study_hammer_records
+from toolpoint.studies import identify_modes, study_hammer_records
 from toolpoint.vibration import Modes, Record
 from toolpoint.vibration.simulation.time_response import modal_superposition
 
@@ -31,7 +32,9 @@ def main() -> int:
             write_hit(file, height)
         result = study_hammer_records(read_records(files))
         print(result.table())
-        write_frf(result.frf, Path(folder) / "tip.h5")
+        # The window damps; its share goes by the modes.
+        free = without_window(result.frf, identify_modes(result.frf).modes)
+        write_frf(free, Path(folder) / "tip.h5")
         print(hammer_page(result).save(Path(folder) / "page"))
     return result.used
 

@@ -12,8 +12,8 @@ from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
 from toolpoint.cutting.stability.panels.between import complete_levels
 from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.signals.hammer import hammer_test, locate_hits
-from toolpoint.signals.recorded_window import doubt_window
 from toolpoint.signals.usable_band import find_compliant_band, usable_band
+from toolpoint.signals.windows import doubt_window
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.tool_dynamics import modal_dynamics, response_dynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, sample_charts

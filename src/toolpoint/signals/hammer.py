@@ -16,9 +16,8 @@ from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
 from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
 from toolpoint.signals.hits import SHORT, Hit, HitRules, find_hits, judge_hits
-from toolpoint.signals.recorded_window import doubt_window
 from toolpoint.signals.ringing import choose_final, find_ringing
-from toolpoint.signals.windows import exponential, force
+from toolpoint.signals.windows import doubt_window, exponential, force
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.record import Record
 

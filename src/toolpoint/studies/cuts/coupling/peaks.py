@@ -39,10 +39,10 @@ def peaks_of(tip: PlaneReceptance) -> list[TipPeak]:
     """Return the largest peaks that rise above their noise, largest first."""
     size = np.abs(tip.values[:, 0, 0])
     deviation = np.zeros(size.size) if tip.draws is None else np.abs(tip.draws[:, :, 0, 0]).std(axis=0)
-    found, prominence = find_peaks(size, prominence=0)
-    at = found[prominence["prominences"] > ABOVE * deviation[found]]
+    peaks, prominence = find_peaks(size, prominence=0)
+    at = peaks[prominence["prominences"] > ABOVE * deviation[peaks]]
     if not at.size:
-        at = found[np.argsort(-size[found])][:1] if found.size else np.array([int(np.argmax(size))])
+        at = peaks[np.argsort(-size[peaks])][:1] if peaks.size else np.array([int(np.argmax(size))])
     return [_peak(tip, int(k)) for k in at[np.argsort(-size[at])][:PEAKS]]
 
 
