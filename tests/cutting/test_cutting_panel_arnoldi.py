@@ -23,6 +23,7 @@ from toolpoint.cutting import (
 )
 from toolpoint.cutting.stability.automatic import Automatic, estimate_seconds
 from toolpoint.cutting.stability.panels.bumps import Level, bump
+from toolpoint.cutting.stability.panels.search import PanelSearch
 
 SLOT = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}  # |mu|, depth in mm, 5000 rev/min
 
@@ -297,3 +298,20 @@ def test_two_flips_close_to_each_other(reach: float) -> None:
     assert hill.kind[:2] == ("flip", "flip") and hill.change[:2].tolist() == [1, 1]
     panel = stability.chart(problem, [speed], PanelArnoldi(), depth_max=0.002)
     assert hill.limit == pytest.approx(panel.limit, rel=1e-6)
+
+
+class Flickering:
+    """A growth x - 1 whose ends are of the other sign when they are asked again, as rounding makes those of nearly nothing."""
+
+    def __init__(self):
+        self.asked = []
+
+    def growth(self, depth, more=0):
+        again = depth in self.asked and depth in (0.5, 2.0)
+        self.asked.append(depth)
+        return (1e-15 if again else depth - 1), 1.0 + 0j
+
+
+def test_a_growth_of_nearly_nothing_that_changes_its_sign_ends_in_no_foreign_error():
+    root, slope, _, is_root = PanelSearch._polished(Flickering(), 1.5, 0.0, 0, 0.5, 2.0)
+    assert is_root and root == pytest.approx(1, rel=1e-9) and slope == pytest.approx(1, rel=1e-6)

@@ -324,9 +324,12 @@ class PanelSearch:
             step, w, g = abs(new - w), new, g_new
             if step < 1e-10 * w or abs(g / slope) < 1e-10 * w:
                 return w, slope, mu, True
-        if (self.growth(a, more)[0] > 0) == (self.growth(b, more)[0] > 0):
+        ends = {x: self.growth(x, more)[0] for x in (a, b)}
+        if not np.isfinite(list(ends.values())).all() or (ends[a] > 0) == (ends[b] > 0):
             return w, slope, mu, False
-        w = float(brentq(lambda x: self.growth(x, more)[0], a, b, xtol=1e-12 * b, rtol=1e-10, disp=False))
+        # At the ends what was seen first counts: a growth of nearly nothing may have the other sign when it is asked again.
+        w = float(brentq(lambda x: ends[x] if x in ends else self.growth(x, more)[0], a, b, xtol=1e-12 * b, rtol=1e-10,
+                         disp=False))
         delta = 1e-6 * (b - a) if w < 0.5 * (a + b) else -1e-6 * (b - a)
         g, mu = self.growth(w, more)
         return w, (self.growth(w + delta, more)[0] - g) / delta, mu, True
