@@ -23,13 +23,14 @@ def modal(system: SecondOrderSystem, ratio: ArrayLike) -> SecondOrderSystem:
     r"""Return the system with the damping matrix that gives these modal damping ratios.
 
     :math:`C = M \Phi\, diag(2 \zeta_r \omega_r)\, \Phi^T M`; a single ratio serves every mode.
-    A gyroscopic part of the damping present is kept. Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
+    It takes the place of all damping present, viscous and structural, except a gyroscopic part. Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     omega = np.sqrt(np.maximum(squares, 0.0))
     rate = 2 * floats("ratio", np.broadcast_to(ratio, omega.shape)) * omega
     matrix = _from_modal(system.mass, vectors, rate)
-    return system.with_damping(matrix + _skew(system.damping) if is_gyroscopic(system) else matrix)
+    viscous = matrix + _skew(system.damping) if is_gyroscopic(system) else matrix
+    return replace(system, damping=viscous, structural_damping=None)
 
 
 def equivalent_viscous(system: SecondOrderSystem) -> SecondOrderSystem:

@@ -42,7 +42,7 @@ def solve_undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes
     omega = natural_omega(squares, system.mass, system.stiffness)
     ratio, kind, notes = _diagonal_damping(system, vectors, omega)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", kind,
-                 **_participation(system, vectors), notes=(*system.notes, *notes, *remark_overdamped(ratio)))
+                 **participation_of(system, vectors), notes=(*system.notes, *notes, *remark_overdamped(ratio)))
 
 
 def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -116,7 +116,8 @@ def _diagonal_damping(
     return ratio, "structural" if matrix is structural else "viscous", note if coupled else ()
 
 
-def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, Any]:
+def participation_of(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, Any]:
+    """Return the fields `participation` and `input_dofs` of modes, empty where inputs and outputs are the same."""
     same = system.inputs == system.outputs and np.array_equal(
         system.input_map, np.swapaxes(system.output_map, -1, -2))
     if same:
@@ -148,10 +149,14 @@ def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None
     if singles is None:
         fail("solve_damped", f"pose axes {system.poses}", "must be one axis of poses", remedy="reshape the poses first")
-    return _stacked(singles)
+    return stack_poses(singles)
 
 
-def _stacked(parts: list[Modes]) -> Modes:
+def stack_poses(parts: list[Modes]) -> Modes:
+    """Return modes of single poses as one batch.
+
+    Raises ToolpointError where their number differs.
+    """
     if len({part.count for part in parts}) > 1:
         raise ToolpointError("solve_damped: the number of poles differs from pose to pose (overdamped modes in some); "
                              "solve these poses one by one, or ask for a smaller number of modes")
@@ -178,7 +183,7 @@ def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(omega > 0, squares.imag / (2 * squares.real), 0.0)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", "structural",
-                 **_participation(system, vectors), notes=(*system.notes, *remark_overdamped(ratio)))
+                 **participation_of(system, vectors), notes=(*system.notes, *remark_overdamped(ratio)))
 
 
 def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
@@ -192,11 +197,14 @@ def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
     ratio = np.concatenate([np.zeros(rigid.shape[1]), ratio])[:keep]
     shape = shape[:, :keep]
     return Modes(frequency, ratio, system.output_map @ shape, system.outputs, "modal A", "viscous",
-                 **_participation(system, shape), notes=system.notes)
+                 **participation_of(system, shape), notes=system.notes)
 
 
-def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+def viscous_pencil(system: SecondOrderSystem, *, hysteretic: bool = False
+                   ) -> tuple[ComplexArray, ComplexArray, FloatArray]:
     """Return upper and real poles, their vectors with phi^T (2 s M + C) phi = 1, and the undamped rigid-body modes.
+
+    hysteretic : take K + i D, whose upper poles alone are those of the response at positive frequencies.
 
     The rigid-body modes (null space of K and C, unit modal mass) are removed before the eigenvalue problem: their
     double pole at zero is defective, and no modal A exists for it.
@@ -207,6 +215,8 @@ def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArra
         fail("damping", "an unsymmetric matrix", "complex modes need a symmetric one",
              remedy="gyroscopic systems: use frequency_response.direct or state_space.physical")
     rigid, basis = _rigid_split(mass, damping, stiffness)
+    if hysteretic and system.structural_damping is not None:
+        stiffness = stiffness + 1j * system.structural_damping
     m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
     n = m.shape[0]
     companion = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])

@@ -22,6 +22,7 @@ from toolpoint._check import (
 )
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, positions
+from toolpoint.vibration.frf import Frf
 
 SCALINGS = ("unit modal mass", "modal A", "unscaled")
 DAMPING = ("viscous", "structural")
@@ -66,6 +67,9 @@ class Modes(NotebookText):
         Covariance of (frequency in Hz, damping ratio) of each mode.
     shape_variance : like `shape`, real, optional
         Variance ``E|e|^2`` of each shape entry.
+    direct : Frf, optional
+        Response solved directly on some lines, where the modes are only an equivalent of it between their resonances; what
+        uses the modes states its error from it.
     notes : sequence of str
         Doubts and remarks.
     """
@@ -83,6 +87,7 @@ class Modes(NotebookText):
     covariance: FloatArray | None = None
     shape_variance: FloatArray | None = None
     notes: tuple[str, ...] = field(default=())
+    direct: Frf | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -213,7 +218,8 @@ class Modes(NotebookText):
         variance = None if self.shape_variance is None else self.shape_variance[..., at, :]
         return replace(
             self, shape=self.shape[..., at, :], dofs=tuple(self.dofs[i] for i in at), shape_variance=variance,
-            lower_residual=cut(self.lower_residual), upper_residual=cut(self.upper_residual))
+            lower_residual=cut(self.lower_residual), upper_residual=cut(self.upper_residual),
+            direct=None if self.direct is None else self.direct.selected([self.dofs[i] for i in at]))
 
     def at_pose(self, index: int) -> Modes:
         """Return the modes of one pose of a batch."""
@@ -225,7 +231,8 @@ class Modes(NotebookText):
             covariance = covariance[index]
         return replace(
             self, frequency=self.frequency[index], damping_ratio=self.damping_ratio[index], shape=part(self.shape),
-            participation=part(self.participation), shape_variance=part(self.shape_variance), covariance=covariance)
+            participation=part(self.participation), shape_variance=part(self.shape_variance), covariance=covariance,
+            direct=None if self.direct is None else self.direct.at_pose(index))
 
     def with_damping(self, ratio: float | FloatArray, kind: str = "viscous") -> Modes:
         """Return real, mass-normalised modes with these damping ratios in place of their own."""

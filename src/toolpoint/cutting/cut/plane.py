@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its rooms load on first use
 
-from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointWarning, fail, floats
+from toolpoint._check import Array, BoolArray, ComplexArray, FloatArray, ToolpointWarning, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.dof import dofs as as_dofs
@@ -26,7 +27,9 @@ class PlaneDynamics(NotebookText):
 
     Shape (2, 2), or (3, 3) where the response along z is known; d stands for 2 or 3.
 
-    Either modal, :math:`G = \sum_r R_r/(i\omega - s_r) + R_r^*/(i\omega - s_r^*) + G_u`, or lines of a measured FRF.
+    Either modal, :math:`G = \sum_r R_r/(i\omega - s_r) + R_r^*/(i\omega - s_r^*) + G_u`, or lines of a measured FRF. Structural
+    damping has a response of its own (`response`), which no impulse response has: what marches in time takes the sum above,
+    which is equal at the resonances.
 
     Parameters
     ----------
@@ -41,6 +44,10 @@ class PlaneDynamics(NotebookText):
     variance : (n_f, d, d) floats, optional
         E|noise|^2 of the lines, (m/N)^2, where the measurement states it.
     notes : sequence of str
+    structural : (n,) bools, optional
+        Poles whose damping is structural.
+    deviation : (m,) floats and (m, d, d) complex, optional
+        Lines, Hz, and what the sum of the modes lacks there, m/N: of viscous and structural damping together.
     """
 
     poles: ComplexArray
@@ -50,6 +57,8 @@ class PlaneDynamics(NotebookText):
     values: ComplexArray | None = None
     notes: tuple[str, ...] = ()
     variance: FloatArray | None = None
+    structural: BoolArray | None = None
+    deviation: tuple[FloatArray, ComplexArray] | None = None
 
     @property
     def is_modal(self) -> bool:
@@ -68,18 +77,48 @@ class PlaneDynamics(NotebookText):
         """Number of directions: 2, or 3 with the response along the tool's axis z."""
         return int(self.static.shape[0])
 
+    @property
+    def is_hysteretic(self) -> bool:
+        """Whether the sum of the modes is only an equivalent of the response: there is structural damping."""
+        return self.deviation is not None or (self.structural is not None and bool(self.structural.any()))
+
     def response(self, frequency: FloatArray) -> ComplexArray:
         """Return G at these frequencies (Hz), shape (..., d, d); outside a measured band it is zero."""
         f = np.asarray(frequency, float)
         if self.frequency is None:
-            s = 2j * np.pi * f[..., None]
-            first = np.tensordot(1 / (s - self.poles), self.residues, 1)
-            return np.asarray(first + np.tensordot(1 / (s - self.poles.conj()), self.residues.conj(), 1) + self.static, complex)
+            causal = self.causal_response(f)
+            return causal if not self.is_hysteretic else causal + self.hysteresis(f)
         low = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
         part = ((f - self.frequency[low]) / (self.frequency[low + 1] - self.frequency[low]))[..., None, None]
         inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]
         values = self.lines[1]
         return np.where(inside, values[low] * (1 - part) + values[low + 1] * part, 0)
+
+    def causal_response(self, frequency: FloatArray) -> ComplexArray:
+        """Return the sum of the modes at these frequencies (Hz), shape (..., d, d): what methods that march in time solve."""
+        s = 2j * np.pi * np.asarray(frequency, float)[..., None]
+        first = np.tensordot(1 / (s - self.poles), self.residues, 1)
+        return np.asarray(first + np.tensordot(1 / (s - self.poles.conj()), self.residues.conj(), 1) + self.static, complex)
+
+    def hysteresis(self, frequency: FloatArray) -> ComplexArray:
+        r"""Return what the sum of the modes lacks of the response of structural damping, m/N, shape (..., d, d).
+
+        At positive frequencies a structurally damped mode answers with :math:`R/(s - s_r) - R/(s + s_r)`; the sum has
+        :math:`R^*/(s - s_r^*)` in place of the second term, whose pole no impulse response has. The difference is imaginary
+        and largest at low frequencies, of the order of the loss factor times the static receptance.
+        """
+        f = np.asarray(frequency, float)
+        size, shape = np.abs(f), (*f.shape, self.size, self.size)
+        value = np.zeros(shape, complex)
+        if self.deviation is not None:
+            lines, lacking = self.deviation
+            value = value + scipy.interpolate.CubicSpline(lines, lacking)(np.clip(size, lines[0], lines[-1])).reshape(shape)
+        if self.structural is not None and self.structural.any():
+            poles, residues = self.poles[self.structural], self.residues[self.structural]
+            s = 2j * np.pi * size[..., None]
+            value = value - np.tensordot(1 / (s + poles), residues, 1) - np.tensordot(1 / (s - poles.conj()), residues.conj(), 1)
+        turn = np.sign(f)[..., None, None]
+        return np.where(turn < 0, value.conj(), np.where(turn == 0, value.real + 0j, value))
 
     def rotated(self, angle: float) -> PlaneDynamics:
         """Return the response in axes turned by `angle` (rad, from x towards y): the feed runs along the new x."""
@@ -90,8 +129,9 @@ class PlaneDynamics(NotebookText):
         turn[:2, :2] = [[c, s], [-s, c]]
         values = None if self.values is None else turn @ self.values @ turn.T
         variance = None if self.variance is None else turn**2 @ self.variance @ turn.T**2
+        deviation = None if self.deviation is None else (self.deviation[0], turn @ self.deviation[1] @ turn.T)
         return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values,
-                       variance=variance)
+                       variance=variance, deviation=deviation)
 
     def with_modal_residual(self) -> PlaneDynamics:
         r"""The response with its static part (upper residual) given by heavily damped modes far above the others.
@@ -107,8 +147,9 @@ class PlaneDynamics(NotebookText):
         lag = np.degrees(np.arctan2(2 * RESIDUAL_DAMPING / RESIDUAL_ABOVE, 1 - RESIDUAL_ABOVE**-2))
         note = (f"upper residual given by a mode at {top / (2 * np.pi):.4g} Hz with a damping ratio of {RESIDUAL_DAMPING:g}: "
                 f"it has no place of its own in this method, and lags by {lag:.0f} degrees at the highest mode")
+        structural = None if self.structural is None else np.append(self.structural, False)
         return replace(self, poles=np.append(self.poles, pole), residues=np.concatenate([self.residues, residue]),
-                       static=np.zeros_like(self.static), notes=(*self.notes, note))
+                       static=np.zeros_like(self.static), notes=(*self.notes, note), structural=structural)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -156,7 +197,16 @@ def from_modes(modes: Modes, x: Label, y: Label, *, z: Label = None) -> PlaneDyn
     static = np.zeros((len(labels), len(labels))) if modes.upper_residual is None else _static(modes, labels)
     if y == "same":
         residues, static = _same(residues), _same(static)
-    return PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes))
+    hysteretic = modes.damping == "structural" and modes.scaling == "unit modal mass"
+    plane = PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes),
+                          structural=np.full(poles.size, hysteretic))
+    return plane if modes.direct is None else replace(plane, deviation=_deviation(plane, from_frf(modes.direct, x, y, z=z)))
+
+
+def _deviation(plane: PlaneDynamics, direct: PlaneDynamics) -> tuple[FloatArray, ComplexArray]:
+    """Return lines (Hz) and what the sum of the modes lacks of a response there."""
+    lines, values = direct.lines
+    return lines, values - plane.causal_response(lines)
 
 
 def _without_lower_residual(modes: Modes) -> tuple[str, ...]:
@@ -182,7 +232,9 @@ def _real_poles(modes: Modes) -> tuple[ComplexArray, ComplexArray, tuple[str, ..
     zeta, w = np.asarray(modes.damping_ratio), np.asarray(modes.omega)
     notes: tuple[str, ...] = ()
     if modes.damping == "structural":
-        notes = ("structural damping replaced by viscous damping equal at each resonance",)
+        # (w^2 (1 + 2 i zeta) - omega^2) vanishes at the pole itself, whatever the damping: exact at the resonance.
+        pole = w * np.sqrt(1 + 2j * zeta)
+        return 1j * pole, 1 / (2j * pole), ("structural damping replaced by viscous damping equal at each resonance",)
     # A critically damped mode is a double pole; nudged apart it is the difference of two close ones.
     zeta = np.where(np.abs(zeta - 1) < 1e-6, 1 - 1e-6, zeta)
     if (zeta > 1).any():
@@ -287,7 +339,8 @@ def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
     if not (tool.is_modal and work.is_modal):
         fail("dynamics", "a measured FRF for tool or work", "must be modes for both", remedy="add the FRFs before the call")
     return PlaneDynamics(np.concatenate([tool.poles, work.poles]), np.concatenate([tool.residues, work.residues]),
-                         tool.static + work.static, notes=(*tool.notes, *work.notes))
+                         tool.static + work.static, notes=(*tool.notes, *work.notes),
+                         structural=_structural_of(tool, work))
 
 
 def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
@@ -310,7 +363,13 @@ def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
     second = _swapped(along_y.residues)
     static = along_x.static + _swapped(along_y.static)
     return PlaneDynamics(np.concatenate([along_x.poles, along_y.poles]), np.concatenate([along_x.residues, second]),
-                         static, notes=along_x.notes[:-1])
+                         static, notes=along_x.notes[:-1], structural=_structural_of(along_x, along_y))
+
+
+def _structural_of(*planes: PlaneDynamics) -> BoolArray:
+    """Return the flags of structural damping of several planes one after the other."""
+    return np.concatenate([np.zeros(plane.poles.size, bool) if plane.structural is None else plane.structural
+                           for plane in planes])
 
 
 def _swapped(matrix: Array) -> Array:

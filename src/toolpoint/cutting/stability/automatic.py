@@ -50,6 +50,7 @@ class Automatic:
 
     name: ClassVar[str] = "auto"
     needs_modes: ClassVar[bool] = False
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = True
     patience: float = 0.02
 

@@ -8,6 +8,7 @@ from toolpoint._check import FloatArray, fail, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, check_speeds, coverage
 from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.hill.hysteresis import lead_to_response
 from toolpoint.cutting.stability.method import Problem, StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.static_part import end_at, limit_static_part
@@ -60,6 +61,8 @@ def chart(
     chosen = Automatic() if method is None else method
     end = limit_static_part(problem) if isinstance(problem, MillingProblem) else float("inf")
     result = chosen.solve(problem, np.asarray(n), min(depth_max, end), warm=warm)
+    if isinstance(problem, MillingProblem) and problem.plane.is_hysteretic and not chosen.takes_response:
+        result = lead_to_response(result, problem)
     if end < depth_max and isinstance(problem, MillingProblem):
         result = end_at(result, problem, end, depth_max=depth_max)
     return result.noted(*remarks, *([] if result.search == "complete" else [result.search]), *result.doubts)

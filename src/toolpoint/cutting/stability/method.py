@@ -25,11 +25,14 @@ class StabilityMethod(Protocol):
 
     name : as `METHODS` and the command line write it.
     needs_modes : whether a measured FRF must be identified first.
+    takes_response : whether it solves the response at frequencies; else the sum of modes, which is an equivalent of structural
+        damping only, and its points are led to the response afterwards (`hill.hysteresis`).
     uses_warm : whether `solve` begins with what a near problem left.
     """
 
     name: ClassVar[str]
     needs_modes: ClassVar[bool]
+    takes_response: ClassVar[bool]
     uses_warm: ClassVar[bool]
 
     def refuses(self, problem: Problem) -> str | None:

@@ -21,9 +21,9 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.machine_uncertainty import MachineUncertainty, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.tool_point import unify_damping
 from toolpoint.studies.text_table import text_table
-from toolpoint.vibration import Dof, Modes, eigen, frequency_response
+from toolpoint.vibration import Dof, Modes, frequency_response
+from toolpoint.vibration.damped_modes import solve_as_damped
 
 HEADER = ("next test", "95 % interval of the answer after it %", "of today's")
 Pose = Mapping[str, float]
@@ -138,7 +138,7 @@ def _ranked(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Seq
 
 
 def _modes(machine: Machine, pose: Pose, labels: Sequence[Dof]) -> Modes:
-    return eigen.solve_undamped(unify_damping(assemble(machine, pose, labels, modal_damping=False)))
+    return solve_as_damped(assemble(machine, pose, labels))
 
 
 def _log_compliance(machine: Machine, pose: Pose) -> FloatArray:

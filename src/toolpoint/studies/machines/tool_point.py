@@ -27,10 +27,10 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.substructuring.reach import REACH
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
+from toolpoint.vibration.damped_modes import solve_as_damped
 from toolpoint.vibration.frequency_response import condense_above
 from toolpoint.vibration.gyroscopic import is_gyroscopic
 
-_FASTEST = 1e4  # Hz
 DEEPER, DEEPEST = 4, 1.0  # times a chart without a limit is made twice as deep; m
 FIRST_DEEPER = 64  # depths of the softest mode to which a first loss of stability is looked for
 FIRST_TOLERANCE = 1e-3  # relative error wanted of such a limit; what it has is stated
@@ -95,29 +95,24 @@ def tool_point(
         system = _as_batch(system, len(poses))
     axes = tool_axes(machine, batch, len(poses))
     system = seen_along(system, axes)
-    modes = _modes(unify_damping(system), description.damping_ratio)
+    modes = _modes(system, description.damping_ratio)
     if not modes.damping_ratio.any():
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
              remedy="give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(modes) if frequency is None else increasing("frequency", np.asarray(frequency, float))
-    return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines), axes)
+    # Modes with both kinds of damping are equivalent between resonances only: the response itself is solved for.
+    mixed = modes.scaling == "modal A" and modes.damping == "structural"
+    frf = frequency_response.direct(system, lines) if mixed else frequency_response.modal(modes, lines)
+    return ToolPoint(machine, poses, point, modes, frf, axes)
 
 
 def _modes(system: SecondOrderSystem, ratio: float | None) -> Modes:
-    """Real modes with the described damping; with spinning bodies, or where a mode is overdamped, the complex ones of the
-    whole."""
+    """Modes with the described damping: one ratio for all, or what the joints and bodies state, coupled between modes."""
+    if ratio is None:
+        return solve_as_damped(system)
     if is_gyroscopic(system):
-        return eigen.solve_damped(system if ratio is None else damping.modal(system, ratio))
-    modes = eigen.solve_undamped(system)
-    if ratio is None and (modes.damping_ratio >= 1).any():  # heavy dampers of single joints: real modes cannot carry them
-        return _slow_part(eigen.solve_damped(system))
-    return modes if ratio is None else modes.with_damping(ratio)
-
-
-def _slow_part(modes: Modes) -> Modes:
-    """Return the modes up to the last that is below 10 kHz at any pose: dampers of light parts have real poles far beyond."""
-    below = (modes.frequency < _FASTEST).any(axis=tuple(range(modes.frequency.ndim - 1)))
-    return modes.selected(list(range(int(np.flatnonzero(below).max(initial=0)) + 1)))
+        return eigen.solve_damped(damping.modal(system, ratio))
+    return eigen.solve_undamped(system).with_damping(ratio)
 
 
 def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) -> Callable[[float], Modes] | None:
@@ -161,12 +156,6 @@ def seen_along(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem
     if np.array_equal(axes, np.broadcast_to(np.eye(3), axes.shape)):
         return system
     return replace(system, output_map=np.swapaxes(axes, -1, -2) @ system.output_map, input_map=system.input_map @ axes)
-
-
-def unify_damping(system: SecondOrderSystem) -> SecondOrderSystem:
-    """Return a system whose structural damping is viscous where it has both: modes carry one kind."""
-    both = all(matrix is not None and np.any(matrix) for matrix in (system.damping, system.structural_damping))
-    return damping.equivalent_viscous(system) if both else system
 
 
 def method_for(modes: Modes, method: StabilityMethod | None) -> StabilityMethod | None:

@@ -134,9 +134,5 @@ def _driven(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
 
 
 def solve_poles(system: Any) -> Modes:
-    """Return the complex modes of a system with damping of any kind, the upper poles only."""
-    structural = system.structural_damping is not None and bool(np.any(system.structural_damping))
-    viscous = system.damping is not None and bool(np.any(system.damping))
-    if structural and viscous:
-        system = damping.equivalent_viscous(system)
-    return eigen.solve_damped(system)
+    """Return the modes of a system with damping of any kind, coupled between modes where it is."""
+    return solve_as_damped(system)

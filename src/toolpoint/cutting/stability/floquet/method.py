@@ -63,6 +63,7 @@ class FloquetDeterminant:
 
     name: ClassVar[str] = "floquet"
     needs_modes: ClassVar[bool] = False
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = True
     tolerance: float = 1e-6
     nodes: int = 5

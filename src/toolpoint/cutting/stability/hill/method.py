@@ -61,6 +61,7 @@ class HillDeterminant:
 
     name: ClassVar[str] = "hill"
     needs_modes: ClassVar[bool] = False
+    takes_response: ClassVar[bool] = True
     uses_warm: ClassVar[bool] = False
     reach: float = 2.0
     levels: int = 20

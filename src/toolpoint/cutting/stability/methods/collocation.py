@@ -47,6 +47,7 @@ class Collocation:
 
     name: ClassVar[str] = "collocation"
     needs_modes: ClassVar[bool] = True
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = False
     nodes: int = 10
     slices: int = 8

@@ -42,6 +42,7 @@ class SemiDiscretization:
 
     name: ClassVar[str] = "semi-discretization"
     needs_modes: ClassVar[bool] = True
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = False
     order: int = 1
     intervals: int = 40
@@ -103,6 +104,7 @@ class FullDiscretization:
 
     name: ClassVar[str] = "full-discretization"
     needs_modes: ClassVar[bool] = True
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = False
     intervals: int = 40
     levels: int = 24

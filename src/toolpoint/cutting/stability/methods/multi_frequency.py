@@ -39,6 +39,7 @@ class MultiFrequency:
 
     name: ClassVar[str] = "multi-frequency"
     needs_modes: ClassVar[bool] = True
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = False
     harmonics: int = 6
     steps: int = 16

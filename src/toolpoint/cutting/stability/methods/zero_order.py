@@ -38,6 +38,7 @@ class ZeroOrder:
 
     name: ClassVar[str] = "zero-order"
     needs_modes: ClassVar[bool] = False
+    takes_response: ClassVar[bool] = True
     uses_warm: ClassVar[bool] = False
     lines: int = 1500
 

@@ -54,6 +54,7 @@ class PanelArnoldi:
 
     name: ClassVar[str] = "panel"
     needs_modes: ClassVar[bool] = True
+    takes_response: ClassVar[bool] = False
     uses_warm: ClassVar[bool] = True
     nodes: int = 4
     levels: int = 20

@@ -1,0 +1,112 @@
+r"""Boundary points of a structure with structural damping, led from its causal equivalent to its own response.
+
+Engines that march in time solve an equivalent of structural damping that is equal at the resonances and differs between them
+(`PlaneDynamics.hysteresis`). Limits moved by up to 12 % on random machines where harmonics of the cut lie far below a
+resonance. Hill's determinant takes any response, so every boundary point is the start of Newton's method in (theta, depth) on
+the response itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.hill.response import HarmonicResponse
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
+
+if TYPE_CHECKING:
+    from toolpoint.cutting.stability.hill.system import HillSystem
+
+Row = tuple[float, float, float, int, float]
+
+LARGEST_LED = 400  # rows of the matrix up to which points are led: a second a point beyond
+MIXED_FLOOR = 5e-4  # of a depth: what the lines between which viscous beside structural damping is interpolated leave
+FARTHEST = 0.3  # share of a depth by which a point may move and still be the same point
+REAL_ANGLE = 1e-6  # rad from 0 or pi within which a multiplier is real
+UNREFINED_SAFETY = 1.5  # on the estimate where a point cannot be led
+NOTE = "structural damping: boundary points led from its equivalent in time to the response itself by Hill's determinant"
+
+
+def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> StabilityChart:
+    """Return a chart of the causal equivalent with its points moved to those of the response with structural damping.
+
+    A speed with a point that has no root near is solved anew by `HillDeterminant`. Where that cannot be (too large a matrix,
+    speed variation) points stay and state the estimated distance: the depth times the largest difference of both responses at
+    a harmonic, over the response at the chatter frequency.
+    """
+    rows: list[tuple[float, ...]] = []
+    estimated = 0
+    for i in np.unique(chart.index).tolist():
+        led = _led(problem, chart, i)
+        if led is None:
+            led = [_unmoved(problem, chart, p) for p in chart.points(i).tolist()]
+            estimated += len(led)
+        rows += [(i, *row) for row in led if row[0] <= chart.depth_max]
+    note = NOTE if not estimated else f"{NOTE}; {estimated} of {len(rows)} points stay, their errors say by how much they may move"
+    return assemble_chart(chart.speeds, chart.depth_max, np.array(rows, float).reshape(-1, 6).T,
+                          unstable_at_zero=chart.unstable_at_zero, method=chart.method, notes=(*chart.notes, note),
+                          search=chart.search)
+
+
+def _led(problem: MillingProblem, chart: StabilityChart, index: int) -> list[Row] | None:
+    """Return the points of a speed on the response itself, None where Hill's determinant cannot be had."""
+    from toolpoint.cutting.stability.hill.system import HillSystem  # brings the compiler, which few callers need
+
+    speed = float(chart.speeds[index])
+    plane = problem.plane_at(speed).with_modal_residual()
+    response = HarmonicResponse.of(plane, HillDeterminant().reach, problem.tool.teeth * speed / 60)
+    if problem.speed_variation is not None or HillSystem.rows(problem, speed, response) > LARGEST_LED:
+        return None
+    system = HillSystem(problem, speed, response)
+    rows = []
+    for p in chart.points(index).tolist():
+        row = _root_near(system, chart, p)
+        if row is None:
+            return _solved_anew(problem, speed, chart.depth_max)
+        rows.append(row)
+    return rows
+
+
+def _root_near(system: HillSystem, chart: StabilityChart, point: int) -> Row | None:
+    """Return (depth, theta, frequency, change, error) of the root that a point leads to, None where it leads to no such."""
+    start, theta, change = float(chart.depth[point]), float(chart.theta[point]), int(chart.change[point])
+    nearest = np.pi * round(theta / np.pi)
+    is_real = abs(theta - nearest) < REAL_ANGLE
+    root = system.root(nearest if is_real else theta, start, real=is_real)
+    if root is None or root.change != change or abs(root.depth - start) > FARTHEST * start:
+        return None
+    angle, depth, error = system.corrected(root)
+    return (depth, min(abs(angle), 2 * np.pi - angle), float(chart.frequency[point]), change,
+            float(chart.error[point]) + error + _floor(system.problem) * depth)
+
+
+def _solved_anew(problem: MillingProblem, speed: float, depth_max: float) -> list[Row] | None:
+    method = HillDeterminant()
+    if method.refuses(problem):
+        return None
+    fresh = method.solve(problem, np.array([speed]), depth_max)
+    return list(zip(fresh.depth.tolist(), fresh.theta.tolist(), fresh.frequency.tolist(), fresh.change.tolist(),
+                    (fresh.error + _floor(problem) * fresh.depth).tolist(), strict=True))
+
+
+def _floor(problem: MillingProblem) -> float:
+    return 0.0 if problem.plane.deviation is None else MIXED_FLOOR
+
+
+def _unmoved(problem: MillingProblem, chart: StabilityChart, point: int) -> Row:
+    error = float(chart.error[point]) + UNREFINED_SAFETY * _estimate(problem, chart, point)
+    return (float(chart.depth[point]), float(chart.theta[point]), float(chart.frequency[point]), int(chart.change[point]), error)
+
+
+def _estimate(problem: MillingProblem, chart: StabilityChart, point: int) -> float:
+    """Return how far (m) a point may be from that of the response: by the largest difference at its harmonics."""
+    plane, speed = problem.plane, float(chart.speeds[chart.index[point]])
+    tooth = problem.tool.teeth * speed / 60
+    chatter = float(chart.frequency[point])
+    harmonics = np.abs(chatter + tooth * np.arange(-int(chatter / tooth) - 1, 3))
+    lacking = np.linalg.norm(plane.hysteresis(harmonics), ord=2, axis=(-2, -1)).max()
+    size = np.linalg.norm(plane.response(np.array([chatter])), ord=2, axis=(-2, -1))[0]
+    return float(chart.depth[point] * lacking / max(float(size), 1e-300))
