@@ -171,7 +171,9 @@ class Preparation:
         if not pairs.is_complete:
             fail("modes", pairs.status, "must all be known", remedy="give another shift")
         keep = pairs.squares > 0
-        return replace(pairs, squares=pairs.squares[keep], vectors=pairs.vectors[:, keep], residual=pairs.residual[keep])
+        equation = None if pairs.equation_residual is None else pairs.equation_residual[keep]
+        return replace(pairs, squares=pairs.squares[keep], vectors=pairs.vectors[:, keep], residual=pairs.residual[keep],
+                       equation_residual=equation)
 
 
 def prepare(body: LargeBody, shift: float) -> Preparation:

@@ -11,8 +11,9 @@ from scipy.optimize import linear_sum_assignment
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
-from toolpoint.vibration import Modes, damping, eigen
+from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.damped_modes import solve_as_damped
 
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
 # A machine that is farther from its own test than this is not the machine of the test.

@@ -22,13 +22,16 @@ class EigenPairs(NotebookText):
         phi^T M phi = 1.
     residual : (n_modes,) floats
         Norm of the residual in the shifted inverse, relative to its eigenvalue: the relative error of the square is at most
-        this, and of its order squared where the mode stands alone.
+        this, and of its order squared where the mode stands alone. That before the last inverse iteration, so an upper bound.
     counted_below : float
         Frequency up to which the modes were counted by the signs of pivots, Hz; 0 where they were not.
     solver : str
         Name of the factorisation.
     status : str
         Whether all is well, and what to try next where not.
+    equation_residual : (n_modes,) floats, optional
+        :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)` of the vectors as they are, 0 for rigid-body modes; not
+        known of a dense solution.
     """
 
     squares: FloatArray
@@ -37,6 +40,7 @@ class EigenPairs(NotebookText):
     counted_below: float
     solver: str
     status: str
+    equation_residual: FloatArray | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -48,6 +52,8 @@ class EigenPairs(NotebookText):
         vectors.flags.writeable = False
         put(self, "vectors", vectors)
         put(self, "residual", floats("EigenPairs.residual", self.residual, (count,)))
+        if self.equation_residual is not None:
+            put(self, "equation_residual", floats("EigenPairs.equation_residual", self.equation_residual, (count,)))
 
     @property
     def frequency(self) -> FloatArray:

@@ -19,6 +19,7 @@ from toolpoint.vibration.sparse.eigenpairs import EigenPairs
 from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
 from toolpoint.vibration.sparse.node_matrix import as_columns
 from toolpoint.vibration.sparse.pencil import Pencil
+from toolpoint.vibration.sparse.polish import polish_pairs
 
 # Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
 # million nodes, far above rounding.
@@ -28,6 +29,8 @@ _RIGID = 1e-5
 _DENSE_SHARE, _DENSE_ROWS = 2, 6000  # modes over all from which, and rows to which, they are solved for at once
 _MASSLESS = 1e-14  # of the largest 1/(square + shift): no mode
 _GAP = 1e-6
+
+_Polished = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 def modes(
@@ -144,7 +147,7 @@ class _Search:
         basis = _Basis(self, number)
         basis.grow_to(number)
         if not is_counted:
-            return self._pairs(basis, number, 0.0, "modes not counted: ask for a count to be sure that none is missing")
+            return self._pairs(basis.polished(number), 0.0, "modes not counted: ask for a count to be sure that none is missing")
         missing, mu = 0, np.inf
         for _ in range(4):
             squares = basis.squares()
@@ -153,12 +156,13 @@ class _Search:
                 basis.restart(number)
                 continue
             keep, mu = _cut(squares, number, self.rank())
+            polished = basis.polished(keep)  # before the count, which lets the factors go
             missing = self._count(mu) - keep if np.isfinite(mu) else 0
             if missing == 0:
-                return self._pairs(basis, keep, np.sqrt(max(mu, 0.0)) / (2 * np.pi), "all modes found, by count")
+                return self._pairs(polished, np.sqrt(max(mu, 0.0)) / (2 * np.pi), "all modes found, by count")
             basis.restart(number + max(missing, 0))
         number = min(number, len(basis.squares()))
-        return self._pairs(basis, number, 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
+        return self._pairs(basis.polished(number), 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
                                                "found: give another shift")
 
     def band(self, top: float, most: int | None = None) -> EigenPairs:
@@ -171,9 +175,9 @@ class _Search:
         for _ in range(4):
             basis.grow_to(max(number, 1))
             if int((basis.squares() < top).sum()) == number:
-                return self._pairs(basis, number, np.sqrt(top) / (2 * np.pi), "all modes of the band found, by count")
+                return self._pairs(basis.polished(number), np.sqrt(top) / (2 * np.pi), "all modes of the band found, by count")
             basis.restart(number + 2)
-        return self._pairs(basis, int((basis.squares() < top).sum()), 0.0,
+        return self._pairs(basis.polished(int((basis.squares() < top).sum())), 0.0,
                            f"{number} modes of the band were counted, not all found: give another shift")
 
     def _count(self, mu: float) -> int:
@@ -181,13 +185,13 @@ class _Search:
             self.pencil.let_go()  # a count needs the room of factors, and is mostly the last thing that is done
         return self.pencil.count_below(mu)
 
-    def _pairs(self, basis: _Basis, keep: int, counted: float, status: str) -> EigenPairs:
-        squares, vectors, residual = basis.ritz(keep)
+    def _pairs(self, polished: _Polished, counted: float, status: str) -> EigenPairs:
+        squares, vectors, residual, equation_residual = polished
         squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
         if (squares < 0).any():
             fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
                  remedy="an element of negative stiffness, or a load beyond buckling?")
-        return EigenPairs(squares, vectors, residual, float(counted), self.pencil.solver_name, status)
+        return EigenPairs(squares, vectors, residual, float(counted), self.pencil.solver_name, status, equation_residual)
 
 
 def _cut(squares: FloatArray, number: int, most: int) -> tuple[int, float]:
@@ -334,8 +338,11 @@ class _Basis:
         good = (values > 0) & (residual < 1e-4)
         return 1 / values[good] - self._search.shift
 
-    def ritz(self, keep: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the lowest squares, vectors and relative residuals."""
+    def polished(self, keep: int) -> _Polished:
+        """Return the lowest squares and vectors, their residuals in the shifted inverse, and those of the equation itself."""
         values, turns = self._decomposed()
         _, residual = self._values()
-        return 1 / values[:keep] - self._search.shift, self._vectors @ turns[:, :keep], residual[:keep]
+        search = self._search
+        squares, vectors, equation = polish_pairs(
+            search.pencil, 1 / values[:keep] - search.shift, self._vectors @ turns[:, :keep], rigid_square=_RIGID * search.shift)
+        return squares, vectors, residual[:keep], equation

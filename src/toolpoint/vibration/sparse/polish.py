@@ -1,0 +1,57 @@
+r"""Eigenpairs of Lanczos brought to the accuracy of the matrices: one inverse iteration, then Rayleigh-Ritz with K and M.
+
+Lanczos knows :math:`1/(\omega^2 + s)`. With a small shift s the rigid-body modes of a free body are as large as 1/s, and rounding
+at that size has been 1e-9 of the elastic modes, as much as the BLAS kernel made it. The Rayleigh quotient with K has no such
+term. The inverse iteration damps what Lanczos leaves of high modes by :math:`(\omega^2 + s)/(\omega_j^2 + s)`; its error is what
+the residual of :math:`K \phi = \omega^2 M \phi` shows (2e-7 before, where the squares were right to 1e-9).
+
+Source: Parlett, The Symmetric Eigenvalue Problem, 1998, sections 4.3 and 11.4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import eigh
+
+from toolpoint._check import FloatArray
+from toolpoint.vibration.sparse.pencil import Pencil
+
+BLOCK_COLUMNS = 8  # vectors solved for and multiplied at once: memory of a few columns beside the vectors
+BLOCK_ROWS = 65536  # rows turned at once, in place
+
+
+def polish_pairs(pencil: Pencil, squares: FloatArray, vectors: FloatArray, *, rigid_square: float
+                 ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    r"""Return squares (rad^2/s^2), vectors with phi^T M phi = 1, and the residuals of the equation of motion.
+
+    Parameters
+    ----------
+    squares, vectors : (k,) and (n, k) floats
+        Of Lanczos, ascending; the vectors are overwritten.
+    rigid_square : float
+        Size (rad^2/s^2) up to which a square is that of a rigid-body mode and is kept as it is.
+
+    Returns
+    -------
+    squares, vectors, residual : (k,), (n, k) and (k,) floats
+        The residual is :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)`, 0 for rigid-body modes.
+    """
+    factors, blocks = pencil.inverse, [slice(i, i + BLOCK_COLUMNS) for i in range(0, len(squares), BLOCK_COLUMNS)]
+    for block in blocks:
+        vectors[:, block] = factors.solve(pencil.mass @ vectors[:, block]) * (squares[block] + pencil.shift)
+    stiff, heavy = (np.hstack([vectors.T @ (matrix @ vectors[:, block]) for block in blocks])
+                    for matrix in (pencil.stiffness, pencil.mass))
+    turn = eigh((stiff + stiff.T) / 2, (heavy + heavy.T) / 2)[1]
+    for start in range(0, len(vectors), BLOCK_ROWS):
+        vectors[start:start + BLOCK_ROWS] = vectors[start:start + BLOCK_ROWS] @ turn
+    exact, residual = squares.copy(), np.zeros(len(squares))
+    for block in blocks:
+        part = vectors[:, block]
+        force, inertia = pencil.stiffness @ part, pencil.mass @ part
+        quotient = (part * force).sum(axis=0) / (part * inertia).sum(axis=0)
+        size = np.maximum(np.abs(quotient), rigid_square) * np.linalg.norm(inertia, axis=0)
+        off = np.linalg.norm(force - quotient * inertia, axis=0) / size
+        elastic = np.abs(squares[block]) > rigid_square
+        exact[block] = np.where(elastic, quotient, squares[block])
+        residual[block] = np.where(elastic, off, 0.0)
+    return exact, vectors, residual
