@@ -39,6 +39,10 @@ class ToolpointWarning(UserWarning):
     """A doubtful input or result; what it marks is also written in the result."""
 
 
+class FileDoubt(ToolpointWarning):
+    """A doubt that came with an input file: every result that rests on the file repeats it first. Its argument is a `Doubt`."""
+
+
 def fail(name: str, value: str, limit: str, *, remedy: str = "") -> NoReturn:
     """Raise a ToolpointError in the one form that every message of the package has."""
     raise ToolpointError(f"{name}: {value}; {limit}" + (f" ({remedy})" if remedy else ""), argument=name)

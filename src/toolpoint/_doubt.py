@@ -33,6 +33,17 @@ class Doubt(str):
         vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure)
         return doubt
 
+    @classmethod
+    def parsed(cls, text: str) -> Doubt:
+        """Return the doubt of a sentence ``what: why; remedy`` as files keep it; its figure is not known."""
+        if isinstance(text, Doubt):
+            return text
+        what, colon, rest = text.partition(": ")
+        if not colon:
+            what, rest = "the file", text
+        why, _, remedy = rest.partition("; ")
+        return cls(what, why, remedy)
+
     def within(self, part: str) -> Doubt:
         """Return the doubt as one of a part, which is named first: ``axis X: K_v: ...``."""
         return Doubt(f"{part}: {self.what}", self.why, self.remedy, figure=self.figure)

@@ -13,7 +13,8 @@ from typing import Any
 
 import click
 
-from toolpoint._check import ToolpointWarning
+from toolpoint._check import FileDoubt, ToolpointWarning
+from toolpoint._doubt import Doubt
 
 FIRST_LINE, NEXT_LINE = 2.0, 10.0  # s, of progress without a terminal
 ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
@@ -102,13 +103,18 @@ def show_progress(quiet: bool = False) -> Iterator[Callable[..., None]]:
 
 
 @contextmanager
-def collect_warnings() -> Iterator[list[str]]:
-    """Collect ToolpointWarnings as text, so that a command can print them and put them on its page."""
+def collect_warnings(file_doubts: list[Doubt] | None = None) -> Iterator[list[str]]:
+    """Collect ToolpointWarnings as text, so that a command can print them and put them on its page; doubts that came with a
+    file go to `file_doubts`."""
     texts: list[str] = []
     original = warnings.showwarning
 
     def keep(message: Any, category: type[Warning], *rest: Any) -> None:
-        if issubclass(category, ToolpointWarning):
+        if file_doubts is not None and issubclass(category, FileDoubt):
+            doubt = Doubt.parsed(message.args[0])
+            if doubt not in file_doubts:
+                file_doubts.append(doubt)
+        elif issubclass(category, ToolpointWarning):
             if spell_options(str(message)) not in texts:
                 texts.append(spell_options(str(message)))
         else:

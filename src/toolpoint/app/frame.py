@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from toolpoint._doubt import doubts_among, mark_notes
+from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint.app import console
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ class Result(Protocol):
 
 
 class Frame:
-    """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far.
+    """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far, and the doubts that
+    came with the files it read: they stand before all else in table, page and JSON.
 
     A command of several steps begins by reading and ends by its page. What it shows is printed when its progress has ended, in
     the order in which it was shown.
@@ -37,18 +38,21 @@ class Frame:
 
     def __init__(self, output: Path | None, as_json: bool, steps: int = 0) -> None:
         self.output, self.as_json, self.steps = output, as_json, steps
-        self.warnings: list[str] = []
+        self.warnings, self.file_doubts = list[str](), list[Doubt]()
         self._stack, self._steps_begun = ExitStack(), 0
         self._show: Callable[..., None] | None = None
-        self._later, self._written = list[Callable[[], None]](), list[str]()
+        self._later, self._written, self._shown = list[Callable[[], None]](), list[str](), list[str]()
 
     def __enter__(self) -> Frame:
-        self.warnings = self._stack.enter_context(console.collect_warnings())
+        self.warnings = self._stack.enter_context(console.collect_warnings(self.file_doubts))
         self.step("reading")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._stack.__exit__(kind, error, trace)
+        if not self.as_json:
+            for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown)):
+                console.text(line)
         for show in self._later:
             show()
 
@@ -87,7 +91,7 @@ class Frame:
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
         if (place := to or self.output) is not None:
-            report = page(*arguments, **named).reworded(console.spell_options)
+            report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
             self._written.append(f"Page written: {report.save(place)}")
 
     def present(self, page: Callable[..., Report], result: Result, *more: Any, notes: Sequence[str] = (), **named: Any) -> None:
@@ -109,11 +113,22 @@ class Frame:
     def show_text(self, *lines: str) -> None:
         """Print lines, of which each may be a table; --json leaves them out."""
         if not self.as_json:
+            self._shown += lines
             self._later.append(lambda: console.text("\n".join(lines)))
 
     def show_json(self, data: object) -> None:
-        """Print plain data as JSON."""
-        self._later.append(lambda: print(console.spell_options(json.dumps(data))))
+        """Print plain data as JSON, the doubts of the files that were read first."""
+        self._later.append(lambda: print(console.spell_options(json.dumps(self._doubted(data)))))
+
+    def _doubted(self, data: object) -> object:
+        if not self.file_doubts:
+            return data
+        if not isinstance(data, dict):
+            return {"doubts": list(self.file_doubts), "result": data}
+        known = data.get("doubts", [])
+        if not isinstance(known, (list, tuple)):
+            return {"file_doubts": list(self.file_doubts), **data}
+        return {"doubts": list(dict.fromkeys([*self.file_doubts, *known])), **{k: v for k, v in data.items() if k != "doubts"}}
 
     def show_rest(self, notes: Sequence[str] = (), *, first: Sequence[str] = ()) -> None:
         """Print notes, warnings that are none of them, and the files that were written; `first` : notes that were printed."""

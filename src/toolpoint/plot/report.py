@@ -82,6 +82,10 @@ class Report:
         """Return the report with more doubts, each once."""
         return replace(self, doubts=tuple(dict.fromkeys((*self.doubts, *doubts))))
 
+    def preceded_by(self, *doubts: str) -> Report:
+        """Return the report with these doubts before its own, each once: those of what it rests on."""
+        return replace(self, doubts=tuple(dict.fromkeys((*doubts, *self.doubts))))
+
     def with_assumptions(self, *assumptions: str) -> Report:
         """Return the report with more assumptions, each once."""
         return replace(self, assumptions=tuple(dict.fromkeys((*self.assumptions, *assumptions))))

@@ -21,6 +21,7 @@ from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.description_schema import describe
 from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.file_doubts import warn_of_doubts
 from toolpoint.io.yaml.machine_motion import (
     assembly_modes_of,
     axis_of,
@@ -55,6 +56,11 @@ def read(path: str | Path) -> Machine:
     ------
     FileFaults
         With every fault of the file: line, column, key, value, limit and remedy.
+
+    Warns
+    -----
+    FileDoubt
+        For every doubt that the file states, and where the modes differ from its measured `reference`.
     """
     if Path(path).suffix.lower() == ".urdf":
         from toolpoint.io import urdf  # loaded for this format only
@@ -65,7 +71,7 @@ def read(path: str | Path) -> Machine:
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
     try:
-        return _build(description)
+        return warn_of_doubts(_build(description))
     except ToolpointError as error:
         key = tuple(error.argument.split("."))
         if len(key) < 2 or key[0] not in document.data:
@@ -277,7 +283,7 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
         top.assumptions, tool_axis, task, modes, top.assembly_mode,
-        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()))
+        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()), top.doubts)
     _check_identified(result, document)
     return None if document.faults else result
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, create_model, model_validator
+from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 
+from toolpoint._doubt import Doubt
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, CutParameter
 from toolpoint.io.quantities import units
@@ -22,6 +23,10 @@ from toolpoint.machine.description.elastic import ElasticDescription, SolidDescr
 from toolpoint.machine.description.matrices import MatricesDescription
 
 VERSION = 1
+if TYPE_CHECKING:
+    StatedDoubt = Doubt
+else:  # in a file a sentence
+    StatedDoubt = Annotated[str, AfterValidator(Doubt.parsed)]
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
 PROCESS_DAMPING = replace(units.STIFFNESS, name="process damping", largest=1e9)
 
@@ -280,6 +285,7 @@ class MachineModel(Part):
     assembly_modes: dict[str, dict[str, Any]] = {}
     assembly_mode: str = ""
     identified: IdentifiedModel | None = None
+    doubts: tuple[StatedDoubt, ...] = ()
 
 
 def json_schema() -> dict[str, Any]:

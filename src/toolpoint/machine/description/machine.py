@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
+from toolpoint._doubt import Doubt
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
@@ -230,6 +231,11 @@ class ReferenceDescription:
     damping_ratio: tuple[float, ...] = ()
     source: str = ""
 
+    @property
+    def is_measured(self) -> bool:
+        """Whether it is from a test of this machine, and not from a publication or another model."""
+        return self.source.startswith("measured")
+
 
 @dataclass(frozen=True)
 class IdentifiedDescription:
@@ -256,6 +262,7 @@ class MachineDescription:
     `tool_axis` is the direction of the tool's axis, away from the work, fixed in the tool's body, machine frame at the
     reference pose. `assembly_modes` are other ways in which the loops close: name to start values of passive directions
     (``knuckle.rx``: rad); `assembly_mode` names the one in use.
+    `doubts` are those of the study that made the description: every result that rests on it repeats them.
     """
 
     name: str
@@ -279,6 +286,7 @@ class MachineDescription:
     assembly_modes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     assembly_mode: str = ""
     identified: IdentifiedDescription | None = None
+    doubts: tuple[Doubt, ...] = ()
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on.

@@ -72,7 +72,7 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     left = [f"{modes.frequency[i]:.4g} Hz" for i in whole.lonely]
     alone = (f"Measured without a partner among the modes of this machine and left out: {', '.join(left)}.",) if left else ()
     machine = replace(machine, identified=_identified(whole, components, layouts, machine), reference=(measured,), assumptions=(
-        *alone, *(f"{joint.parent} - {joint.child}: {joint.status}" for joint in joints.joints), *joints.doubts))
+        *alone, *(f"{joint.parent} - {joint.child}: established" for joint in joints.joints if joint.certain)))
     if points is not None:
         machine = with_measured_points(build(machine), points, components.points).description
     return machine

@@ -99,5 +99,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         built = build(machine)
     except (ToolpointError, np.linalg.LinAlgError) as error:
         return replace(study, missing=str(error))
-    return replace(study, machine=machine).compared(built)
+    study = replace(study, machine=machine).compared(built)
+    # What is doubted goes with the machine, so that every use of its file repeats it.
+    return replace(study, machine=replace(machine, doubts=study.doubts))
 

@@ -9,6 +9,7 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
+from toolpoint.machine.frequencies.measured_reference import question_reference
 from toolpoint.studies.machines.check.machine_beliefs import question_units
 from toolpoint.studies.machines.check.machine_doubts import question_machine
 from toolpoint.studies.machines.check.machine_drawing import describe_assumed, describe_travel, draw_chain
@@ -49,9 +50,11 @@ class CheckedMachine(NotebookText):
 
 
 def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedMachine:
-    """Return what was understood of a machine; `further` are doubts of its file (a robot's inertias) that come first."""
+    """Return what was understood of a machine; doubts that its file states come first, then `further` (a robot's inertias)."""
     cut = machine.description.cutting
     beyond, reduction = question_reduction(machine)
-    return CheckedMachine(machine.name, machine.size, (*further, *question_machine(machine), *question_units(machine), *beyond),
+    stated = dict.fromkeys((*machine.description.doubts, *question_reference(machine)))
+    doubts = (*stated, *further, *question_machine(machine), *question_units(machine), *beyond)
+    return CheckedMachine(machine.name, machine.size, doubts,
                         draw_chain(machine), describe_travel(machine), describe_motion(machine),
                         None if cut is None else words(cut), describe_assumed(machine), reduction)

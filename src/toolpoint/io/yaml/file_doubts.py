@@ -1,0 +1,26 @@
+"""Where the doubts of a machine file enter: those that it states, and those that its own measured reference raises."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+from toolpoint._check import FileDoubt
+
+if TYPE_CHECKING:
+    from toolpoint.machine.parts.model import Machine
+
+
+def warn_of_doubts(machine: Machine) -> Machine:
+    """Return the machine of a file; warn (`FileDoubt`) of what the file states against it and of what its reference says.
+
+    A command collects these warnings and puts them before all else in table, page and JSON.
+    """
+    doubts = list(machine.description.doubts)
+    if any(reference.is_measured for reference in machine.description.reference):
+        from toolpoint.machine.frequencies.measured_reference import question_reference  # solves for modes: where there is one
+
+        doubts += question_reference(machine)
+    for doubt in dict.fromkeys(doubts):
+        warnings.warn(FileDoubt(doubt), stacklevel=4)
+    return machine

@@ -1,0 +1,72 @@
+"""The measured reference of a machine's own file beside its modes: frequencies, and damping where it was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.description import ReferenceDescription
+from toolpoint.machine.parts.model import Machine
+from toolpoint.vibration import damping, eigen
+
+# Relative difference of a frequency, and of a damping ratio, from which a file contradicts its own reference.
+FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.3
+
+
+def question_reference(machine: Machine) -> list[Doubt]:
+    """Return a doubt for every measured reference that the machine's modes at the reference pose contradict.
+
+    Each measured frequency is set beside one mode of the machine, so that the differences are least together; modes that the
+    test did not show are no contradiction. A machine that cannot be solved there raises none: its use says why.
+    """
+    measured = [reference for reference in machine.description.reference if reference.is_measured]
+    if not measured:
+        return []
+    try:
+        frequency, ratio = _modes(machine)
+    except (ToolpointError, np.linalg.LinAlgError):
+        return []
+    return [doubt for reference in measured for doubt in _contradictions(reference, frequency, ratio)]
+
+
+def _modes(machine: Machine) -> tuple[FloatArray, FloatArray]:
+    """Return natural frequencies |s|/2 pi (n,), Hz, and damping ratios (n,)."""
+    point = next(iter(machine.description.points), None)
+    system = assemble(machine, outputs=None if point is None else [f"{point}:+x"])
+    if system.damping is None and system.structural_damping is None:
+        modes = eigen.solve_undamped(system)
+        return modes.frequency, np.zeros(modes.count)
+    if system.structural_damping is not None and system.damping is not None:
+        system = damping.equivalent_viscous(system)
+    modes = eigen.solve_damped(system)
+    poles = modes.poles if modes.damping == "viscous" else 1j * modes.omega * np.sqrt(1 + 2j * modes.damping_ratio)
+    size = np.abs(poles)
+    return size / (2 * np.pi), -poles.real / np.maximum(size, 1e-300)
+
+
+def _contradictions(reference: ReferenceDescription, frequency: FloatArray, ratio: FloatArray) -> list[Doubt]:
+    known = np.array(reference.frequencies)
+    apart = np.abs(np.log(np.outer(known, 1 / np.maximum(frequency, 1e-9))))
+    rows, columns = linear_sum_assignment(apart)
+    off = {int(i): float(frequency[j] / known[i] - 1) for i, j in zip(rows, columns, strict=True)}
+    doubts = []
+    if wrong := [i for i, away in off.items() if abs(away) > FREQUENCY_TOLERANCE]:
+        words = ", ".join(f"{known[i]:.4g} Hz ({100 * off[i]:+.1f} %)" for i in wrong)
+        doubts.append(Doubt(f"reference {reference.name}", f"the machine's modes differ from those measured at {words}",
+                            "the file was changed, or the test is of another machine: update it to the test",
+                            figure=max(abs(off[i]) for i in wrong)))
+    if alone := [f"{known[i]:.4g} Hz" for i in range(len(known)) if i not in off]:
+        doubts.append(Doubt(f"reference {reference.name}", f"the machine has no mode for those measured at {', '.join(alone)}",
+                            "give it the freedoms that move in them"))
+    lost = {int(i): float(ratio[j] / reference.damping_ratio[i] - 1) for i, j in zip(rows, columns, strict=True)
+            if i < len(reference.damping_ratio) and reference.damping_ratio[i] > 0 and i not in wrong}
+    if wrong := [i for i, away in lost.items() if abs(away) > DAMPING_TOLERANCE]:
+        words = ", ".join(f"{known[i]:.4g} Hz ({100 * ratio[dict(zip(rows, columns, strict=True))[i]]:.2g} % for "
+                          f"{100 * reference.damping_ratio[i]:.2g} %)" for i in wrong)
+        doubts.append(Doubt(f"reference {reference.name}", f"the machine's damping differs from that measured at {words}",
+                            "correct the damping of its joints, or state a damping ratio",
+                            figure=max(abs(lost[i]) for i in wrong)))
+    return doubts
