@@ -87,7 +87,8 @@ def limits_of(seed: int, with_files: bool) -> list[tuple]:
             chart = chart_lobes(response_dynamics(frf, dynamics.x, dynamics.y), cut, speeds=speeds).chart
             saved = [chart.limit, chart.limit_error]
     keep = np.isfinite(true.limit) & np.isfinite(study.chart.limit)
-    return [(kind, *row) for row in np.stack([true.limit, study.chart.limit, study.chart.limit_error + true.limit_error, *saved], 1)[keep]]
+    columns = [true.limit, study.chart.limit, study.chart.limit_error + true.limit_error, *saved]
+    return [(kind, *row) for row in np.stack(columns, axis=1)[keep]]
 
 
 def summary(name: str, rows: list[tuple]) -> str:
@@ -95,9 +96,9 @@ def summary(name: str, rows: list[tuple]) -> str:
     true, mine, error, other, other_error = np.array([row[1:] for row in rows], float).T
     off = np.abs(mine / true - 1)
     held = np.abs(mine - true) <= error
-    text = (f"{name}: {len(rows)} limits, median error {100 * np.median(off):.3f} %, largest {100 * off.max():.2f} %, within the "
-            f"stated error {100 * held.mean():.1f} %, too deep beyond it {100 * (mine - true > error).mean():.2f} %, stated "
-            f"(median) {100 * np.median(error / mine):.2f} %")
+    text = (f"{name}: {len(rows)} limits, median error {100 * np.median(off):.3f} %, largest {100 * off.max():.2f} %, within "
+            f"the stated error {100 * held.mean():.1f} %, too deep beyond it {100 * (mine - true > error).mean():.2f} %, "
+            f"stated (median) {100 * np.median(error / mine):.2f} %")
     both = np.isfinite(other)
     if both.any():
         agree = np.abs(mine - other)[both] <= (error + other_error)[both]

@@ -47,11 +47,12 @@ def solve_as_damped(system: SecondOrderSystem) -> Modes:
     if not (structural or viscous):
         return eigen.solve_undamped(system)
     if structural and viscous:
-        modes = _solve_mixed(system)
-        return replace(modes, direct=frequency_response.direct(system, _lines_about(modes)))
-    modes = None if is_coupled(system) else eigen.solve_undamped(system)
-    if modes is not None and not (modes.damping_ratio >= 1).any():
-        return modes
+        mixed = _solve_mixed(system)
+        return replace(mixed, direct=frequency_response.direct(system, _lines_about(mixed)))
+    if not is_coupled(system):
+        real = eigen.solve_undamped(system)
+        if not (real.damping_ratio >= 1).any():
+            return real
     damped = eigen.solve_damped(system)
     return damped if structural else slow_part(damped)
 

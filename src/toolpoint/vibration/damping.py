@@ -23,7 +23,8 @@ def modal(system: SecondOrderSystem, ratio: ArrayLike) -> SecondOrderSystem:
     r"""Return the system with the damping matrix that gives these modal damping ratios.
 
     :math:`C = M \Phi\, diag(2 \zeta_r \omega_r)\, \Phi^T M`; a single ratio serves every mode.
-    It takes the place of all damping present, viscous and structural, except a gyroscopic part. Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
+    It takes the place of all damping present, viscous and structural, except a gyroscopic part.
+    Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     omega = np.sqrt(np.maximum(squares, 0.0))

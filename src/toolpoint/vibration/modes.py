@@ -219,7 +219,12 @@ class Modes(NotebookText):
         return replace(
             self, shape=self.shape[..., at, :], dofs=tuple(self.dofs[i] for i in at), shape_variance=variance,
             lower_residual=cut(self.lower_residual), upper_residual=cut(self.upper_residual),
-            direct=None if self.direct is None else self.direct.selected([self.dofs[i] for i in at]))
+            direct=self._direct_at([self.dofs[i] for i in at]))
+
+    def _direct_at(self, dofs: list[Dof]) -> Frf | None:
+        if self.direct is None:
+            return None
+        return self.direct.selected(dofs) if self.input_dofs else self.direct.selected(dofs, dofs)
 
     def at_pose(self, index: int) -> Modes:
         """Return the modes of one pose of a batch."""

@@ -116,7 +116,8 @@ class PlaneDynamics(NotebookText):
         if self.structural is not None and self.structural.any():
             poles, residues = self.poles[self.structural], self.residues[self.structural]
             s = 2j * np.pi * size[..., None]
-            value = value - np.tensordot(1 / (s + poles), residues, 1) - np.tensordot(1 / (s - poles.conj()), residues.conj(), 1)
+            value = value - np.tensordot(1 / (s + poles), residues, 1)
+            value = value - np.tensordot(1 / (s - poles.conj()), residues.conj(), 1)
         turn = np.sign(f)[..., None, None]
         return np.where(turn < 0, value.conj(), np.where(turn == 0, value.real + 0j, value))
 

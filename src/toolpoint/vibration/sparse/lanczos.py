@@ -147,7 +147,8 @@ class _Search:
         basis = _Basis(self, number)
         basis.grow_to(number)
         if not is_counted:
-            return self._pairs(basis.polished(number), 0.0, "modes not counted: ask for a count to be sure that none is missing")
+            return self._pairs(basis.polished(number), 0.0,
+                               "modes not counted: ask for a count to be sure that none is missing")
         missing, mu = 0, np.inf
         for _ in range(4):
             squares = basis.squares()
@@ -162,8 +163,8 @@ class _Search:
                 return self._pairs(polished, np.sqrt(max(mu, 0.0)) / (2 * np.pi), "all modes found, by count")
             basis.restart(number + max(missing, 0))
         number = min(number, len(basis.squares()))
-        return self._pairs(basis.polished(number), 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
-                                               "found: give another shift")
+        return self._pairs(basis.polished(number), 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted "
+                                                        "and not found: give another shift")
 
     def band(self, top: float, most: int | None = None) -> EigenPairs:
         number = self._count(top)
@@ -343,6 +344,6 @@ class _Basis:
         values, turns = self._decomposed()
         _, residual = self._values()
         search = self._search
-        squares, vectors, equation = polish_pairs(
-            search.pencil, 1 / values[:keep] - search.shift, self._vectors @ turns[:, :keep], rigid_square=_RIGID * search.shift)
+        squares, vectors, equation = polish_pairs(search.pencil, 1 / values[:keep] - search.shift,
+                                                  self._vectors @ turns[:, :keep], rigid_square=_RIGID * search.shift)
         return squares, vectors, residual[:keep], equation

@@ -1,9 +1,9 @@
 r"""Eigenpairs of Lanczos brought to the accuracy of the matrices: one inverse iteration, then Rayleigh-Ritz with K and M.
 
-Lanczos knows :math:`1/(\omega^2 + s)`. With a small shift s the rigid-body modes of a free body are as large as 1/s, and rounding
-at that size has been 1e-9 of the elastic modes, as much as the BLAS kernel made it. The Rayleigh quotient with K has no such
-term. The inverse iteration damps what Lanczos leaves of high modes by :math:`(\omega^2 + s)/(\omega_j^2 + s)`; its error is what
-the residual of :math:`K \phi = \omega^2 M \phi` shows (2e-7 before, where the squares were right to 1e-9).
+Lanczos knows :math:`1/(\omega^2 + s)`. With a small shift s the rigid-body modes of a free body are as large as 1/s, and
+rounding at that size has been 1e-9 of the elastic modes, as much as the BLAS kernel made it. The Rayleigh quotient with K has
+no such term. The inverse iteration damps what Lanczos leaves of high modes by :math:`(\omega^2 + s)/(\omega_j^2 + s)`, which
+the residual of :math:`K \phi = \omega^2 M \phi` shows: 2e-7 before, where the squares were right to 1e-9.
 
 Source: Parlett, The Symmetric Eigenvalue Problem, 1998, sections 4.3 and 11.4.
 """

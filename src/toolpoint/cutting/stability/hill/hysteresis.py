@@ -45,7 +45,7 @@ def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> Stabilit
             led = [_unmoved(problem, chart, p) for p in chart.points(i).tolist()]
             estimated += len(led)
         rows += [(i, *row) for row in led if row[0] <= chart.depth_max]
-    note = NOTE if not estimated else f"{NOTE}; {estimated} of {len(rows)} points stay, their errors say by how much they may move"
+    note = NOTE if not estimated else f"{NOTE}; {estimated} of {len(rows)} points stay, their errors hold how far they may move"
     return assemble_chart(chart.speeds, chart.depth_max, np.array(rows, float).reshape(-1, 6).T,
                           unstable_at_zero=chart.unstable_at_zero, method=chart.method, notes=(*chart.notes, note),
                           search=chart.search)
@@ -97,8 +97,8 @@ def _floor(problem: MillingProblem) -> float:
 
 
 def _unmoved(problem: MillingProblem, chart: StabilityChart, point: int) -> Row:
-    error = float(chart.error[point]) + UNREFINED_SAFETY * _estimate(problem, chart, point)
-    return (float(chart.depth[point]), float(chart.theta[point]), float(chart.frequency[point]), int(chart.change[point]), error)
+    depth, theta, frequency, error = (float(getattr(chart, name)[point]) for name in ("depth", "theta", "frequency", "error"))
+    return depth, theta, frequency, int(chart.change[point]), error + UNREFINED_SAFETY * _estimate(problem, chart, point)
 
 
 def _estimate(problem: MillingProblem, chart: StabilityChart, point: int) -> float:
