@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint.app import console
+from toolpoint.app.interrupt import unbroken_writing
 
 if TYPE_CHECKING:
     from toolpoint.plot import Report
@@ -85,14 +86,16 @@ class Frame:
     def write(self, name: str, path: Path | None, write: Callable[..., object], *what: Any, **how: Any) -> None:
         """Write a file where its path is given, and say so at the end under this name."""
         if path is not None:
-            write(*what, path, **how)
+            with unbroken_writing():
+                write(*what, path, **how)
             self._written.append(f"{name} written: {path}")
 
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
         if (place := to or self.output) is not None:
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
-            self._written.append(f"Page written: {report.save(place)}")
+            with unbroken_writing():
+                self._written.append(f"Page written: {report.save(place)}")
 
     def present(self, page: Callable[..., Report], result: Result, *more: Any, notes: Sequence[str] = (), **named: Any) -> None:
         """Write the page of a result, then print the result."""

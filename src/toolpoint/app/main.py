@@ -13,6 +13,7 @@ import click
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._threads import hold_process
+from toolpoint.app.interrupt import INTERRUPTED, end_on_interrupt
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _MODULES = {
@@ -58,6 +59,7 @@ def cli() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Frame the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
     if arguments is None:  # a process of its own
+        end_on_interrupt()
         hold_process()
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else every installed package is searched for plugins
     try:
@@ -76,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
         _error("interrupted; finished parts of a study are kept where it was given a --folder")
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
 
 
 def _error(message: str) -> None:

@@ -18,7 +18,7 @@ PIECE = 1.2  # largest wave number times length of a piece
 TERMS = 14  # even terms of the series: 1.2^28/28! is below 1e-27
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _pieces(omega, density, modulus, shear, area, second, length):
     """Return into how many pieces a segment is cut at a frequency."""
     a, b = abs(density * omega**2 / modulus), abs(density * omega**2 / shear)
@@ -27,7 +27,7 @@ def _pieces(omega, density, modulus, shear, area, second, length):
     return max(1, int(np.ceil(largest * length / PIECE)))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _transfer(omega, density, modulus, shear, area, second, h, out):
     """Fill exp(Z h), 4x4; `shear` is kappa G, `modulus` E, both complex."""
     bending, slide = 1.0 / (modulus * second), 1.0 / (shear * area)
@@ -60,7 +60,7 @@ def _transfer(omega, density, modulus, shear, area, second, h, out):
     out[3, 2], out[3, 3] = -c1 + c3 * (s1 + s2), c0 - c2 * s2
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def carry_receptances(omega, segments, base, tip, sway):
     """Carry base receptances (n_f, m, 2, 2) through segments to their end, and fill what a unit tip force does to the base.
 
@@ -89,7 +89,7 @@ def carry_receptances(omega, segments, base, tip, sway):
                     _pass(t, tip[line, draw], sway[line, draw], f)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _pass(t, h, sway, f):
     """Carry a receptance and the base's wrench through one piece, in place."""
     for i in range(2):
@@ -107,7 +107,7 @@ def _pass(t, h, sway, f):
         sway[i, 0], sway[i, 1] = a * i00 + b * i10, a * i01 + b * i11
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def segment_stiffness(omega, segment, out):
     """Fill the dynamic stiffness (n_f, 4, 4) of a free segment over (w, t) at its start and at its end.
 
@@ -126,7 +126,7 @@ def segment_stiffness(omega, segment, out):
             _append(out[line], piece)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _stiffness(t, out):
     """Fill the dynamic stiffness of a piece from its transfer matrix: f at the start is -T12^-1 (u' - T11 u)."""
     det = t[0, 2] * t[1, 3] - t[0, 3] * t[1, 2]
@@ -143,7 +143,7 @@ def _stiffness(t, out):
             out[2 + i, j] = out[j, 2 + i]  # reciprocity holds for the exact matrix
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _append(whole, piece):
     """Join a piece to the end of a whole, in place, and condense the section between."""
     k00, k01 = whole[2, 2] + piece[0, 0], whole[2, 3] + piece[0, 1]

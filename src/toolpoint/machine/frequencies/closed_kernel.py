@@ -17,7 +17,7 @@ LARGEST_CORRECTION = 0.12
 SMALLEST_PART = 1 / 512
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _rotation_of(x, y, z, out):
     angle = np.sqrt(x * x + y * y + z * z)
     if angle < 1e-4:
@@ -29,7 +29,7 @@ def _rotation_of(x, y, z, out):
     out[2, 0], out[2, 1], out[2, 2] = b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _vector_of(r, out):
     """Rotation vector of a matrix whose angle is below half a turn."""
     trace = r[0, 0] + r[1, 1] + r[2, 2]
@@ -40,7 +40,7 @@ def _vector_of(r, out):
     out[0], out[1], out[2] = factor * x, factor * y, factor * z
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def forward(tree, ways, values, state, work):
     """Fill places of all links and joints and the twists of all steps for step values."""
     parents, frame_r, frame_t, first, order, ball = tree
@@ -88,14 +88,14 @@ def forward(tree, ways, values, state, work):
                                         + moved_r[i, a, 2] * frame_t[i, 2])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _line(r, t, axis, out):
     x, y, z = r[0, axis], r[1, axis], r[2, axis]
     out[3], out[4], out[5] = x, y, z
     out[0], out[1], out[2] = t[1] * z - t[2] * y, t[2] * x - t[0] * z, t[0] * y - t[1] * x
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def side(link, frame_r, frame_t, state, r, t):
     if link < 0:
         r[:] = frame_r
@@ -105,7 +105,7 @@ def side(link, frame_r, frame_t, state, r, t):
         _moved(state[0][link], frame_t, state[1][link], t)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _equations(loops, state, residual, rate, work):
     """Fill weighted gaps of all loops and their derivatives to all steps."""
     parent, child, frame_r, frame_t, turning, row_loop, row_way, weight, signs = loops
@@ -138,7 +138,7 @@ def _equations(loops, state, residual, rate, work):
         row = last
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gap(r, t, turning, gap):
     gap[:3] = t
     gap[3:] = 0.0
@@ -155,7 +155,7 @@ def _gap(r, t, turning, gap):
         gap[6 - a - b] = -hand * r[a, b]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gap_rate(r, t, turning, base_r, base_t, xi, out):
     v0 = xi[0] - (base_t[1] * xi[5] - base_t[2] * xi[4])
     v1 = xi[1] - (base_t[2] * xi[3] - base_t[0] * xi[5])
@@ -190,7 +190,7 @@ def _gap_rate(r, t, turning, base_r, base_t, xi, out):
         out[6 - a - b] = -hand * (d0, d1, d2)[a]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve(matrix, right, n, columns):
     """Solve in place by elimination with row pivots; return the sign of the determinant, zero where it is singular."""
     sign = 1.0
@@ -225,7 +225,7 @@ def solve(matrix, right, n, columns):
     return sign
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _advance(values, delta, passive, balls, work):
     """Change the passive step values; a ball turns further about its moved directions."""
     for k in range(passive.size):
@@ -240,7 +240,7 @@ def _advance(values, delta, passive, balls, work):
         values[i], values[j], values[k] = work[3, 0, 0], work[3, 0, 1], work[3, 0, 2]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _corrected(system, state, passive, delta, work):
     """Return the hand of the equations after filling the change of the passive steps that removes the residuals."""
     residual, rate, matrix, right = system
@@ -255,7 +255,7 @@ def _corrected(system, state, passive, delta, work):
     return hand
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _settle(chain, start, goal, values, state, system, hand, work):
     """Follow a pose from start values to driven values of the goal; return whether it closed in the same assembly mode."""
     tree, ways, loops, passive, balls, _ = chain
@@ -284,7 +284,7 @@ def _settle(chain, start, goal, values, state, system, hand, work):
     return part >= 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _newton(chain, values, state, system, hand, work, delta):
     tree, ways, loops, passive, balls, scale = chain
     for number in range(CORRECTIONS):
@@ -304,7 +304,7 @@ def _newton(chain, values, state, system, hand, work, delta):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def settle_poses(tree, ways, loops, passive, balls, scale, start, goals, hand, values, settled):
     """Fill step values (P, n_steps) for driven step values `goals` (P, n_driven), from the last pose where it is nearer."""
     links, steps, count = tree[0].size, ways.size, passive.size

@@ -12,7 +12,7 @@ from toolpoint.machine.frequencies.closed_kernel import forward, side, solve
 from toolpoint.machine.frequencies.kernel import _inertias, _momentum, _moved, _twist
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, parts, stiffness, out_mass, out_stiffness, good):
     """Fill mass and stiffness (P, f, f) in the independent coordinates of every pose.
 
@@ -75,7 +75,7 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
         _project(full_k, basis, half, out_stiffness[pose])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _loop_rows(loops, state, twists, link, on_path, rows, work):
     """Motion of the child's side against the parent's in every loop, in the parent's axes about its place, per coordinate."""
     parent, child, frame_r, frame_t = loops[0], loops[1], loops[2], loops[3]
@@ -97,7 +97,7 @@ def _loop_rows(loops, state, twists, link, on_path, rows, work):
                 rows[l, 3 + a, j] = sign * (base_r[0, a] * xi[3] + base_r[1, a] * xi[4] + base_r[2, a] * xi[5])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_elastic(elastic, rows, full):
     for l in range(elastic.shape[0]):
         for a in range(6):
@@ -110,7 +110,7 @@ def _add_elastic(elastic, rows, full):
                                 full[i, j] += k * rows[l, a, i] * rows[l, b, j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _project(full, basis, half, out):
     n, f = basis.shape
     for i in range(n):
@@ -127,7 +127,7 @@ def _project(full, basis, half, out):
             out[i, j] = out[j, i] = total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def scale_by_stiffness(mass, stiffness, good):
     """Replace mass matrices M (P, f, f) by L^-1 M L^-T with K = L L^T; a pose whose stiffness is not positive is not good."""
     f = mass.shape[1]

@@ -12,7 +12,7 @@ from numba import njit
 BLOCK = 64
 
 
-@njit(cache=True, fastmath=False)
+@njit(cache=True, nogil=True, fastmath=False)
 def tree_mass_matrices(tree, bodies, motions, positions, out):
     """Fill `out` (P, n, n) with mass matrices of a `JointTree`, its `BodyMoments` and `JointMotions`, by composite inertias."""
     parents, (columns, column_link, on_path) = tree.parents, motions
@@ -38,7 +38,7 @@ def tree_mass_matrices(tree, bodies, motions, positions, out):
                 out[pose, j, i] = value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _product(a, b, out):
     # Written out: the library call for 3x3 products allocates and costs ten times the arithmetic.
     for i in range(3):
@@ -46,20 +46,20 @@ def _product(a, b, out):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _product_transposed(a, b, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _moved(r, x, t, out):
     for i in range(3):
         out[i] = r[i, 0] * x[0] + r[i, 1] * x[1] + r[i, 2] * x[2] + t[i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _put(r, t, out_r, out_t):
     # Loops: a copy by slices compiles the text of its error for a second.
     for i in range(3):
@@ -68,7 +68,7 @@ def _put(r, t, out_r, out_t):
             out_r[i, j] = r[i, j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _place(tree, position, moved_r, moved_t, rotation, place, work):
     parents, frame_r, frame_t, axis_of, axis_twists, at_child = tree
     now_r, spare, turn = work[0], work[1], work[2]
@@ -96,7 +96,7 @@ def _place(tree, position, moved_r, moved_t, rotation, place, work):
                 place[i, a] = now_t[a]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _motion(twist, amount, turn, shift):
     for a in range(3):
         shift[a] = twist[a] * amount
@@ -113,7 +113,7 @@ def _motion(twist, amount, turn, shift):
             turn[c, b] = s
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work):
     links = parents.size
     half, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
@@ -139,7 +139,7 @@ def _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work):
                     second[p, a, b] += second[i, a, b]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _twist(column, rotation, place, out):
     for a in range(3):
         v, w = 0.0, 0.0
@@ -152,7 +152,7 @@ def _twist(column, rotation, place, out):
     out[2] += place[0] * out[4] - place[1] * out[3]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _momentum(m, h, s, xi, out):
     v0, v1, v2, w0, w1, w2 = xi[0], xi[1], xi[2], xi[3], xi[4], xi[5]
     out[0] = m * v0 + w1 * h[2] - w2 * h[1]
@@ -165,7 +165,7 @@ def _momentum(m, h, s, xi, out):
     out[5] = h[0] * v1 - h[1] * v0 + trace * w2 - s[2, 0] * w0 - s[2, 1] * w1 - s[2, 2] * w2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def scale_blocks(matrices, factor, diagonal, start, out):
     """Fill `out` (n, n, BLOCK) with F M F^T for the poses from `start`; `factor` is F, lower triangular or diagonal."""
     n, poses = matrices.shape[1], matrices.shape[0]
@@ -184,7 +184,7 @@ def scale_blocks(matrices, factor, diagonal, start, out):
                     out[i, j, w] = single[i, j]
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def tridiagonalise(a, d, e):
     """Reduce lower triangles `a` (n, n, BLOCK) by Householder steps to diagonals `d` (n, BLOCK), off-diagonals `e`."""
     n = a.shape[0]
@@ -234,7 +234,7 @@ def tridiagonalise(a, d, e):
             e[n - 2, w] = a[n - 1, n - 2, w]
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def largest_eigenvalues(d, e, number, out):
     """Fill `out` (wanted, BLOCK) with the largest eigenvalues, descending, by bisection with Sturm counts."""
     n = d.shape[0]
@@ -274,7 +274,7 @@ def largest_eigenvalues(d, e, number, out):
             out[r, w] = 0.5 * (low[w] + high[w])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def largest_scaled_eigenvalues(matrices, factor, diagonal, number, out):
     """Fill `out` (P, wanted) with the largest eigenvalues of F M F^T for all matrices M (P, n, n), descending."""
     poses, n = matrices.shape[0], matrices.shape[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -87,7 +87,7 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
         raise ToolpointError(f"{side.name}: " + "; ".join(faults[:3]))
     batch = reach.batch()
     place = place_machine(machine, batch)
-    system, align = _systems(machine, place, batch, reference)
+    system, align = _systems(machine, place, batch)
     axes = _cutter_axes(machine, side, length, batch)
     point = str(machine.description.tool)
     tips = place.position(machine.description.points[point])
@@ -125,19 +125,17 @@ def _viscous(system: SecondOrderSystem) -> FloatArray:
     return np.zeros_like(system.mass) if system.damping is None else system.damping
 
 
-def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray], reference: float) -> tuple[SecondOrderSystem,
-                                                                                                          FloatArray]:
+def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -> tuple[SecondOrderSystem, FloatArray]:
     """Systems at all nodes with viscous damping, and what turns their coordinates so that they are continuous along the
     path."""
     description = machine.description
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, batch, [f"{point}:{way}" for way in _WAYS], modal_damping=False)
-    if system.structural_damping is not None:
-        # A viscous matrix that loses as much at the reference frequency: smooth along the path.
-        viscous = _viscous(system) + system.structural_damping / (2 * np.pi * reference)
-        system = replace(system, damping=viscous, structural_damping=None)
     if description.damping_ratio is not None:
         system = damping.modal(system, description.damping_ratio)
+    elif system.structural_damping is not None:
+        # As much loss at every resonance, coupled between modes: a function of M and K, so it is smooth along the path.
+        system = damping.equivalent_viscous(system)
     if system.damping is None or not np.any(system.damping):
         fail("machine", "no damping", "what rings at the start would never die",
              remedy="give damping_ratio, or damping to joints")

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def advance(nodes, cut, course, motion, keep, first, out, base):
     """Advance a block of steps; all matrices are stored by columns, at nodes along the path, and blended between two of them.
 
@@ -93,7 +93,7 @@ def advance(nodes, cut, course, motion, keep, first, out, base):
     return kept
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def _account(nodes, i, t, inputs, after, extended, motion):
     """Add the work of the inputs over a step (exact for inputs held), the energy lost (a quadratic form) and the energy
     gained."""

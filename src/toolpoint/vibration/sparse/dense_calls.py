@@ -50,7 +50,7 @@ def call(context: Any, address: Any, arguments: Any) -> Any:
     return types.void(address, arguments), _generate
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def scratch():
     """Return the places that arguments are passed in: integers, letters L N T U R, and the numbers 1, -1."""
     integers = np.zeros(8, np.int32)
@@ -59,7 +59,7 @@ def scratch():
     return integers, letters, numbers
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cholesky(routines, places, n, a, lda):
     """Factorise the lower triangle at address a in place; return 0, or the first row whose pivot is not positive."""
     integers, letters, _ = places
@@ -69,7 +69,7 @@ def cholesky(routines, places, n, a, lda):
     return integers[2]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve_triangle(routines, places, right, transposed, unit, m, n, a, lda, b, ldb):
     """B (m, n) becomes inv(L) B, or B inv(L) from the right, L transposed where asked, with ones on its diagonal or not."""
     integers, letters, numbers = places
@@ -79,7 +79,7 @@ def solve_triangle(routines, places, right, transposed, unit, m, n, a, lda, b, l
                        b, i + 12))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def square_update(routines, places, n, k, a, lda, c_address, ldc):
     """The lower triangle of C (n, n) becomes C - A A^T, A (n, k)."""
     integers, letters, numbers = places
@@ -88,7 +88,7 @@ def square_update(routines, places, n, k, a, lda, c_address, ldc):
     call(routines[2], (c, c + 1, i, i + 4, x + 8, a, i + 8, x, c_address, i + 12))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def product(routines, places, shape, transposed, a, b, target):
     """C (m, n) becomes C - op(A) op(B), op(A) (m, k), op(B) (k, n); `shape` m, n, k, `transposed` whether A, whether B is;
     each matrix is its address and its leading dimension."""

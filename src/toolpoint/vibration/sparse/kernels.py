@@ -18,7 +18,7 @@ _PANEL = 64
 _STRIP = 256
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diagonal, routines, positive, tiny):
     """Factorise the groups low .. high - 1 of K + shift M; return -1, or the first row (in elimination order) without a
     usable pivot.
@@ -105,7 +105,7 @@ def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
                 panel[j * front + local[row]] += scale * values[entries[k]]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest):
     """Add the contributions of the children, a linked list in `state`: 1 + s first child, 1 + n + s next, 1 + 2 n + s place."""
     count = begins.size - 1
@@ -130,7 +130,7 @@ def _take_children(s, begins, pointers, rows, stack, state, local, width, front,
         child = state[1 + count + child]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _keep(panel, width, front, kept):
     """Put the columns of L by: a block of columns at a time, from its diagonal down, so that little stands above it."""
     at = 0
@@ -140,7 +140,7 @@ def _keep(panel, width, front, kept):
             at += front - a
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _push(s, parent, below, rest, stack, state):
     """Put the lower triangle of the new contribution over those of the children, which are done with, for the parent."""
     count = parent.size
@@ -161,7 +161,7 @@ def _push(s, parent, below, rest, stack, state):
     state[0] = base
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cholesky_front(panel, rest, width, below, front, routines, places):
     address = panel.ctypes.data
     fault = cholesky(routines, places, width, address, front)
@@ -173,7 +173,7 @@ def _cholesky_front(panel, rest, width, below, front, routines, places):
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _indefinite_front(panel, rest, width, below, front, diagonal, routines, places, tiny):
     """L D L^T of the width columns without exchanges, a panel at a time; a pivot below `tiny` ends it."""
     address = panel.ctypes.data
@@ -200,7 +200,7 @@ def _indefinite_front(panel, rest, width, below, front, diagonal, routines, plac
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places):
     strip = np.empty(min(_STRIP, max(below, 1)) * width)
     address, out = panel.ctypes.data, rest.ctypes.data
@@ -213,7 +213,7 @@ def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, place
                 (strip.ctypes.data, d - c), (out + 8 * (c * below + c), below))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _indefinite_block(panel, a, b, front, diagonal, tiny):
     for j in range(a, b):
         pivot = panel[j * front + j]
@@ -230,7 +230,7 @@ def _indefinite_block(panel, a, b, front, diagonal, tiny):
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routines, positive):
     """Solve in place for `right` (k, n), its columns in elimination order: one right side a row."""
     places = scratch()
@@ -268,7 +268,7 @@ def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routin
     return work.size
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _forward(kept, work, width, front, k, routines, places, positive):
     x, start, at = work.ctypes.data, kept.ctypes.data, 0
     for a in range(0, width, BLOCK):
@@ -281,7 +281,7 @@ def _forward(kept, work, width, front, k, routines, places, positive):
         at += height * (b - a)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _backward(kept, work, width, front, k, routines, places, positive):
     x, start, at = work.ctypes.data, kept.ctypes.data, kept.size
     for a in range((width - 1) // BLOCK * BLOCK, -1, -BLOCK):

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def number_pairs(pointers, columns):
     """Return a number for each pair of neighbours, counted over pairs i >= j row by row; columns ascending."""
     n = pointers.size - 1
@@ -30,7 +30,7 @@ def number_pairs(pointers, columns):
     return entries
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks):
     """Add element matrices (e, width n, width n) to the stored blocks (pairs, width, width)."""
     n = elements.shape[1]
@@ -47,7 +47,7 @@ def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks)
                         blocks[at, a, b] += matrices[e, i * width + a, j * width + b]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def multiply(pointers, columns, entries, blocks, x, result):
     """Add the product with `x` (nodes, 3, k) to `result`."""
     k = x.shape[2]
@@ -62,7 +62,7 @@ def multiply(pointers, columns, entries, blocks, x, result):
                         result[i, a, c] += value * x[j, b, c]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def multiply_scalars(pointers, columns, entries, values, x, result):
     """Add the product of a matrix of numbers times unit blocks with `x` (nodes, 3 k) to `result`."""
     for i in range(pointers.size - 1):

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def quotient(indptr, indices, group, count):
     """Return pointers and neighbours (no loops) of the graph of groups of rows, and the number of rows in each."""
     weight = np.zeros(count, np.int64)
@@ -45,7 +45,7 @@ def quotient(indptr, indices, group, count):
     return xadj, adj, weight
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def twins(xadj, adj, keys):
     """Return a number for each vertex, the same for vertices with the same closed neighbourhood, by sums of random keys."""
     n = xadj.size - 1
@@ -64,7 +64,7 @@ def twins(xadj, adj, keys):
     return group, count + 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def elimination_tree(xadj, adj, order):
     """Return the parent of each place in the order, -1 for roots."""
     n = order.size
@@ -86,7 +86,7 @@ def elimination_tree(xadj, adj, order):
     return parent
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def column_weights(xadj, adj, order, parent, weight):
     """Return the rows of each column of L on and below the diagonal, in weight, by walking every row's subtree."""
     n = order.size
@@ -104,7 +104,7 @@ def column_weights(xadj, adj, order, parent, weight):
     return rows
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def postorder(parent, size):
     """Return the places of a forest children first, the child of the largest size last before its parent."""
     n = parent.size
@@ -136,7 +136,7 @@ def postorder(parent, size):
     return order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def supernodes(parent, rows, weight):
     """Return the first column of each group of columns that are factorised together, and n at the end.
 
@@ -169,7 +169,7 @@ def supernodes(parent, rows, weight):
     return np.array([*first, n])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def structure(xadj, adj, order, starts):
     """Return pointers and the vertices (by place) below each group of columns, ascending, and the parent of each group."""
     n, count = order.size, starts.size - 1
@@ -210,7 +210,7 @@ def structure(xadj, adj, order, starts):
     return pointers, rows[:total].copy(), parent
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def expand_rows(pointers, rows, order, weight, starts):
     """Return structure in single rows: first row of each group, pointers and rows below each group."""
     n, count = order.size, starts.size - 1
@@ -234,7 +234,7 @@ def expand_rows(pointers, rows, order, weight, starts):
     return begins, new_pointers, new_rows
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def room_needed(begins, pointers, parent):
     """Return the most numbers that wait on the stack at once (lower triangles of contributions), and the largest front's
     columns and contribution."""
@@ -252,7 +252,7 @@ def room_needed(begins, pointers, parent):
     return most, columns, square
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def factor_starts(begins, pointers, block):
     """Return where each group's columns start in the factor, and its size: blocks of columns, each from its diagonal down."""
     starts = np.zeros(begins.size, np.int64)
@@ -265,7 +265,7 @@ def factor_starts(begins, pointers, block):
     return starts
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def asymmetry(indptr, indices, data):
     """Return the largest difference between entries and their mirror images; columns sorted, without repeated entries.
 
@@ -292,7 +292,7 @@ def asymmetry(indptr, indices, data):
     return worst
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def holds(indptr, indices, other_indptr, other_indices):
     """Return whether every entry of the other pattern has one in the first; columns of both are sorted."""
     for j in range(indptr.size - 1):

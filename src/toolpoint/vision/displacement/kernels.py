@@ -8,7 +8,7 @@ from numba import njit
 TAPS = 8
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def sum_blocks(frames, side, means, extremes, white):
     """Put the mean of every block (side x side) into `means` (n, rows, columns); count black and white pixels of frames."""
     n, rows, columns = frames.shape
@@ -33,7 +33,7 @@ def sum_blocks(frames, side, means, extremes, white):
                     extremes[y, x] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def add_differences(before, frame, after, sums):
     """Add a frame's changes to sums (4, rows, columns), all float32.
 
@@ -50,7 +50,7 @@ def add_differences(before, frame, after, sums):
                 sums[2, y, x] += first * (frame[y, x - 1] - before[y, x - 1])
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, nogil=True, fastmath=True, inline="always")
 def _product(frame, template, top, left, sums):
     # Sums by column, added up at the end: so the loop over a row runs in full vectors, whatever the width.
     width = template.shape[2]
@@ -68,7 +68,7 @@ def _product(frame, template, top, left, sums):
     return total_x, total_y
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def track(frames, corners, templates, ready, step, reach, edges, normal, state, result, lost):
     """Track windows by template products.
 
@@ -110,7 +110,7 @@ def track(frames, corners, templates, ready, step, reach, edges, normal, state, 
             state[p, 0], state[p, 1] = right, down
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, lost):
     """Track windows by Lucas-Kanade steps, inverse compositional, on frames interpolated by a Lanczos kernel of eight taps.
 
@@ -162,7 +162,7 @@ def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, 
             state[p, 0], state[p, 1] = right, down
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _lanczos(f, w):
     """Put the weights of a Lanczos kernel at f, 0 <= f < 1, into w; their sum is one."""
     total = 0.0
@@ -176,7 +176,7 @@ def _lanczos(f, w):
         w[k] /= total
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def filter_window(frame, top, left, size, stride, wave_re, wave_im, bell, across, lines_re, lines_im, out):
     """Put the complex band-pass of a window into `out` (2, rows, columns), every `stride` pixels.
 
@@ -217,7 +217,7 @@ def filter_window(frame, top, left, size, stride, wave_re, wave_im, bell, across
             out[0, y, x], out[1, y, x] = re, im
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def follow_phase(frames, corners, side, stride, wave, windows, result):
     """Displacement of windows (`PhaseWindows`) from their local phase, unwrapped in time, by a filter (`PhaseFilter`).
 
@@ -254,7 +254,7 @@ def follow_phase(frames, corners, side, stride, wave, windows, result):
             result[t, p, 1] = inverse[p, 1, 0] * gx + inverse[p, 1, 1] * gy
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def add_projection(frames, weights, total):
     """Add frames (n, rows, columns) times weights (k, n) to `total` (k, rows, columns), float32."""
     n, rows, columns = frames.shape

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True, inline="always", fastmath=True)
+@njit(cache=True, nogil=True, inline="always", fastmath=True)
 def _sample(picture, x, y):
     """Cubic convolution (Keys, a = -1/2) of a float32 picture; places outside are those at its edge."""
     rows, columns = picture.shape
@@ -31,13 +31,13 @@ def _sample(picture, x, y):
     return a0 * first + a1 * second + a2 * third + a3 * fourth
 
 
-@njit(cache=True, inline="always", fastmath=True)
+@njit(cache=True, nogil=True, inline="always", fastmath=True)
 def _moved(c, i, a, b):
     """Return component i of a displacement over (1, a, b, a^2, a b, b^2)."""
     return c[i, 0] + a * (c[i, 1] + a * c[i, 3] + b * c[i, 4]) + b * (c[i, 2] + b * c[i, 5])
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def draw_wall(frame, rest, wall, owner, share, out):
     """Put what stands still into `out` (rows, columns), float32: the frame, or the wall behind the bodies."""
     for y in range(frame.shape[0]):
@@ -45,7 +45,7 @@ def draw_wall(frame, rest, wall, owner, share, out):
             out[y, x] = share * rest[y, x] + (1 - share) * frame[y, x] if owner[y, x] == -1 else wall[y, x]
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def draw_layers(frame, rest, fills, owner, boxes, moved, moved_rest, share, out):
     """Draw the bodies of a frame, from back to front, each moved further.
 
@@ -87,7 +87,7 @@ def draw_layers(frame, rest, fills, owner, boxes, moved, moved_rest, share, out)
                 out[y, x] = grey if inside >= 1.0 else inside * grey + (edge - inside) * out[y, x]
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def _places(c, m, first, last, y, centre_x, centre_y, place):
     """Put the places of a row's pixels at rest (0: right, 1: down) and in the frame (2, 3) into `place` (4, columns): a loop
     without a branch, which the processor runs several pixels at a time."""
@@ -100,7 +100,7 @@ def _places(c, m, first, last, y, centre_x, centre_y, place):
         place[2, x], place[3, x] = x - _moved(m, 0, p, q), y - _moved(m, 1, p, q)
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def draw_field(frame, rest, shift, shift_rest, share, out):
     """Draw a frame moved by a smooth field: `shift` and `shift_rest` (rows, columns, 2), right and down; all float32."""
     rows, columns = frame.shape

@@ -8,7 +8,7 @@ from numba import njit
 from toolpoint.vision.rendering.texture import FINE
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _cubic(f, w):
     g = 1.0 - f
     w[0] = g * g * g / 6.0
@@ -17,7 +17,7 @@ def _cubic(f, w):
     w[3] = f * f * f / 6.0
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def draw_body(picture, texture, cover, corner, size, centre, extent, field, amplitude):
     """Draw one body into a picture (rows, columns), float32.
 
@@ -65,7 +65,7 @@ def draw_body(picture, texture, cover, corner, size, centre, extent, field, ampl
             picture[y, x] += share * (grey - picture[y, x])
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def expose(picture, noise, start, gain, white, out):
     """Round a picture to grey levels with noise from a pool, beginning at `start`."""
     rows, columns = picture.shape

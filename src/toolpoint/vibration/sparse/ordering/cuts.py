@@ -17,7 +17,7 @@ SHARE = 0.56
 _PATIENCE = 120
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def sweep(xadj, adj, weight, height):
     """Return the cut at the height that leaves the lightest separator between even sides.
 
@@ -53,7 +53,7 @@ def sweep(xadj, adj, weight, height):
     return part
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def put_separator(xadj, adj, part):
     """Put what of side 1 touches side 0 into the separator."""
     for v in range(part.size):
@@ -64,7 +64,7 @@ def put_separator(xadj, adj, part):
                     break
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cost_of(weight, part):
     """Return what a cut costs: the weight of its separator, more where the sides are uneven."""
     size = np.zeros(3)
@@ -76,13 +76,13 @@ def cost_of(weight, part):
     return size[2] * (1 + 2 * (uneven - 0.5) ** 2)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def farthest(xadj, adj, start):
     """Return a vertex of the most edges away from one."""
     return np.argmax(distances(xadj, adj, start))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def distances(xadj, adj, start):
     """Return the number of edges from a vertex, a little more than the most for those out of reach."""
     distance = np.full(xadj.size - 1, -1.0)
@@ -100,7 +100,7 @@ def distances(xadj, adj, start):
     return distance
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def refine(xadj, adj, weight, part, passes, share):
     """Move vertices from the separator to a side, their neighbours of the other side into it, while that pays; in place."""
     n = xadj.size - 1
@@ -118,7 +118,7 @@ def refine(xadj, adj, weight, part, passes, share):
         limit = max(np.int64(share * size.sum()), max(size[0], size[1]))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _weigh(xadj, adj, weight, part, v, outside):
     outside[0, v] = outside[1, v] = 0
     for k in range(xadj[v], xadj[v + 1]):
@@ -127,7 +127,7 @@ def _weigh(xadj, adj, weight, part, v, outside):
             outside[part[u], v] += weight[u]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
     """One pass of moves with their best prefix kept; return whether the separator became lighter."""
     heaps = [[(np.int64(0), np.int64(0)) for _ in range(0)] for _ in range(2)]
@@ -165,7 +165,7 @@ def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
     return best < before
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _next_move(heaps, weight, part, outside, size, limit, locked, turn):
     """Return the side and vertex of the most gain that keeps the balance; -1 where there is none."""
     for side in range(2):
@@ -186,7 +186,7 @@ def _next_move(heaps, weight, part, outside, size, limit, locked, turn):
     return side, v
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log):
     log.append((v, np.int64(SEPARATOR)))
     part[v], locked[v] = side, turn

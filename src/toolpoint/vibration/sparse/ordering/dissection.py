@@ -15,7 +15,7 @@ from toolpoint.vibration.sparse.ordering.levels import cut_by_levels
 _MULTILEVEL = 500
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def dissect(xadj, adj, weight, places, leaf):
     """Return the vertices in elimination order.
 
@@ -47,7 +47,7 @@ def dissect(xadj, adj, weight, places, leaf):
     return order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _minimum_degree(xadj, adj, weight):
     """Return the vertices of a small graph, each time the one with the lightest neighbourhood; neighbours as bits."""
     n = xadj.size - 1
@@ -80,7 +80,7 @@ def _minimum_degree(xadj, adj, weight):
     return order
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _subgraph(xadj, adj, weight, vertices, where):
     for i in range(vertices.size):
         where[vertices[i]] = i
@@ -101,7 +101,7 @@ def _subgraph(xadj, adj, weight, vertices, where):
     return sub_xadj, sub[:at].copy(), np.ones(at, np.int64), weight[vertices]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _separate(xadj, adj, edge, weight, places):
     """Return the side (0, 1) of each vertex, or that it is in the separator (2): the best of swept and multilevel cuts."""
     start = farthest(xadj, adj, 0)

@@ -17,7 +17,7 @@ _TRIALS = 8
 _EVEN = 0.51
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cut_by_levels(xadj, adj, edge, weight):
     """Return a cut found on coarser graphs and carried back."""
     levels = [(xadj, adj, edge, weight)]
@@ -38,7 +38,7 @@ def cut_by_levels(xadj, adj, edge, weight):
     return part
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _matching(xadj, adj, edge, weight):
     """Pair each vertex with the neighbour of its heaviest edge, light vertices first; return the coarse vertex of each."""
     n = xadj.size - 1
@@ -65,7 +65,7 @@ def _matching(xadj, adj, edge, weight):
     return coarse, count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _contracted(xadj, adj, edge, weight, coarse, count):
     n = xadj.size - 1
     members = np.full((count, 2), -1, np.int64)
@@ -95,7 +95,7 @@ def _contracted(xadj, adj, edge, weight, coarse, count):
     return new_xadj, new[:at].copy(), new_edge[:at].copy(), heavy
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _first_cut(xadj, adj, edge, weight, trials):
     """Cut across the slowest vibration of the graph, and grow sides from some vertices; refine each, keep the best."""
     n = xadj.size - 1
@@ -114,7 +114,7 @@ def _first_cut(xadj, adj, edge, weight, trials):
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _slowest(xadj, adj, edge, weight, start):
     """Return roughly the second vector of the weighted Laplacian, by damped iteration from the distance to a vertex."""
     n = xadj.size - 1
@@ -137,7 +137,7 @@ def _slowest(xadj, adj, edge, weight, start):
     return x
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _grown(xadj, adj, weight, start):
     """Return side 0 grown from a vertex to half of the weight, its border as the separator; other pieces join as needed."""
     n = xadj.size - 1

@@ -1,0 +1,88 @@
+"""Ctrl-C: a command ends at once with code 130, without a traceback, and its worker processes end with it.
+
+Python's own way raises KeyboardInterrupt wherever the main thread happens to be: inside a call-back of a compiled kernel it is
+swallowed or becomes a SystemError, inside a reader it becomes a message about the file. Here the signal is taken by a thread of
+its own, which needs neither the main thread nor, as kernels release the interpreter's lock, a pause in the computation. What
+is kept on disk is written to a draft and renamed, so it is whole at any moment; a file that is being written is waited for.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+INTERRUPTED = 130  # exit code of a command that Ctrl-C ended: 128 + SIGINT
+MAX_WRITING_S = 2.0  # s that a file in the making is waited for; a second Ctrl-C does not wait
+MESSAGE = "\nerror: interrupted; finished parts of a study are kept where it was given a --folder\n"
+SHOW_CURSOR = "\x1b[?25h"
+
+_writing = threading.RLock()
+
+
+def end_on_interrupt() -> None:
+    """Let Ctrl-C end this process, which must be a command of its own, from now on."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    receiver, sender = socket.socketpair()
+    sender.setblocking(False)
+    signal.signal(signal.SIGINT, _ignore)
+    signal.set_wakeup_fd(sender.fileno(), warn_on_full_buffer=False)
+    threading.Thread(target=_wait, args=(receiver, sender), daemon=True, name="interrupt").start()
+
+
+@contextlib.contextmanager
+def unbroken_writing() -> Iterator[None]:
+    """Hold the end of an interrupted process back, at most two seconds, while a file is written."""
+    with _writing:
+        yield
+
+
+def _ignore(number: int, frame: object) -> None:
+    """Take the signal in Python's name: a handler must exist for the wake-up to be written."""
+
+
+def _wait(receiver: socket.socket, sender: socket.socket) -> None:
+    # `sender` is kept alive by this thread: the signal writes to its number.
+    while signal.SIGINT not in receiver.recv(1):
+        pass
+    threading.Thread(target=_wait_again, args=(receiver,), daemon=True).start()
+    _writing.acquire(timeout=MAX_WRITING_S)
+    _end()
+
+
+def _wait_again(receiver: socket.socket) -> None:
+    while signal.SIGINT not in receiver.recv(1):
+        pass
+    _end()
+
+
+def _end() -> None:
+    for process in _descendants(os.getpid()):
+        with contextlib.suppress(OSError):
+            os.kill(process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+    with contextlib.suppress(OSError, ValueError):
+        os.write(2, ((SHOW_CURSOR if sys.stderr.isatty() else "") + MESSAGE).encode())
+    os._exit(INTERRUPTED)
+
+
+def _descendants(root: int) -> list[int]:
+    """Return the processes that this one and its children began; where the system does not list them, those Python knows."""
+    parents: dict[int, int] = {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            # The name of a process may hold spaces and brackets: its numbers begin after the last bracket.
+            parents[int(status.parent.name)] = int(status.read_text().rpartition(")")[2].split()[1])
+    if not parents:
+        import multiprocessing
+
+        return [child.pid for child in multiprocessing.active_children() if child.pid]
+    found, last = list[int](), {root}
+    while last := {process for process, parent in parents.items() if parent in last}:
+        found += last
+    return found
