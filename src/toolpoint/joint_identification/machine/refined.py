@@ -23,10 +23,12 @@ def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
     form, part = whole.fit.model.forms[i], whole.fit.model.slices[i]
     spread = whole.fit.covariance[part, part]
     place, stiff, _ = form.sizes
-    result = replace(
-        _placed(joint, form, spread[:place, :place]), screws=form.start.basis, loss_factor=form.start.loss_factor,
-        loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])), relaxation=form.start.relaxation,
-        relaxation_deviation=float(np.sqrt(spread[-1, -1])) if form.viscous else 0.0)
+    result = replace(_placed(joint, form, spread[:place, :place]), screws=form.start.basis)
+    if form.lossy:
+        result = replace(result, loss_factor=form.start.loss_factor,
+                         loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])))
+    if form.viscous:
+        result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(spread[-1, -1])))
     return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
 
 
