@@ -17,7 +17,7 @@ leaves more than noise, differences count in units of what it leaves.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,6 +30,9 @@ from toolpoint.joint_identification.modes.modal_data import ModalData
 # Difference of the evidence up to which the data do not tell two laws apart (Kass, Raftery: 10 is very strong evidence).
 ALIKE_EVIDENCE = 10.0
 _IMPROBABLE = 1e-3
+# Rounds after which a fit is looked at, and its misfit over that of a good fit from which it is given up.
+_FIRST_ROUNDS, _FAR_BEHIND = 10, 10.0
+_IDLE = 3.0  # standard deviations below which a damping number is not told from none
 NAMES = {
     (COUPLED, False): "a loss factor a joint, complex shapes", (COUPLED, True): "loss factors and viscous damping of joints, "
     "complex shapes", (ENERGY, False): "loss factors of joints by their share of every mode's strain energy, real shapes",
@@ -74,7 +77,8 @@ def name_of(model: MachineNumbers) -> str:
     return NAMES[model.law, _is_viscous(model)]
 
 
-def choose_law(fit: MachineFit, data: ModalData, typical: float) -> tuple[MachineFit, LawChoice]:
+def choose_law(fit: MachineFit, data: ModalData, typical: float, *, richer: Callable[[MachineFit], MachineFit]
+               ) -> tuple[MachineFit, LawChoice]:
     """Return the fit by the law that the data speak for, and the choice.
 
     Parameters
@@ -84,15 +88,54 @@ def choose_law(fit: MachineFit, data: ModalData, typical: float) -> tuple[Machin
     data : ModalData
     typical : float
         Relaxation time (s) of a common viscous joint, the prior width where viscous damping is asked.
+    richer : function
+        The coupled fit with more numbers (dampers, full stiffness matrices) where the data ask for them.
     """
-    tried = [fit]
-    energy = fit_machine(_with_law(fit.model, ENERGY, data), data, after=fit)
-    tried.append(energy)
-    if energy.probability < _IMPROBABLE:
+    energy = _by_energy(fit, data)
+    if max(fit.probability, energy.probability) < _IMPROBABLE:
+        enriched = _without_idle_numbers(richer(fit), data)
+        energy, fit = (energy if enriched is fit else _by_energy(enriched, data)), enriched
+    tried = [fit, energy]
+    if energy.probability < _IMPROBABLE and not _is_hopeless(energy, fit):
         forms = tuple(replace(form, viscous=typical) for form in energy.model.forms)
-        tried.append(fit_machine(replace(energy.model, forms=forms), data, after=energy))
-    tried.append(fit_machine(_with_law(energy.model, MEASURED, data), _without_ratios(data), after=energy))
+        tried.append(_without_idle_numbers(fit_machine(replace(energy.model, forms=forms), data, after=energy), data))
+    if not _is_hopeless(energy, fit):
+        tried.append(fit_machine(_with_law(energy.model, MEASURED, data), _without_ratios(data), after=energy))
     return _choice(tried, data)
+
+
+def _by_energy(fit: MachineFit, data: ModalData) -> MachineFit:
+    """Return the fit by the energy law that begins at a coupled one; given up early where it stays far behind a good one."""
+    model = _with_law(fit.model, ENERGY, data)
+    first = fit_machine(model, data, _FIRST_ROUNDS, after=fit)
+    return first if first.converged or _is_hopeless(first, fit) else fit_machine(first.model, data, after=first)
+
+
+def _is_hopeless(fit: MachineFit, good: MachineFit) -> bool:
+    """Whether a fit is so far behind one that leaves no more than noise that no further number brings it near."""
+    return good.probability >= _IMPROBABLE and fit.chi2 > _FAR_BEHIND * good.chi2
+
+
+def _without_idle_numbers(fit: MachineFit, data: ModalData) -> MachineFit:
+    """Return the fit without those loss factors and dampers that the data do not tell from none, where it is as good.
+
+    A joint that has both numbers seldom needs both, and with twice as many numbers any modal ratios can be explained.
+    """
+    if not _is_viscous(fit.model):
+        return fit
+    forms = []
+    for form, part in zip(fit.model.forms, fit.model.slices, strict=False):
+        deviation = np.sqrt(np.diag(fit.covariance)[part])[sum(form.sizes[:2]):]
+        if form.viscous and form.lossy and form.start.twists.shape[1]:
+            if form.start.relaxation < _IDLE * deviation[1]:
+                form = replace(form, viscous=0.0, start=replace(form.start, relaxation=0.0))
+            elif form.start.loss_factor < _IDLE * deviation[0]:
+                form = replace(form, lossy=False, start=replace(form.start, loss_factor=0.0))
+        forms.append(form)
+    fewer = fit_machine(replace(fit.model, forms=tuple(forms)), data, after=fit)
+    unexplained = max(fewer.widened, 1.0)
+    lost = (fewer.chi2 - fit.chi2) / unexplained + _numbers_paid(fewer, data) - _numbers_paid(fit, data)
+    return fewer if lost < 0 else fit
 
 
 def _choice(tried: Sequence[MachineFit], data: ModalData) -> tuple[MachineFit, LawChoice]:

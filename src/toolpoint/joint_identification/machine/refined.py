@@ -12,6 +12,7 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate, axis_o
 from toolpoint.joint_identification.joints.kinds import idle_translations
 from toolpoint.joint_identification.machine.joint_forms import JointForm
 from toolpoint.joint_identification.machine.machine_fit import MachineFit
+from toolpoint.joint_identification.machine.rigid_machine import MEASURED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
 _WIDE = 0.2
@@ -27,6 +28,8 @@ def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
     if form.lossy:
         result = replace(result, loss_factor=form.start.loss_factor,
                          loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])))
+    elif whole.fit.model.law != MEASURED:
+        result = replace(result, loss_factor=0.0)
     if form.viscous:
         result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(spread[-1, -1])))
     return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])

@@ -76,8 +76,14 @@ def whole_machine(
         uncertain = any(mass.deviations[0] > 0 for mass in masses.values())
         data = replace(data, scale=scale[kept], calibration=calibration if uncertain else None)
     fit = _settled(model, data)
-    fit = _richer(fit, start=model, full=full, data=data)
-    fit, law = choose_law(fit, data, _typical_relaxation(data)) if data.is_complex else (fit, None)
+
+    def richer(coupled: MachineFit) -> MachineFit:
+        return _richer(coupled, start=model, full=full, data=data)
+    law = None
+    if data.is_complex:
+        fit, law = choose_law(fit, data, _typical_relaxation(data), richer=richer)
+    else:
+        fit = richer(fit)
     fit = _with_other_damping(fit, data) if fit.model.law != MEASURED else fit
     if fit.mass_scale is not None:
         stated = max(mass.mass_deviation for mass in masses.values())
