@@ -3,6 +3,10 @@
 Three to six boxes in a chain or a tree, each on a joint of a random kind in a random frame, with a loss factor of 2 to 10 % a
 joint; two linear axes, tool and table points, a cut. The test: accelerances at 30 to 150 points from two driving points, with
 noise of 1 to 5 % of the rms of every response. The tester's file tells the components, their masses and the axes.
+
+Laws of damping: `coupled` (loss factors, complex shapes), `viscous` (every second joint a damper in place of its loss factor),
+`real` and `real viscous` (the same losses, given to every mode by its strain energy: real shapes). Responses are solved here
+directly, (K (1 + i eta) + i w C - w^2 M) taken whole, or with the modal damping matrix made here from the energies.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import scipy.linalg
 
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io import uff
@@ -49,15 +54,55 @@ class Case:
     kinds: dict[str, str]
     points: MeasuringPoints
     noise: float
+    law: str = "coupled"
 
 
-def random_case(seed: int) -> Case:
+LAWS = ("coupled", "real", "viscous", "real viscous")
+TEST_FREQUENCY = 60.0  # Hz, at which a damper takes as much as the loss factor in whose place it is
+
+
+def law_of(seed: int) -> str:
+    """Return the law of damping of a seed: half coupled, half real shapes, a fifth of either with viscous joints."""
+    return LAWS[seed % 2 + 2 * (seed // 2 % 5 == 4)]
+
+
+def random_case(seed: int, law: str = "coupled") -> Case:
     """Return the case of a seed."""
     rng = np.random.default_rng(seed)
     while True:
         case = _attempt(rng)
         if case is not None:
-            return case
+            return damped(case, law)
+
+
+def damped(case: Case, law: str) -> Case:
+    """Return a case by a law of damping."""
+    description = case.machine.description
+    joints = dict(description.joints)
+    if "viscous" in law:
+        for name in list(joints)[::2]:
+            joint = joints[name]
+            relaxation = joint.loss_factor / (2 * np.pi * TEST_FREQUENCY)
+            joints[name] = replace(joint, loss_factor=0.0, damping={w: relaxation * k for w, k in joint.stiffness.items()})
+    machine = build(replace(description, joints=joints, modal_damping="energy" if "real" in law else ""))
+    return replace(case, machine=machine, law=law)
+
+
+def full_response(machine: Machine, lines: np.ndarray, outputs, inputs, pose=None) -> Frf:
+    """Return the receptance by direct solution of the raw matrices, or with the modal damping of real shapes made here."""
+    description = machine.description
+    system = assemble(build(replace(description, modal_damping="")), pose, outputs, inputs=inputs)
+    zero = np.zeros_like(system.mass)
+    structural = zero if system.structural_damping is None else system.structural_damping
+    viscous = zero if system.damping is None else system.damping
+    if description.modal_damping == "energy":
+        squares, shapes = scipy.linalg.eigh(system.stiffness, system.mass)
+        rate = np.diag(shapes.T @ structural @ shapes) / np.sqrt(squares) + np.diag(shapes.T @ viscous @ shapes)
+        viscous = system.mass @ shapes @ np.diag(rate) @ shapes.T @ system.mass
+        structural = zero
+    elif description.modal_damping:
+        raise ValueError("ratios of modes: the truth has none")
+    return frequency_response.direct(replace(system, damping=viscous, structural_damping=structural), lines)
 
 
 def _attempt(rng: np.random.Generator) -> Case | None:
@@ -154,13 +199,13 @@ def responses(case: Case, rng: np.random.Generator) -> Frf:
     machine = with_measured_points(case.machine, case.points.coordinates, case.points.components)
     labels = [Dof(p, way) for p in case.points.places for way in ("+x", "+y", "+z")]
     system = assemble(machine, outputs=labels)
-    modes = eigen.solve_undamped(system)
+    modes = eigen.solve_undamped(replace(system, damping=None))
     share = np.abs(modes.shape) / np.abs(modes.shape).max(axis=0)
     first = int(np.argmax(share.min(axis=1)))
     second = int(np.argmax(np.maximum(share, share[first]).min(axis=1) + 0.01 * share.mean(axis=1)))
     driven = [labels[first], labels[second if second != first else (first + 1) % len(labels)]]
     lines = np.arange(4.0, min(1.3 * modes.frequency[-1] + 10, 500.0), 0.25)
-    exact = frequency_response.direct(assemble(machine, outputs=labels, inputs=driven), lines, "accelerance")
+    exact = full_response(machine, lines, labels, driven).converted_to("accelerance")
     size = case.noise * np.sqrt((np.abs(exact.values) ** 2).mean(axis=0) / 2)
     noise = rng.normal(size=exact.values.shape) + 1j * rng.normal(size=exact.values.shape)
     return replace(exact, values=exact.values + size * noise)

@@ -5,9 +5,12 @@ The machines: benchmarks/joint_machines.py. Every machine: responses written as 
 one at five random poses, with the intervals of its covariance.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/joint_random.py [--first 0] [--seeds 200] [--case plain]
-        [--results FILE] (resumes from it) [--without-limits]
+        [--results FILE] (resumes from it) [--without-limits] [--laws] [--poses 5]
 
-Limits are charted at sixteen speeds, their intervals come from eight samples.
+Limits are charted at sixteen speeds, their intervals come from eight samples. With --laws half of the machines have real shapes
+and a fifth viscous joints (`joint_machines.law_of`), and the true limits are those of the full complex response (direct
+solution) by the engine that takes responses (`HillDeterminant`); beside `lobes` of the written file also those of its own full
+response.
 
 Cases: plain, sensor (one turned), calibration (one channel 20 % off), hits (responses of one point averaged with bad ones),
 coordinates (10 mm, told), masses (10 %, told), scale (masses 10 % off one by one and 15 % together, told as 20 %; all responses
@@ -31,18 +34,21 @@ import joint_machines as jm
 import numpy as np
 
 from toolpoint.app.main import main as command
+from toolpoint.cutting import HillDeterminant
 from toolpoint.io.yaml import machine_file
 from toolpoint.joint_identification.joints.kinds import unit_twists
 from toolpoint.machine import assemble
 from toolpoint.machine.description.frames import frame
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
-from toolpoint.studies.machines.tool_point import lobes, tool_point
-from toolpoint.studies.measured.machine_check import solve_poles
+from toolpoint.studies.machines.tool_point import deep_chart, lobes, milling_problem, tool_point
+from toolpoint.vibration import frequency_response
 
 CASES = ("plain", "sensor", "calibration", "hits", "coordinates", "masses", "scale", "order")
 SPEEDS = np.linspace(800.0, 4000.0, 16)
 SAMPLES = 8
+LINES = np.arange(0.05, 1000.0, 0.05)  # Hz, of the full responses
+ENGINES = 2e-4  # relative error of a limit that the engine's lines leave
 STUDENT = 2.3646  # 97.5 % quantile with seven degrees of freedom
 
 
@@ -79,14 +85,14 @@ def spoilt(case, frf, rng, kind):
     return replace(frf, values=values), coordinates, masses, order, extra
 
 
-def run_case(seed: int, kind: str, with_limits: bool) -> dict:
+def run_case(seed: int, kind: str, with_limits: bool, law: str = "coupled", count: int = 5) -> dict:
     """Return what one machine gave."""
-    case = jm.random_case(seed)
+    case = jm.random_case(seed, law)
     rng = np.random.default_rng(10_000 + seed)
     clean = jm.responses(case, rng)
     frf, coordinates, masses, order, extra = spoilt(case, clean, rng, kind)
     deviation = {"masses": "10 %", "scale": "20 %"}.get(kind, "")
-    row = {"seed": seed, "case": kind, "joints": len(case.kinds), "noise": case.noise}
+    row = {"seed": seed, "case": kind, "law": law, "joints": len(case.kinds), "noise": case.noise}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         arguments = jm.write_test(case, frf, folder, points=coordinates, masses=masses, order=order, extra=extra,
@@ -95,11 +101,11 @@ def run_case(seed: int, kind: str, with_limits: bool) -> dict:
         code, text = called([*arguments, "--machine", str(folder / "found.yaml"), "-o", str(folder / "page"), "--json"])
         row |= {"code": code, "cpu s": time.process_time() - start, "written": (folder / "found.yaml").exists()}
         shown = json.loads(text) if text.startswith("{") else {"joints": [], "doubts": [text[:500]], "missing": ""}
-        row |= {"doubts": shown["doubts"], "missing": shown["missing"], **judged(case, shown)}
+        row |= {"doubts": shown["doubts"], "missing": shown["missing"], "chosen": shown.get("damping"), **judged(case, shown)}
         if row["written"]:
             row["accepted"] = called(["check", str(folder / "found.yaml")])[0] == 0
         if row.get("accepted"):
-            row |= asked(case, machine_file.read(folder / "found.yaml"), rng, with_limits)
+            row |= asked(case, machine_file.read(folder / "found.yaml"), rng, with_limits, count)
     return row
 
 
@@ -138,8 +144,9 @@ def judged(case, shown) -> dict:
         values = np.array(list(joint.stiffness.values()))
         unit = turn.T @ matrix @ turn / np.sqrt(np.outer(values, values))
         stiffness.append(100 * float(np.abs(np.linalg.eigvalsh(unit) - 1).max()))
-        loss.append(100 * abs(other["loss_factor"] / joint.loss_factor - 1))
-        loss_scores.append((other["loss_factor"] - joint.loss_factor) / (other["loss_factor_interval"] / 1.959964))
+        if joint.loss_factor and other.get("loss_factor_interval"):
+            loss.append(100 * abs(other["loss_factor"] / joint.loss_factor - 1))
+            loss_scores.append((other["loss_factor"] - joint.loss_factor) / (other["loss_factor_interval"] / 1.959964))
         for i in range(len(ways)):
             if "stiffness_interval" not in other:
                 continue
@@ -150,9 +157,9 @@ def judged(case, shown) -> dict:
     return {"found": found, "stiffness %": stiffness, "loss %": loss, "stiffness scores": scores, "loss scores": loss_scores}
 
 
-def asked(case, machine, rng, with_limits) -> dict:
+def asked(case, machine, rng, with_limits, count=5) -> dict:
     """Return frequencies, damping, receptances and limits at poses that nobody tested, beside the truth, with their scores."""
-    poses = jm.random_poses(case, rng)
+    poses = jm.random_poses(case, rng, count)
     spread = machine_uncertainty(machine)
     truth = [answer(case.machine, pose) for pose in poses]
     result = {"frequency %": [], "damping %": [], "receptance %": [], "frequency scores": [], "damping scores": [],
@@ -177,8 +184,7 @@ def asked(case, machine, rng, with_limits) -> dict:
 def answer(machine, pose) -> np.ndarray:
     """Return (ln frequencies, damping ratios, ln |receptance| of tool against table at six lines) at a pose."""
     system = assemble(machine, pose, ["tool-table:+x", "tool-table:+y"])
-    modes = solve_poles(system)
-    poles = 1j * modes.omega * np.sqrt(1 + 2j * modes.damping_ratio) if modes.damping == "structural" else modes.poles
+    poles = exact_poles(system)
     s = 2j * np.pi * np.array([15.0, 40.0, 90.0])
     stiffness = system.stiffness + 1j * (0 if system.structural_damping is None else system.structural_damping)
     damping = 0 if system.damping is None else system.damping
@@ -187,12 +193,37 @@ def answer(machine, pose) -> np.ndarray:
     return np.concatenate([np.log(np.abs(poles)), -poles.real / np.abs(poles), lines])
 
 
+def exact_poles(system) -> np.ndarray:
+    """Return the upper poles (n,) of s^2 M + s C + K + i D by size, rad/s, damping of both kinds taken whole."""
+    n = system.size
+    stiffness = system.stiffness + 1j * (0 if system.structural_damping is None else system.structural_damping)
+    damping = np.zeros((n, n)) if system.damping is None else system.damping
+    inverse = np.linalg.inv(system.mass)
+    poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]]))
+    upper = poles[np.argsort(poles.imag)[-n:]]
+    return upper[np.argsort(np.abs(upper))]
+
+
 def limits(case, machine, spread, poses, rng) -> dict:
-    """Return depth limits (lowest over the speeds) and their scores from samples."""
-    true, mine = lowest(case.machine, poses), lowest(machine, poses)
+    """Return depth limits (lowest over the speeds) and their scores from samples: by `lobes`, and by the full response."""
+    true = np.array([direct_limit(case.machine, pose) for pose in poses])
+    mine, direct = lowest(machine, poses), np.array([direct_limit(machine, pose) for pose in poses])
     drawn = np.array([lowest(sample, poses) for sample in spread.samples(SAMPLES, rng)])
-    sd = np.log(drawn).std(axis=0, ddof=1)
-    return {"limit %": 100 * (mine / true - 1), "limit scores": np.log(mine / true) / np.maximum(sd, 1e-12)}
+    sd = np.maximum(np.log(drawn).std(axis=0, ddof=1), ENGINES)
+    return {"limit %": 100 * (mine / true - 1), "limit scores": np.log(mine / true) / sd,
+            "direct limit %": 100 * (direct / true - 1), "direct limit scores": np.log(direct / true) / sd}
+
+
+def direct_limit(machine, pose) -> float:
+    """Return the depth (m) stable at every speed by the full complex response and Hill's determinant."""
+    description = machine.description
+    labels = [f"{description.tool}-{description.table}:+{way}" for way in "xy"]
+    if isinstance(description.modal_damping, tuple):
+        frf = frequency_response.direct(assemble(machine, pose, labels), LINES)
+    else:
+        frf = jm.full_response(machine, LINES, labels, labels, pose)
+    problem = milling_problem(description.cutting, frf, labels[0], y=labels[1])
+    return float(np.min(deep_chart(problem, SPEEDS, HillDeterminant()).limit))
 
 
 def lowest(machine, poses) -> np.ndarray:
@@ -228,6 +259,12 @@ def summary(rows) -> dict:
         out |= {"limit within 10 %": float((np.abs(limit) <= 10).mean()), "limit % median": float(np.median(np.abs(limit))),
                 "limit unsafe beyond its interval": float((score > STUDENT).mean()),
                 "limit intervals hold": float((np.abs(score) < STUDENT).mean())}
+        direct, score = gathered("direct limit %"), gathered("direct limit scores")
+        direct, score = direct[np.isfinite(direct)], score[np.isfinite(direct)]
+        out |= {"direct limit % median": float(np.median(np.abs(direct))),
+                "direct limit % worst": float(np.abs(direct).max()),
+                "direct limit unsafe beyond its interval": float((score > STUDENT).mean()),
+                "direct limit intervals hold": float((np.abs(score) < STUDENT).mean())}
     for name in ("stiffness", "loss", "frequency", "damping", "receptance"):
         out[f"{name} intervals hold"] = inside(f"{name} scores")
     out["cpu s median"] = float(np.median([row["cpu s"] for row in rows]))
@@ -250,6 +287,8 @@ def main() -> None:
     parser.add_argument("--case", choices=CASES, default="plain")
     parser.add_argument("--results", type=Path)
     parser.add_argument("--without-limits", action="store_true")
+    parser.add_argument("--laws", action="store_true")
+    parser.add_argument("--poses", type=int, default=5)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     rows = []
@@ -259,16 +298,23 @@ def main() -> None:
     for seed in range(given.first, given.first + given.seeds):
         if seed in done:
             continue
-        row = run_case(seed, given.case, not given.without_limits)
+        law = jm.law_of(seed) if given.laws else "coupled"
+        row = run_case(seed, given.case, not given.without_limits, law, given.poses)
         rows.append(row)
-        print(f"{seed}: {row['found']} of {row['joints']}, code {row['code']}, {row['cpu s']:.1f} s"
+        chosen = (row["chosen"] or {}).get("law", "") if given.laws else ""
+        print(f"{seed} {law} {chosen}: {row['found']} of {row['joints']}, code {row['code']}, {row['cpu s']:.1f} s"
               f"{'' if row['found'] == row['joints'] and not row['doubts'] else ' ' + ' | '.join(row['doubts'])[:300]}"
               f"{row['missing'][:200]}", flush=True)
         if given.results is not None:
             with given.results.open("a") as file:
                 file.write(json.dumps(row) + "\n")
+    for law in jm.LAWS if given.laws else ():
+        if part := [row for row in rows if row["law"] == law]:
+            print(f"{law}:")
+            for name, value in summary(part).items():
+                print(f"    {name:42s}{value:.4g}")
     for name, value in summary(rows).items():
-        print(f"    {name:36s}{value:.4g}")
+        print(f"    {name:42s}{value:.4g}")
     if given.case != "plain":
         print(f"    found out or inside               {found_out(rows):.4g}")
     s = summary(rows)

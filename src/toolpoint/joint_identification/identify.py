@@ -19,6 +19,7 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate, estima
 from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.refined import fit_doubts, refine_joint
+from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import shape_mixing
@@ -38,6 +39,7 @@ from toolpoint.joint_identification.motion.strangers import strangers
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
+_REAL_SHAPES = "damping: a loss factor a joint is assumed; real shapes cannot tell what losses couple between modes"
 # Share of a component's points that may be left out because they move otherwise, and the points that must stay.
 _FEW_STRANGERS, _LEAST_POINTS = 0.2, 6
 
@@ -65,8 +67,11 @@ class JointIdentification(NotebookText):
         if self.machine is None:
             return ()
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
-        scale = self.machine.fit.mass_scale
-        said = () if scale is None or scale.doubt else (scale.note,)
+        scale, law = self.machine.fit.mass_scale, self.machine.law
+        said: tuple[str, ...] = () if scale is None or scale.doubt else (scale.note,)
+        said += (_REAL_SHAPES if law is None else law.note,)
+        if law is not None and law.law != COUPLED:
+            return said
         return (*said, f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
                 f"{50 * loss**2:.2g} % higher at the same natural frequencies, not in their intervals",)
 

@@ -57,6 +57,14 @@ def solve_as_damped(system: SecondOrderSystem) -> Modes:
     return damped if structural else slow_part(damped)
 
 
+def upper_poles(modes: Modes) -> ComplexArray:
+    r"""Return the upper poles, rad/s: :math:`i \omega \sqrt{1 + 2 i \zeta}` where damping is structural alone."""
+    if modes.damping == "structural" and modes.scaling == "unit modal mass":
+        return np.asarray(1j * modes.omega * np.sqrt(1 + 2j * modes.damping_ratio))
+    ratio = modes.damping_ratio
+    return np.asarray(modes.omega * (-ratio + 1j * np.sqrt(np.maximum(1 - ratio**2, 0.0))))
+
+
 def is_coupled(system: SecondOrderSystem) -> bool:
     """Whether damping of any kind couples the undamped modes, at any pose."""
     _, vectors = eigen.mass_normalised(system.mass, system.stiffness)

@@ -22,14 +22,7 @@ from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.description_schema import describe
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.file_doubts import warn_of_doubts
-from toolpoint.io.yaml.machine_motion import (
-    assembly_modes_of,
-    axis_of,
-    direction_of,
-    limits_of,
-    place_joints,
-    task_of,
-)
+from toolpoint.io.yaml.machine_motion import assembly_modes_of, axis_of, direction_of, limits_of, place_joints, task_of
 from toolpoint.joints.law import LawDescription
 from toolpoint.kinematics.axis import Axis
 from toolpoint.kinematics.task import ANGLES
@@ -283,7 +276,8 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
         top.assumptions, tool_axis, task, modes, top.assembly_mode,
-        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()), top.doubts)
+        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()), top.doubts,
+        top.modal_damping or "")
     _check_identified(result, document)
     return None if document.faults else result
 

@@ -170,10 +170,12 @@ class JointEstimate(NotebookText):
         """Loss factor, and relaxation time where there is one, with their 95 % half widths."""
         if self.loss_factor is None or not self.screws.shape[1]:
             return ""
-        text = with_uncertainty(100 * self.loss_factor, 100 * Z95 * self.loss_factor_deviation, "%")
+        parts = []
+        if self.loss_factor_deviation or not self.relaxation:
+            parts.append(with_uncertainty(100 * self.loss_factor, 100 * Z95 * self.loss_factor_deviation, "%"))
         if self.relaxation:
-            text += f", {with_uncertainty(1e6 * self.relaxation, 1e6 * Z95 * self.relaxation_deviation, 'µs')}"
-        return text
+            parts.append(with_uncertainty(1e6 * self.relaxation, 1e6 * Z95 * self.relaxation_deviation, "µs"))
+        return ", ".join(parts)
 
     @property
     def stiffness_text(self) -> str:

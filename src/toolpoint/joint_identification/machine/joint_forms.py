@@ -30,13 +30,15 @@ _PLACE, _STIFF, _LOSS = 3.0, 4.0, 0.5
 @dataclass(frozen=True, eq=False)
 class JointForm:
     """A form at its start: `start` joint (with its twists in its frame), `ways` of the frame (empty: any subspace), whether
-    its stiffness is `diagonal`, and the `length` (m) by which rotations count where the subspace moves."""
+    its stiffness is `diagonal`, the `length` (m) by which rotations count where the subspace moves, the prior width (s) of a
+    relaxation time (`viscous`, 0: none is asked), and whether it has a loss factor (`lossy`)."""
 
     start: ElasticJoint
     ways: tuple[str, ...]
     diagonal: bool
     length: float = 1.0
     viscous: float = 0.0
+    lossy: bool = True
 
     @property
     def moves(self) -> FloatArray:
@@ -48,7 +50,7 @@ class JointForm:
         """Numbers of the place, of the stiffness, and of the damping."""
         f = self.start.twists.shape[1]
         place = self.moves.shape[1] if self.ways else f * (6 - f)
-        return place, f if self.diagonal else f * (f + 1) // 2, 2 if self.viscous else 1
+        return place, f if self.diagonal else f * (f + 1) // 2, int(self.lossy) + int(self.viscous > 0)
 
     @property
     def count(self) -> int:
@@ -59,8 +61,15 @@ class JointForm:
     def deviations(self) -> FloatArray:
         """Prior standard deviations of the numbers."""
         place, stiff, _ = self.sizes
-        damping = [_LOSS, self.viscous] if self.viscous else [_LOSS]
+        damping = [_LOSS] * self.lossy + [self.viscous] * (self.viscous > 0)
         return np.array([_PLACE] * place + [_STIFF] * stiff + damping)
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower bounds of the numbers: no joint gives energy off."""
+        place, stiff, _ = self.sizes
+        damping = [-self.start.loss_factor] * self.lossy + [-self.start.relaxation] * (self.viscous > 0)
+        return np.array([-np.inf] * (place + stiff) + damping)
 
     def joint(self, x: FloatArray) -> ElasticJoint:
         """Return the joint of these numbers."""
@@ -74,8 +83,8 @@ class JointForm:
         y = x[place:place + stiff]
         stiffness = np.diag(np.diag(start.stiffness) * np.exp(np.clip(y, -30, 30))) if self.diagonal else self._matrix(y)
         damping = x[place + stiff:]
-        return ElasticJoint(frame, twists, stiffness, start.loss_factor + float(damping[0]),
-                            start.relaxation + (float(damping[1]) if self.viscous else 0.0))
+        return ElasticJoint(frame, twists, stiffness, start.loss_factor + (float(damping[0]) if self.lossy else 0.0),
+                            start.relaxation + (float(damping[-1]) if self.viscous else 0.0))
 
     def _subspace(self, x: FloatArray) -> FloatArray:
         scale = np.array([1.0] * 3 + [self.length] * 3)[:, None]

@@ -16,17 +16,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import optimize, stats
 
-from toolpoint._check import Array, FloatArray, IndexArray
+from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.joint_forms import JointForm
 from toolpoint.joint_identification.machine.mode_pairs import match_modes, modes_of, with_crossings
 from toolpoint.joint_identification.machine.rigid_machine import (
+    COUPLED,
+    MEASURED,
     ElasticJoint,
     RigidMachine,
     modal_constants,
@@ -39,15 +42,18 @@ from toolpoint.joint_identification.modes.modal_scale import MassScale, mean_sca
 STEP = 1e-6
 _IMPROBABLE = 1e-3
 _PAIRINGS = 3
+_INSIDE = 1e-3  # of its prior width, by which a bounded fit begins above the bound of a number
 
 
 @dataclass(frozen=True, eq=False)
 class MachineNumbers:
-    """The numbers of a whole machine: forms of its joints and masses of its components, in the order of the tree."""
+    """The numbers of a whole machine: forms of its joints and masses of its components, in the order of the tree, and the `law`
+    of its damping."""
 
     parents: tuple[int, ...]
     forms: tuple[JointForm, ...]
     masses: tuple[ComponentMass, ...]
+    law: str = COUPLED
 
     @property
     def slices(self) -> list[slice]:
@@ -61,6 +67,12 @@ class MachineNumbers:
         """Prior standard deviations of all numbers."""
         return np.concatenate([*(form.deviations for form in self.forms),
                                *(m.deviations[m.deviations > 0] for m in self.masses)])
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower bounds of all numbers: those of damping; -inf elsewhere."""
+        free = np.full(sum(int((m.deviations > 0).sum()) for m in self.masses), -np.inf)
+        return np.concatenate([*(form.lower for form in self.forms), free])
 
     def joints(self, x: FloatArray) -> tuple[ElasticJoint, ...]:
         """Return the joints of these numbers."""
@@ -77,13 +89,14 @@ class MachineNumbers:
 
     def machine(self, x: FloatArray) -> RigidMachine:
         """Return the machine of these numbers."""
-        return RigidMachine(self.parents, self.joints(x), np.stack([mass.matrix for mass in self.changed_masses(x)]))
+        return RigidMachine(self.parents, self.joints(x), np.stack([mass.matrix for mass in self.changed_masses(x)]), self.law)
 
 
 @dataclass(frozen=True, eq=False)
 class MachineFit(NotebookText):
     """The fit: `model` centred on its result, `x` (zero but for masses), `covariance` of the numbers, misfit, `partner` (k,) of
-    every measured mode among those of the machine, `mac` (k,), and what the machine says of the poles of the partners."""
+    every measured mode among those of the machine, `mac` (k,), and what the machine says of the poles of the partners;
+    `ratio_deviation` (k,): standard deviations of the measured damping ratios."""
 
     model: MachineNumbers
     x: FloatArray
@@ -97,6 +110,7 @@ class MachineFit(NotebookText):
     widened: float
     converged: bool
     damping_excess: float
+    ratio_deviation: FloatArray
     mass_scale: MassScale | None = None
 
     @property
@@ -107,7 +121,8 @@ class MachineFit(NotebookText):
     @property
     def information(self) -> float:
         """Bayesian information criterion."""
-        return float(self.chi2 + len(self.x) * np.log(max(self.freedom + len(self.x), 2)))
+        count = len(self.x) + (len(self.ratio) if self.model.law == MEASURED else 0)
+        return float(self.chi2 + count * np.log(max(self.freedom + count, 2)))
 
     def __repr__(self) -> str:
         return f"MachineFit({len(self.x)} numbers, chi2 {self.chi2:.4g} on {self.freedom}, MAC {self.mac.min():.4f})"
@@ -156,8 +171,14 @@ def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int, start: Float
         here = residual(x)
         return np.stack([(residual(x + step) - here) / STEP for step in STEP * np.eye(len(x))], axis=1)
 
-    solution = optimize.least_squares(residual, start, jac=slopes, method="trf", x_scale="jac",
-                                      xtol=1e-8, ftol=1e-8, gtol=1e-8, max_nfev=rounds)
+    settings: dict[str, Any] = {"jac": slopes, "method": "trf", "x_scale": "jac", "xtol": 1e-8, "ftol": 1e-8, "gtol": 1e-8,
+                                "max_nfev": rounds}
+    solution = optimize.least_squares(residual, start, **settings)
+    lower = model.lower
+    if (solution.x < lower).any():
+        # No joint gives energy off: only where the free fit says so is the bounded one asked, from just inside.
+        inside = np.maximum(solution.x, lower + _INSIDE * prior)
+        solution = optimize.least_squares(residual, inside, bounds=(lower, np.inf), **settings)
     return _judged(model, data, partner, solution)
 
 
@@ -172,11 +193,13 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     # Each number is also told by its prior, so rows less numbers are those of the data less the free scales.
     freedom = len(inside) - len(data.frequency) * (2 if data.is_complex else 1) - data.shares.shape[1]
     freedom -= _told(jacobian, model.deviations)
+    freedom -= len(data.frequency) if model.law == MEASURED else 0
     widened = 1.0
     if freedom > 0 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE:
         widened = chi2 / freedom
     matched, alike = match_modes(machine, data)
-    poles = modes_of(machine, data)[0][partner]
+    poles = _ratios_kept(machine, modes_of(machine, data)[0][partner], data)
+    known = np.linalg.inv(np.einsum("kji,kjl->kil", data.spread, data.spread) + np.diag([0.0, 1e-12]))
     slices = model.slices
     centred = replace(model, forms=tuple(form.centred(x[part]) for form, part in zip(model.forms, slices, strict=False)))
     rest = x.copy()
@@ -184,7 +207,7 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     return MachineFit(centred, rest, covariance * widened, chi2, freedom, partner, alike[np.arange(len(partner)), partner],
                       np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), widened,
                       bool(solution.status > 0) and bool((matched == partner).all()),
-                      _damping_excess(inside, model, data), mass_scale(machine, data, partner))
+                      _damping_excess(inside, model, data), np.sqrt(known[:, 1, 1]), mass_scale(machine, data, partner))
 
 
 def mass_scale(machine: RigidMachine, data: ModalData, partner: IndexArray) -> MassScale | None:
@@ -232,7 +255,7 @@ def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> Float
     """Return the whitened residuals of shapes (scales eliminated), poles and, where told, scales of the measured modes and
     their partners."""
     poles, motions = modes_of(machine, data)
-    poles, motions = poles[partner], motions[:, :, partner]
+    poles, motions = _ratios_kept(machine, poles[partner], data), motions[:, :, partner]
     y = _observed(data, data.unmixed(poles))
     q, r = np.linalg.qr(_columns(data, motions))
     error = np.stack([np.log(np.abs(poles) / (2 * np.pi * data.frequency)), -poles.real / np.abs(poles) - data.ratio], axis=1)
@@ -241,6 +264,13 @@ def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> Float
         constants = _constants(machine, data)[0][partner]
         rows.append(_told_root(data) @ np.log(np.abs(_scales(data, y, q, r)) ** 2 * np.abs(constants)))
     return np.concatenate(rows)
+
+
+def _ratios_kept(machine: RigidMachine, poles: ComplexArray, data: ModalData) -> ComplexArray:
+    """Return poles (k,) of the measured modes; where no joint explains their damping ratios, with those that were measured."""
+    if machine.law != MEASURED:
+        return poles
+    return np.asarray(np.abs(poles) * (-data.ratio + 1j * np.sqrt(np.maximum(1 - data.ratio**2, 0.0))))
 
 
 def _told_root(data: ModalData) -> FloatArray:
@@ -253,9 +283,11 @@ def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, part
     machine = model.machine(x)
     poles, motions, _ = machine.solve()
     q, r = np.linalg.qr(_columns(data, motions[:, :, partner]))
-    k, scale = len(data.frequency), _scales(data, _observed(data, data.unmixed(poles[partner])), q, r)
     d_poles, d_motions, d_constants = pole_slopes(machine, _neighbours(model, x, machine), STEP)
-    p, d = poles[partner], d_poles[:, partner]
+    p, d = _ratios_kept(machine, poles[partner], data), d_poles[:, partner]
+    if machine.law == MEASURED:
+        d = p * (poles[partner].conj() * d).real / np.abs(p) ** 2
+    k, scale = len(data.frequency), _scales(data, _observed(data, data.unmixed(p)), q, r)
     moved = d_motions[..., partner] * scale
     moved = moved if data.mixing is None else moved + data.mixed_by(d)
     flat = np.concatenate([moved.real, moved.imag], axis=3) if data.is_complex else moved.real

@@ -12,6 +12,7 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate, axis_o
 from toolpoint.joint_identification.joints.kinds import idle_translations
 from toolpoint.joint_identification.machine.joint_forms import JointForm
 from toolpoint.joint_identification.machine.machine_fit import MachineFit
+from toolpoint.joint_identification.machine.rigid_machine import MEASURED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
 _WIDE = 0.2
@@ -23,10 +24,14 @@ def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
     form, part = whole.fit.model.forms[i], whole.fit.model.slices[i]
     spread = whole.fit.covariance[part, part]
     place, stiff, _ = form.sizes
-    result = replace(
-        _placed(joint, form, spread[:place, :place]), screws=form.start.basis, loss_factor=form.start.loss_factor,
-        loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])), relaxation=form.start.relaxation,
-        relaxation_deviation=float(np.sqrt(spread[-1, -1])) if form.viscous else 0.0)
+    result = replace(_placed(joint, form, spread[:place, :place]), screws=form.start.basis)
+    if form.lossy:
+        result = replace(result, loss_factor=form.start.loss_factor,
+                         loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])))
+    elif whole.fit.model.law != MEASURED:
+        result = replace(result, loss_factor=0.0)
+    if form.viscous:
+        result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(spread[-1, -1])))
     return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
 
 

@@ -4,6 +4,10 @@ Joint j has the free twists :math:`B_j = Ad(F_j) S_j`, stiffness :math:`K_j`, lo
 :math:`\tau_j`; a component moves by :math:`J_c q`, the sum of :math:`B_j q_j` on its path from the ground. With
 :math:`M = \sum_c J_c^T M_c J_c` the poles solve :math:`(s^2 M + s \sum \tau_j K_j + \sum (1 + i \eta_j) K_j) q = 0` (Ewins,
 Modal Testing, 2nd ed., sections 2.5 to 2.7); of every pair the upper one is taken.
+
+That is the `COUPLED` law of damping. Where shapes are real it does not hold: with the `ENERGY` law every undamped mode
+dissipates what its joints do by their share of its strain energy, with the `MEASURED` law each mode has a ratio of its own that
+no joint explains.
 """
 
 from __future__ import annotations
@@ -15,6 +19,8 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.spatial import transform as tf
+
+COUPLED, ENERGY, MEASURED = "coupled", "energy", "measured"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +42,13 @@ class ElasticJoint:
 
 @dataclass(frozen=True, eq=False)
 class RigidMachine:
-    """Components in a tree: joint i carries component i, `parents` (-1: the ground) of every component, `masses` (c, 6, 6)."""
+    """Components in a tree: joint i carries component i, `parents` (-1: the ground) of every component, `masses` (c, 6, 6), and
+    the `law` of damping."""
 
     parents: tuple[int, ...]
     joints: tuple[ElasticJoint, ...]
     masses: FloatArray
+    law: str = COUPLED
 
     def jacobians(self) -> FloatArray:
         """Return the motion of every component per joint coordinate, (c, 6, n)."""
@@ -69,6 +77,9 @@ class RigidMachine:
 
     def solve(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Return (upper poles (n,) rad/s by frequency, motions (c, 6, n) of the components, joint coordinates (n, n))."""
+        if self.law != COUPLED:
+            poles, real_motions, real_vectors = solve_real(self)
+            return poles, real_motions.astype(complex), real_vectors.astype(complex)
         jacobians, mass, stiffness, damping = self.matrices()
         n = len(mass)
         if damping.any():
@@ -89,8 +100,14 @@ class RigidMachine:
 
 
 def solve_undamped(machine: RigidMachine) -> tuple[ComplexArray, FloatArray]:
-    r"""Return poles (n,) and real motions (c, 6, n) of the undamped modes; damping ratios by the energy that joints dissipate.
+    """Return poles (n,) and real motions (c, 6, n) of the undamped modes, as `solve_real`."""
+    return solve_real(machine)[:2]
 
+
+def solve_real(machine: RigidMachine) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    r"""Return poles (n,), real motions (c, 6, n) and joint coordinates (n, n) of the undamped modes with unit modal mass.
+
+    Damping ratios are those by the energy that joints dissipate,
     :math:`\zeta_r = \phi_r^T D \phi_r / 2 \omega_r^2 + \phi_r^T C \phi_r / 2 \omega_r` with unit modal mass (Ewins, section
     2.5).
     """
@@ -101,11 +118,13 @@ def solve_undamped(machine: RigidMachine) -> tuple[ComplexArray, FloatArray]:
     omega = np.sqrt(np.maximum(squares, 1e-12))
     lost = np.einsum("ar,ab,br->r", vectors, stiffness.imag, vectors) / (2 * omega**2)
     lost = np.clip(lost + np.einsum("ar,ab,br->r", vectors, damping, vectors) / (2 * omega), -0.99, 0.99)
-    return omega * (-lost + 1j * np.sqrt(1 - lost**2)), np.einsum("cia,ar->cir", jacobians, vectors)
+    return omega * (-lost + 1j * np.sqrt(1 - lost**2)), np.einsum("cia,ar->cir", jacobians, vectors), vectors
 
 
 def modal_constants(machine: RigidMachine, poles: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     """Return :math:`a_r = v_r^T (2 s_r M + C) v_r` (n,): with it the residue of a mode is :math:`v_r v_r^T / a_r`."""
+    if machine.law != COUPLED:  # unit modal mass, and a C that couples no modes
+        return np.asarray(2j * poles.imag)
     _, mass, _, damping = machine.matrices()
     return np.einsum("ar,rab,br->r", vectors, 2 * poles[:, None, None] * mass + damping, vectors, optimize=True)
 
@@ -119,6 +138,8 @@ def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step:
     and :math:`v_r'` is the sum of the other modes that solves :math:`Z v_r' = -(Z' + s_r' (2 s_r M + C)) v_r`; its part along
     :math:`v_r` is a change of scale, which is free. With that part zero :math:`a_r' = v_r^T (2 s_r' M + 2 s_r M' + C') v_r`.
     """
+    if machine.law != COUPLED:
+        return _real_slopes(machine, neighbours, step)
     jacobians, mass, stiffness, damping = machine.matrices()
     poles, motions, vectors = machine.solve()
     n = len(mass)
@@ -144,6 +165,22 @@ def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step:
         d_motions[m] += np.einsum("cia,ar->cir", jacobians, vector)
         more = (2 * poles[:, None, None] * (more_mass - mass) + (more_damping - damping)) / step
         d_constants[m] = (2 * d_poles[m] * modal + np.einsum("ar,rab,br->r", vectors, more, vectors)) / size
+    return d_poles, d_motions, d_constants
+
+
+def _real_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step: float
+                 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Return what `pole_slopes` does, for real modes, by differences: their ratios follow the shapes in all joints at once."""
+    poles, motions, vectors = solve_real(machine)
+    shape = (len(neighbours), *motions.shape)
+    d_poles, d_motions = np.empty((len(neighbours), len(poles)), complex), np.empty(shape, complex)
+    d_constants = np.empty_like(d_poles)
+    for m, other in enumerate(neighbours):
+        moved, further, turned = solve_real(other)
+        sign = np.where(np.einsum("ar,ar->r", vectors, turned) < 0, -1.0, 1.0)
+        d_poles[m] = (moved - poles) / step
+        d_motions[m] = (sign * further - motions) / step
+        d_constants[m] = np.log(moved.imag / poles.imag) / step
     return d_poles, d_motions, d_constants
 
 

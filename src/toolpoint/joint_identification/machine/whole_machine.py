@@ -12,9 +12,10 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate
 from toolpoint.joint_identification.joints.kinds import inner_moves
 from toolpoint.joint_identification.joints.stiffness import ComponentMass, first_stiffness
 from toolpoint.joint_identification.machine.joint_forms import JointForm, diagonal_form
+from toolpoint.joint_identification.machine.law_choice import LawChoice, choose_law
 from toolpoint.joint_identification.machine.machine_fit import MachineFit, MachineNumbers, fit_machine
 from toolpoint.joint_identification.machine.mode_pairs import match_modes, rival_pairs
-from toolpoint.joint_identification.machine.rigid_machine import ElasticJoint, RigidMachine, tree_order
+from toolpoint.joint_identification.machine.rigid_machine import MEASURED, ElasticJoint, RigidMachine, tree_order
 from toolpoint.joint_identification.modes.modal_data import ModalData, covariance_roots, pole_spread
 from toolpoint.joint_identification.modes.mode_mixing import with_mixing
 from toolpoint.joint_identification.motion.measured import Component
@@ -32,12 +33,14 @@ _RESTARTS, _FAR_OFF = 3, 30.0
 
 @dataclass(frozen=True, eq=False)
 class WholeMachine:
-    """The fit, the names of its components in the order of the tree, and the measured modes (indices) that it explains."""
+    """The fit, the names of its components in the order of the tree, the measured modes (indices) that it explains, and the law
+    of damping that they obey (None for real shapes, which tell none)."""
 
     fit: MachineFit
     names: tuple[str, ...]
     modes: tuple[int, ...]
     lonely: tuple[int, ...]
+    law: LawChoice | None = None
 
 
 def whole_machine(
@@ -73,11 +76,19 @@ def whole_machine(
         uncertain = any(mass.deviations[0] > 0 for mass in masses.values())
         data = replace(data, scale=scale[kept], calibration=calibration if uncertain else None)
     fit = _settled(model, data)
-    fit = _with_other_damping(_richer(fit, start=model, full=full, data=data), data)
+
+    def richer(coupled: MachineFit) -> MachineFit:
+        return _richer(coupled, start=model, full=full, data=data)
+    law = None
+    if data.is_complex:
+        fit, law = choose_law(fit, data, _typical_relaxation(data), richer=richer)
+    else:
+        fit = richer(fit)
+    fit = _with_other_damping(fit, data) if fit.model.law != MEASURED else fit
     if fit.mass_scale is not None:
         stated = max(mass.mass_deviation for mass in masses.values())
         fit = replace(fit, mass_scale=replace(fit.mass_scale, calibration=calibration, masses=stated))
-    return WholeMachine(fit, names, tuple(kept), tuple(lonely))
+    return WholeMachine(fit, names, tuple(kept), tuple(lonely), law)
 
 
 def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[JointEstimate], motions: Mapping[str, RigidMotion],
@@ -174,8 +185,7 @@ def _richer(fit: MachineFit, *, start: MachineNumbers, full: Sequence[JointForm]
         other = _settled(replace(best.model, forms=forms), data)
         best = other if other.information < best.information - _VERY_STRONG else best
     if best.freedom > 0 and best.probability < _IMPROBABLE:
-        typical = 0.1 / (2 * np.pi * float(np.median(data.frequency)))
-        tried = [_with_viscous(best.model, typical)]
+        tried = [_with_viscous(best.model, _typical_relaxation(data))]
         tried += [_with_matrix(best.model, i) for i, form in enumerate(best.model.forms)
                   if _is_richer(form)]
         for change in tried:
@@ -196,6 +206,11 @@ def _with_other_damping(fit: MachineFit, data: ModalData) -> MachineFit:
 
 def _is_richer(form: JointForm) -> bool:
     return form.diagonal and len(form.ways) > 1 and replace(form, diagonal=False).count > form.count
+
+
+def _typical_relaxation(data: ModalData) -> float:
+    """Return a relaxation time (s) that damps the middle mode by 5 %."""
+    return float(0.1 / (2 * np.pi * np.median(data.frequency)))
 
 
 def _with_viscous(model: MachineNumbers, typical: float) -> MachineNumbers:

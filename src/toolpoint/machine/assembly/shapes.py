@@ -8,6 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics import Pose
+from toolpoint.machine.assembly.modal_damping import ENERGY, reference_loss
 from toolpoint.machine.assembly.system import equations, mass_matrix
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, place_machine
@@ -60,6 +61,8 @@ def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = 
     ratio = machine.description.damping_ratio
     lost = _work(shapes, structural[0], 2 * omega**2)
     whole = lost + (_work(shapes, viscous[0], 2 * omega) if ratio is None else np.full(omega.shape, ratio))
+    if machine.description.modal_damping not in ("", ENERGY):
+        whole = _work(shapes, reference_loss(machine, mass_matrix(place_machine(machine))), 2 * omega**2)
     vectors = shapes if basis is None else basis[0] @ shapes
     return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, whole, lost)
 

@@ -16,6 +16,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.gyroscopics import gyroscopic_matrix
 from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_motion
+from toolpoint.machine.assembly.modal_damping import ENERGY, damp_modes
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, frame_motion, place_machine
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
@@ -24,7 +25,7 @@ from toolpoint.vibration.dof import dofs
 
 def assemble(
     machine: Machine, poses: Pose | None = None, outputs: Iterable[Dof | str] | None = None,
-    *, inputs: Iterable[Dof | str] | None = None, modal_damping: bool = True,
+    *, inputs: Iterable[Dof | str] | None = None, modal_damping: bool = True, joint_damping: bool = False,
 ) -> SecondOrderSystem:
     """Return the machine's equations of motion about a pose or a batch of poses.
 
@@ -38,6 +39,9 @@ def assemble(
     modal_damping : bool
         Whether the description's `damping_ratio`, if given, is turned into a damping matrix (one eigen-solution per
         pose).
+    joint_damping : bool
+        Whether losses stay in the joints where the description's `modal_damping` gives them to the modes by ``energy``: for
+        who needs the matrices' slopes.
 
     Raises
     ------
@@ -59,7 +63,9 @@ def assemble(
     system = SecondOrderSystem(
         cut(mass), cut(stiffness), cut(viscous) if np.any(viscous) else None, cut(structural) if np.any(structural) else None,
         cut(output_map), cut(input_map), seen, driven, names, notes=(*_notes(machine), *place.notes))
-    ratio = machine.description.damping_ratio
+    ratio, law = machine.description.damping_ratio, machine.description.modal_damping
+    if law and not (joint_damping and law == ENERGY):
+        return damp_modes(machine, system, mass_matrix(place_machine(machine)))
     return damping.modal(system, ratio) if ratio is not None and modal_damping else system
 
 
@@ -80,8 +86,13 @@ def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 
 def _notes(machine: Machine) -> tuple[str, ...]:
     ratio = machine.description.damping_ratio
+    law = machine.description.modal_damping
     bodies = [f"{name}: {note}" for name, body in zip(machine.body_names, machine.bodies, strict=True) for note in body.notes]
-    return (*bodies, *(() if ratio is None else (f"modal damping ratio {ratio:g} for all modes, as the description says",)))
+    said = [f"modal damping ratio {ratio:g} for all modes, as the description says"] if ratio is not None else []
+    said += ["modes are damped one by one, by the share that joints have in their strain energy: shapes are real, as the "
+             "description says"] if law == ENERGY else []
+    said += ["modes have the damping ratios that the description states: shapes are real"] if law and law != ENERGY else []
+    return (*bodies, *said)
 
 
 def _all_points(machine: Machine) -> tuple[Dof, ...]:

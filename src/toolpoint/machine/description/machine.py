@@ -262,6 +262,8 @@ class MachineDescription:
     `tool_axis` is the direction of the tool's axis, away from the work, fixed in the tool's body, machine frame at the
     reference pose. `assembly_modes` are other ways in which the loops close: name to start values of passive directions
     (``knuckle.rx``: rad); `assembly_mode` names the one in use.
+    `modal_damping` damps mode by mode, so that shapes are real: ``energy`` (by the share of joints in a mode's strain energy),
+    or the damping ratios of the modes at the reference pose.
     `doubts` are those of the study that made the description: every result that rests on it repeats them.
     """
 
@@ -287,6 +289,7 @@ class MachineDescription:
     assembly_mode: str = ""
     identified: IdentifiedDescription | None = None
     doubts: tuple[Doubt, ...] = ()
+    modal_damping: str | tuple[float, ...] = ""
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on.

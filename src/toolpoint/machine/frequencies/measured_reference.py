@@ -10,7 +10,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.parts.model import Machine
-from toolpoint.vibration import damping, eigen
+from toolpoint.vibration.damped_modes import solve_as_damped, upper_poles
 
 # Relative difference of a frequency, and of a damping ratio, from which a file contradicts its own reference.
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.3
@@ -36,13 +36,7 @@ def _modes(machine: Machine) -> tuple[FloatArray, FloatArray]:
     """Return natural frequencies |s|/2 pi (n,), Hz, and damping ratios (n,)."""
     point = next(iter(machine.description.points), None)
     system = assemble(machine, outputs=None if point is None else [f"{point}:+x"])
-    if system.damping is None and system.structural_damping is None:
-        modes = eigen.solve_undamped(system)
-        return modes.frequency, np.zeros(modes.count)
-    if system.structural_damping is not None and system.damping is not None:
-        system = damping.equivalent_viscous(system)
-    modes = eigen.solve_damped(system)
-    poles = modes.poles if modes.damping == "viscous" else 1j * modes.omega * np.sqrt(1 + 2j * modes.damping_ratio)
+    poles = upper_poles(solve_as_damped(system))
     size = np.abs(poles)
     return size / (2 * np.pi), -poles.real / np.maximum(size, 1e-300)
 

@@ -123,7 +123,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
 
 def has_damping(machine: Machine) -> bool:
     """Return whether anything in the machine dissipates energy."""
-    if machine.description.damping_ratio:
+    if machine.description.damping_ratio or machine.description.modal_damping:
         return True
     _, viscous, structural = joint_matrices(place_machine(machine))
     return bool(np.any(viscous) or np.any(structural))

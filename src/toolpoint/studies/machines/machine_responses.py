@@ -101,7 +101,7 @@ def study_responses_of_machine(
         Of the slopes to the identified numbers, which the intervals come from.
     """
     chosen = tuple(check_poses(poses) if poses is not None else machine.description.poses) or ({},)
-    if not machine.description.damping_ratio and not _has_loss(machine):
+    if not machine.description.damping_ratio and not machine.description.modal_damping and not _has_loss(machine):
         fail("machine", "no damping", "its responses would be infinite at every resonance",
              remedy="give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(machine, chosen) if frequency is None else increasing("frequency",

@@ -57,7 +57,7 @@ class MachineUncertainty(NotebookText):
         """
         value = self.machine.value(path)
         for step in (_STEP, _STEP / 10, _STEP / 100):
-            if {"loss_factor", "damping"} & set(path.split(".")) and value + step * size < 0:
+            if {"loss_factor", "damping", "modal_damping"} & set(path.split(".")) and value + step * size < 0:
                 continue
             try:
                 return self.machine.with_values({path: value + step * size}), step
@@ -126,8 +126,7 @@ class AnswerSpread:
 
 def _possible(path: str, value: float) -> float:
     """Return a value that its number can have: no loss below zero, no stiffness or mass at or below it."""
-    words = path.split(".")
-    if words[2] in ("loss_factor", "damping"):
+    if {"loss_factor", "damping", "modal_damping"} & set(path.split(".")):
         return max(value, 0.0)
     return value
 

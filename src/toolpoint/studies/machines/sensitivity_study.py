@@ -136,7 +136,7 @@ def study_sensitivity(
         fail("paths", "none", "must be at least one parameter")
     values = np.array([1.0 if _elastic(machine, n) else machine.value(n) for n in names])
     slopes = _at_standstill(_slopes(machine, names, pose))
-    system = assemble(machine, pose, dofs, modal_damping=False)
+    system = assemble(machine, pose, dofs, modal_damping=False, joint_damping=True)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
     assert prediction.modes is not None and prediction.frequency_slopes is not None

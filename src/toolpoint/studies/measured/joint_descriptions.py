@@ -108,12 +108,12 @@ def _axis_frame(axes: Sequence[DrivenAxis], place: FloatArray) -> FloatArray:
 
 def describe_joint(parent: str, child: str, joint: ElasticJoint, *, layout: JointLayout, elastic_at: str = "child",
                    is_viscous: bool = False) -> JointDescription:
-    """Return the description of a joint in its layout; a loss factor below zero is none."""
+    """Return the description of a joint in its layout."""
     frame = joint.frame @ layout.turn
     at, rotation = frame[:3, 3].tolist(), Rotation.from_matrix(frame[:3, :3]).as_euler("ZYX").tolist()
     base = JointDescription(parent, child, FrameDescription((at[0], at[1], at[2]), (rotation[0], rotation[1], rotation[2])),
-                            loss_factor=max(joint.loss_factor, 0.0), elastic_at=elastic_at, source="measured")
-    relaxation = max(joint.relaxation, 0.0)
+                            loss_factor=joint.loss_factor, elastic_at=elastic_at, source="measured")
+    relaxation = joint.relaxation
     if not joint.twists.shape[1]:
         return replace(base, loss_factor=0.0)
     stiffness = (joint.stiffness + joint.stiffness.T) / 2

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.joint_identification import ComponentMass, JointIdentification
+from toolpoint.joint_identification.machine.rigid_machine import COUPLED, ENERGY, MEASURED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 from toolpoint.machine.components import Components
 from toolpoint.machine.description import (
@@ -27,6 +29,7 @@ from toolpoint.studies.measured.joint_descriptions import JointLayout, describe_
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Modes
 
+_UNSEEN_RATIO = 0.3  # relative deviation, at least, of the damping ratio of a mode that the test did not show
 _STEP = 0.05  # of a standard deviation, for the slopes of written numbers
 _NUMBERS = ("frame", "stiffness", "stiffness_matrix", "screws", "loss_factor", "damping", "damping_matrix", "mass", "centre",
             "inertia")
@@ -65,8 +68,8 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     whole = joints.machine
     if whole is None:
         fail("joints", "no machine", "the masses of all components must be known", remedy="give every component its body")
-    layouts = _layouts(whole, components)
-    machine = _described(whole, whole.fit.x, components, layouts)
+    layouts = layouts_of(whole, components)
+    machine = describe_fit(whole, whole.fit.x, components, layouts)
     measured = ReferenceDescription("measured", tuple(float(modes.frequency[i]) for i in whole.modes),
                                     tuple(float(max(modes.damping_ratio[i], 0.0)) for i in whole.modes), "measured")
     left = [f"{modes.frequency[i]:.4g} Hz" for i in whole.lonely]
@@ -78,16 +81,17 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     return machine
 
 
-def _layouts(whole: WholeMachine, components: Components) -> dict[str, JointLayout]:
+def layouts_of(whole: WholeMachine, components: Components) -> dict[str, JointLayout]:
+    """Return how the joint of every component is written."""
     result = {}
     for name, form in zip(whole.names, whole.fit.model.forms, strict=True):
         result[name] = plan_layout(form.start, form.ways, {a: x for a, x in components.axes.items() if x.moves == name})
     return result
 
 
-def _described(whole: WholeMachine, x: FloatArray, components: Components, layouts: Mapping[str, JointLayout]
+def describe_fit(whole: WholeMachine, x: FloatArray, components: Components, layouts: Mapping[str, JointLayout]
                ) -> MachineDescription:
-    """Return the machine of the fit's numbers."""
+    """Return the machine of a fit's numbers, damped by its law."""
     model = whole.fit.model
     described: dict[str, JointDescription] = {}
     axes: dict[str, AxisDescription] = {}
@@ -102,11 +106,23 @@ def _described(whole: WholeMachine, x: FloatArray, components: Components, layou
         axes |= describe_axes(title, driven, layouts[name])
     masses = dict(zip(whole.names, model.changed_masses(x), strict=True))
     bodies = {name: _body(components.bodies[name], masses[name]) for name in whole.names}
-    lossless = not any(joint.loss_factor or joint.damping or joint.damping_matrix for joint in described.values())
+    law = model.law if whole.law is not None else COUPLED
+    damped = "energy" if law == ENERGY else _mode_ratios(whole)[0] if law == MEASURED else ""
+    lossless = not damped and not any(j.loss_factor or j.damping or j.damping_matrix for j in described.values())
     return MachineDescription(
         components.name, bodies, described, axes, dict(components.places), tool=components.tool, table=components.table,
         cutting=components.cutting, tool_axis=components.tool_axis, damping_ratio=0.01 if lossless else None,
-        description="Minimal model from measured mode shapes.", source="identified from measured modes")
+        modal_damping=damped, description="Minimal model from measured mode shapes.", source="identified from measured modes")
+
+
+def _mode_ratios(whole: WholeMachine) -> tuple[tuple[float, ...], FloatArray]:
+    """Return the damping ratios of all modes of a machine by frequency, and their standard deviations: as measured; of modes
+    that the test did not show the mean, as uncertain as the ratios differ."""
+    fit, count = whole.fit, sum(form.start.twists.shape[1] for form in whole.fit.model.forms)
+    mean = float(np.mean(fit.ratio))
+    ratio, deviation = np.full(count, mean), np.full(count, max(float(np.std(fit.ratio)), _UNSEEN_RATIO * mean))
+    ratio[fit.partner], deviation[fit.partner] = fit.ratio, fit.ratio_deviation
+    return tuple(float(max(v, 0.0)) for v in ratio), deviation
 
 
 def _body(body: BodyDescription, mass: ComponentMass) -> BodyDescription:
@@ -128,13 +144,17 @@ def _identified(whole: WholeMachine, components: Components, layouts: Mapping[st
     paths = [path for path in parameters(machine) if path.split(".")[2] in _NUMBERS and not _is_mirrored(path)]
     slopes = np.zeros((len(paths), root.shape[1]))
     for i, direction in enumerate(root.T):
-        ahead, back = (_described(whole, whole.fit.x + sign * _STEP * direction, components, layouts) for sign in (1, -1))
+        ahead, back = (describe_fit(whole, whole.fit.x + sign * _STEP * direction, components, layouts) for sign in (1, -1))
         slopes[:, i] = [(ahead.value(path) - back.value(path)) / (2 * _STEP) for path in paths]
     scale = np.array([abs(machine.value(path)) for path in paths])
     moving = np.flatnonzero(np.sqrt((slopes**2).sum(axis=1)) > 1e-9 * np.maximum(scale, 1e-6))
-    covariance = slopes[moving] @ slopes[moving].T
+    covariance, names = slopes[moving] @ slopes[moving].T, [paths[i] for i in moving]
+    if isinstance(machine.modal_damping, tuple) and machine.modal_damping:
+        deviation = _mode_ratios(whole)[1]
+        covariance = block_diag(covariance, np.diag(deviation**2))
+        names += [f"modal_damping.{i}" for i in range(len(deviation))]
     rows = tuple(tuple(float(f"{v:.9g}") for v in row[:n + 1]) for n, row in enumerate(covariance))
-    return IdentifiedDescription(tuple(paths[i] for i in moving), rows, "fit of the machine to measured modes")
+    return IdentifiedDescription(tuple(names), rows, "fit of the machine to measured modes")
 
 
 def _root(covariance: FloatArray) -> FloatArray:

@@ -12,9 +12,11 @@ from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification, identify_joints
+from toolpoint.joint_identification.machine.law_choice import name_of
 from toolpoint.machine import Machine, MachineDescription, build
 from toolpoint.machine.components import Components
-from toolpoint.studies.measured.joint_machine import component_masses, machine_of
+from toolpoint.studies.measured.joint_machine import component_masses, describe_fit, layouts_of, machine_of
+from toolpoint.studies.measured.law_spread import cover_rivals
 from toolpoint.studies.measured.machine_check import HEADER, MachineCheck, check_machine
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
@@ -26,7 +28,8 @@ class JointStudy(NotebookText):
     """Joints, the modes, points and components that they came from, and the machine where masses were known.
 
     machine : its description, None where there is none, for the reason in `missing`; checked : the machine as it runs beside
-    the measured modes; channel_doubts : what the responses that the modes came from betray of their channels.
+    the measured modes; channel_doubts : what the responses that the modes came from betray of their channels; law_doubts : what
+    laws of damping that the test does not tell apart differ by.
     """
 
     joints: JointIdentification
@@ -37,13 +40,14 @@ class JointStudy(NotebookText):
     missing: str = ""
     checked: MachineCheck | None = None
     channel_doubts: tuple[Doubt, ...] = ()
+    law_doubts: tuple[Doubt, ...] = ()
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """What speaks against the result, each once: of the channels, the joints, the whole, the machine that was run."""
         lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
         checked = self.checked.doubts if self.checked else ()
-        return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *lines, *checked]))
+        return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *self.law_doubts, *lines, *checked]))
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""
@@ -63,8 +67,10 @@ class JointStudy(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the page shows as plain data, SI: joints with covariance, doubts, modes, the machine or why not."""
+        whole = self.joints.machine
         return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status,
                 "doubts": list(self.doubts), "notes": list(self.joints.notes),
+                "damping": None if whole is None or whole.law is None else whole.law.to_dict(),
                 "machine": None if self.machine is None else "described",
                 "missing": self.missing, "modes": None if self.checked is None else self.checked.to_dict()}
 
@@ -96,6 +102,8 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         return replace(study, missing="no mass properties; a machine needs the body of every component")
     try:
         machine = machine_of(joints, components, modes=modes, points=geometry.points)
+        machine, law_doubts = _with_rival_laws(machine, joints, components)
+        study = replace(study, law_doubts=law_doubts)
         built = build(machine)
     except (ToolpointError, np.linalg.LinAlgError) as error:
         return replace(study, missing=str(error))
@@ -103,3 +111,18 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     # What is doubted goes with the machine, so that every use of its file repeats it.
     return replace(study, machine=replace(machine, doubts=study.doubts))
 
+
+def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, components: Components
+                     ) -> tuple[MachineDescription, tuple[Doubt, ...]]:
+    """Return the machine with intervals that cover the laws of damping that the test does not tell from its own, and a doubt
+    where their answers differ."""
+    whole = joints.machine
+    if whole is None or whole.law is None or not whole.law.rivals:
+        return machine, ()
+    rivals = []
+    for fit in whole.law.rivals:
+        other = replace(whole, fit=fit)
+        described = describe_fit(other, fit.x, components, layouts_of(other, components))
+        rivals.append((name_of(fit.model), replace(described, points=machine.points)))
+    covered, spread = cover_rivals(machine, rivals)
+    return covered, spread.doubts

@@ -13,7 +13,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
-from toolpoint.vibration.damped_modes import solve_as_damped
+from toolpoint.vibration.damped_modes import solve_as_damped, upper_poles
 
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
 # A machine that is farther from its own test than this is not the machine of the test.
@@ -113,7 +113,7 @@ def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
     system = assemble(machine, outputs=[modes.dofs[i] for i in rows])
     computed = solve_poles(system)
     alike = mac(modes.shape[rows], computed.shape)
-    poles = computed.poles if computed.damping == "viscous" else 1j * computed.omega * np.sqrt(1 + 2j * computed.damping_ratio)
+    poles = upper_poles(computed)
     frequency = np.abs(poles) / (2 * np.pi)
     away = np.minimum(np.abs(np.log(np.outer(modes.frequency, 1 / np.maximum(frequency, 1e-9)))), 2.0)
     pairs = zip(*linear_sum_assignment(0.2 * away - alike), strict=True)

@@ -54,7 +54,8 @@ class MachineSystems:
 
     def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
         """Return the system with these values by path."""
-        return assemble(self.machine.with_values(values), self.pose, self.outputs, inputs=self.inputs, modal_damping=False)
+        return assemble(self.machine.with_values(values), self.pose, self.outputs, inputs=self.inputs, modal_damping=False,
+                        joint_damping=True)
 
     def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
         """Return the exact derivatives of the matrices at these values."""

@@ -155,7 +155,7 @@ def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
         fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     batch = {name: np.array([value]) for name, value in pose.items()}
-    system = assemble(machine, batch, [f"{point}:{way}" for way in ("+x", "+y", "+z")], modal_damping=False)
+    system = assemble(machine, batch, [f"{point}:{way}" for way in ("+x", "+y", "+z")], modal_damping=False, joint_damping=True)
     if system.poses == ():
         maps = tool_axes(machine, None)[0].T @ system.output_map
     else:

@@ -108,6 +108,10 @@ def describe_assumed(machine: Machine) -> tuple[str, ...]:
              f"assumed: {rigid[0]} is rigid but for what is driven"] if rigid else []
     if description.damping_ratio is not None:
         lines.append(f"assumed: a damping ratio of {100 * description.damping_ratio:.3g} % for every mode")
+    elif description.modal_damping:
+        lines.append("assumed: modes are damped one by one, so shapes are real: " + (
+            "each by the share that joints have in its strain energy" if description.modal_damping == "energy" else
+            ", ".join(f"{100 * float(ratio):.3g} %" for ratio in description.modal_damping)))
     elif not any(_is_damped(joint) for joint in description.joints.values()) and not any(
             np.any(body.damping) or np.any(body.structural_damping) for body in machine.bodies):
         lines.append("assumed: no damping at all, so peaks of responses have no height and stable depths no limit; write "
