@@ -25,6 +25,8 @@ NOISE_WINDOW = 48  # lines over which noise is taken as one
 MIN_PEAK = 0.1  # over the largest peak of the receptance: smaller ones tell no phase
 WINDOW_WIDTHS = 1.25  # half-power widths to each side of a peak within which it is fitted
 MAX_FIT_MISFIT = 0.05  # of a peak's fit: beyond it, neighbours or noise decide its phase
+MIN_LOW_LINES = 16  # over which what vibrates below the band is looked for, at least
+LOW_END = (1.05, 1.6)  # over the lowest line, where what vibrates below the band is looked for
 EVALUATED_LINES = 160  # at which the real part is computed from the imaginary one
 
 
@@ -180,7 +182,10 @@ def look_outside(lines: BandLines) -> Outside:
     even = np.arange(omega[0], omega[-1], step)
     loss, real = -np.interp(even, omega, values.imag), np.interp(even, omega, values.real)
     size = np.abs(np.interp(even, omega, np.abs(values)))
-    places = np.unique(np.linspace(3, even.size - 4, EVALUATED_LINES).astype(int))
+    spread = np.linspace(3, even.size - 4, EVALUATED_LINES)
+    last = max(LOW_END[1] * omega[0], omega[0] + MIN_LOW_LINES * step)
+    start = np.searchsorted(even, np.linspace(LOW_END[0] * omega[0], last, EVALUATED_LINES // 4))
+    places = np.unique(np.append(spread, start[start < even.size - 4]).astype(int))
     follows = np.empty(places.size)
     for row, k in enumerate(places.tolist()):
         other = np.arange((k + 1) % 2, even.size, 2)  # Maclaurin: every second line, the pole in the middle between two
@@ -189,6 +194,12 @@ def look_outside(lines: BandLines) -> Outside:
     weight = 1 / (size[places] + 0.02 * float(size.max()))
     columns = np.stack([np.ones(w.size), -(omega[0] / w) ** 2], axis=1)
     above, below = np.linalg.lstsq(columns * weight[:, None], rest * weight, rcond=None)[0]
+    # What vibrates below the band shows at its low end, where the integral sees least of other errors.
+    near = (w >= LOW_END[0] * omega[0]) & (w <= last)
+    scaled = (w[near] / omega[0]) ** 2
+    below = float(np.median((above - rest[near]) * scaled))
+    if below < STANDARD_DEVIATIONS * float(np.median(np.interp(w[near], omega, lines.noise) * scaled)):
+        below = min(below, 0.0)
     left = (rest - columns @ np.array([above, below])) * weight
     return Outside(float(above), float(below), float(np.linalg.norm(left) / np.linalg.norm(real[places] * weight)))
 

@@ -22,7 +22,8 @@ STIFFNESSES = (2e5, 3e8)  # N/m, between which the static stiffness of tips of t
 MASSES = (2e-3, 2e3)  # kg, between which the modal mass of the softest mode of a tip lies
 LIGHT_DAMPING = 0.02  # ratio that a mode outside the band may have
 EDGE, EDGE_SIZE = 0.02, 0.7  # share of the band that is its edge; of the largest response that is large there
-CUT_OFF, MIN_INERTIA = 1.2, 0.05  # first believed over first measured line; inertia there over the largest response
+CUT_OFF = 1.2  # first believed over first measured line below which the band is as it was given
+MAX_ABOVE, MAX_BELOW = 1.0, 0.55  # least real part of modes outside, damped so lightly, over the least one inside
 MAX_SENSOR_CHANGE, MAX_SENSOR_SHIFT = 0.05, 0.02  # of the least real part, of the largest peak's frequency, by a sensor's mass
 MAX_ACTIVE_PAIRS = 0.05  # share of lines at which some mix of directions gives off power
 MODAL_LINES = 4000  # at which modes are judged
@@ -119,15 +120,14 @@ def _band(name: str, lines: BandLines, first_line: float) -> list[Doubt]:
     edge = max(3, round(EDGE * omega.size))
     last, most = float(np.median(size[-edge:])), float(size.max())
     deepest = float(np.maximum(-values.real, 0.0).max())
-    above = look_outside(lines).above
-    share = above / (4 * LIGHT_DAMPING) / max(deepest, 1e-300)
-    if last > EDGE_SIZE * most or share > 1:
-        return [_left_out(name, f"above {high:.4g} Hz", max(above, last), share,
+    outside = look_outside(lines)
+    above, below = (part / (4 * LIGHT_DAMPING) / max(deepest, 1e-300) for part in (outside.above, outside.below))
+    if last > EDGE_SIZE * most or above > MAX_ABOVE:
+        return [_left_out(name, f"above {high:.4g} Hz", max(outside.above, last), above,
                           "strike with a harder tip, sample faster, and give the whole band")]
-    # Below all of its modes a structure is a spring. Lines that noise takes away are not left out: charts carry their noise.
-    inertia = -float(np.median(values[:edge].real))
-    if omega[0] < CUT_OFF * first_line and inertia > MIN_INERTIA * most:
-        return [_left_out(name, f"below {low:.4g} Hz", inertia, inertia / most,
+    # Lines that noise takes away are not left out: charts carry their noise.
+    if omega[0] < CUT_OFF * first_line and below > MAX_BELOW:
+        return [_left_out(name, f"below {low:.4g} Hz", outside.below, below,
                           "strike harder with a softer tip, take longer records, and give the whole band")]
     return []
 
