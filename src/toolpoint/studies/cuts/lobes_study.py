@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
 from toolpoint.cutting.simulation.verdict import run_until_decided
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
@@ -30,6 +29,7 @@ from toolpoint.studies.text_table import text_table
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 LONG = 1.5  # edges over diameter that most end mills have
 RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
+RUN_KEPT = 20_000  # steps of each such cut that are kept for its chart
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
 NamedProgress = Callable[[str, int, int], None]
@@ -189,13 +189,9 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedPr
     runs = []
     for i, (speed, depth) in enumerate(grid):
         most = RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
-        runs.append(run_until_decided(partial(_run, fed, speed, depth), 60, max(60, most)))
+        runs.append(run_until_decided(RunningCut(fed, speed, depth, kept=RUN_KEPT), 60, max(60, most)))
         progress("simulated cuts", i + 1, len(grid))
     return runs
-
-
-def _run(problem: MillingProblem, speed: float, depth: float, revolutions: int) -> Simulation:
-    return simulate(problem, speed, depth, revolutions=revolutions)
 
 
 def _limit_rows(chart: StabilityChart) -> list[list[str]]:

@@ -13,7 +13,8 @@ from toolpoint._doubt import Doubt, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.description import check_cut
-from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.march import KEPT_STEPS
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
@@ -23,7 +24,8 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
 LEAST = 60  # revolutions of the first run
 FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
-MOST_STEPS = 30_000_000
+MOST_STEPS = 300_000_000
+KEPT_REVOLUTIONS = 12  # of a long cut at least: what its page shows
 RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
 
 
@@ -80,7 +82,7 @@ class SimulatedCut(NotebookText):
         linear = {} if self.withheld else self.linear.to_dict()
         return {"chatter": None if self.withheld else v.chatters, "state": self.state, "reason": self.reason,
                 "withheld": list(self.withheld), **growth, **linear,
-                "revolutions": (run.time.size - 1) // run.steps_per_revolution, "notes": list(self.notes),
+                "revolutions": run.revolutions, "notes": list(self.notes),
                 "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()), "status": run.status}
 
 
@@ -109,12 +111,13 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     if not revolutions and per_turn * LEAST <= MOST_STEPS:
         first = min(first, MOST_STEPS // per_turn)
     _check_steps(problem, speed, first)
-
-    def attempt(turns: int) -> Simulation:
-        step(f"simulation of {turns} revolutions")
-        return simulate(problem, speed, depth, revolutions=turns)
-
-    run = run_until_decided(attempt, first, revolutions or max(first, RUN_ON_STEPS // per_turn))
+    step("simulation")
+    cut = RunningCut(problem, speed, depth, kept=max(KEPT_STEPS, KEPT_REVOLUTIONS * per_turn))
+    if revolutions:
+        cut.advance(revolutions)
+        run = cut.result()
+    else:
+        run = run_until_decided(cut, first, max(first, RUN_ON_STEPS // per_turn))
     verdict, linear = run.verdict(), cut_stability(run)
     return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
 
