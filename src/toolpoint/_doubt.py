@@ -21,16 +21,19 @@ class Doubt(str):
         What to do or to look at.
     figure : float, optional
         How large it is, as a share (0.37: a limit known within 37 %), for who filters or sorts; not a number where none fits.
+    grave : bool, optional
+        Whether what rests on it must not be used: a result that carries a grave doubt withholds its advice.
     """
 
     what: str
     why: str
     remedy: str
     figure: float
+    grave: bool
 
-    def __new__(cls, what: str, why: str, remedy: str = "", *, figure: float = UNKNOWN) -> Doubt:
+    def __new__(cls, what: str, why: str, remedy: str = "", *, figure: float = UNKNOWN, grave: bool = False) -> Doubt:
         doubt = super().__new__(cls, f"{what}: {why}; {remedy}" if remedy else f"{what}: {why}")
-        vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure)
+        vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure, grave=grave)
         return doubt
 
     @classmethod
@@ -46,13 +49,13 @@ class Doubt(str):
 
     def within(self, part: str) -> Doubt:
         """Return the doubt as one of a part, which is named first: ``axis X: K_v: ...``."""
-        return Doubt(f"{part}: {self.what}", self.why, self.remedy, figure=self.figure)
+        return Doubt(f"{part}: {self.what}", self.why, self.remedy, figure=self.figure, grave=self.grave)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a Doubt cannot be changed; make another one with {name}={value!r}")
 
-    def __getnewargs_ex__(self) -> tuple[tuple[str, str, str], dict[str, float]]:
-        return (self.what, self.why, self.remedy), {"figure": self.figure}
+    def __getnewargs_ex__(self) -> tuple[tuple[str, str, str], dict[str, float | bool]]:
+        return (self.what, self.why, self.remedy), {"figure": self.figure, "grave": self.grave}
 
 
 def place_note(note: str, part: str) -> str:
@@ -68,6 +71,11 @@ def mark_notes(notes: Iterable[str], other: str = "") -> list[str]:
 def doubts_among(notes: Iterable[str]) -> list[Doubt]:
     """Return those of the notes that are doubts."""
     return [note for note in notes if isinstance(note, Doubt)]
+
+
+def grave_among(notes: Iterable[str]) -> list[Doubt]:
+    """Return the grave doubts among the notes, each once: what rests on them is withheld."""
+    return list(dict.fromkeys(doubt for doubt in doubts_among(notes) if doubt.grave))
 
 
 def status_of(doubts: Iterable[Doubt], good: str) -> str:

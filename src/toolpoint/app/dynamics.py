@@ -36,6 +36,8 @@ class Dynamics:
                                               needs="--frf-y, the cross FRF needs both directions")] = None
     quantity: Quantity = None
     band: Band = None
+    sensor_mass: Annotated[float | None, Help("Mass of the sensor that was on the tip while it was struck, g: a response that "
+                                              "it changes is doubted.", above=0, scale=1e-3)] = None
     modes: Annotated[SourceFile | None, Help("Modes saved by identify (HDF5), or of a universal file.")] = None
     x: Annotated[str | None, Help("Label of x where the data hold several points, e.g. 5:+x.",
                                   metavar="POINT:DIRECTION")] = None
@@ -52,7 +54,8 @@ class Dynamics:
             raise ToolpointError(f"dynamics: {' and '.join(given)} given; must be one of them")
         if self.pose and self.machine is None:
             raise ToolpointError("--pose: needs a machine file to be applied to")
-        if (self.machine or self.modes) and (of_frf := list_given("band", "quantity", "name", "struck", "variables")):
+        if (self.machine or self.modes) and (of_frf := list_given("band", "quantity", "name", "struck", "variables",
+                                                                     "sensor_mass")):
             raise ToolpointError(f"{of_frf[0]}: is for measured FRFs; {given[0]} has none")
         for name, label in (("--x", self.x), ("--y", self.y)):
             if label is not None and (self.machine or self.frf_x) and not (name == "--y" and label in ("same", "rigid")):
@@ -74,10 +77,11 @@ class Dynamics:
         if self.frf:
             measured = read_responses(self.frf, self.quantity, self.naming)
             return studies.response_dynamics(measured, self.x, self.y, band=self.band,
-                                             what=", ".join(file.name for file in self.frf))
+                                             what=", ".join(file.name for file in self.frf), sensor_mass=self.sensor_mass)
         paths = {way: path for way, path in (("x", self.frf_x), ("y", self.frf_y), ("xy", self.frf_xy)) if path is not None}
         parts = {way: read_responses([path], self.quantity, self.naming) for way, path in paths.items()}
-        return studies.separate_dynamics(**parts, across=self.y, band=self.band,
+        return studies.separate_dynamics(parts["x"], parts.get("y"), parts.get("xy"), across=self.y, band=self.band,
+                                         sensor_mass=self.sensor_mass,
                                          names={way: path.name for way, path in paths.items()})
 
 

@@ -50,7 +50,8 @@ def contact_table(rotation, edges):
 
 @nb.njit(cache=True, nogil=True, fastmath=True)
 def simulate(rotation, structure, state, edges, law, trace):
-    """March all steps from modal states `state` and fill the trace; returns the last step, earlier where the tool passes 1 m.
+    """March the steps after the first from modal states `state`, which go on with them, and fill the trace; returns the last
+    step, earlier where the tool passes 1 m.
 
     rotation, structure, edges, law, trace : `Rotation`, `ModalSteps`, `EdgeElements`, `ElementForces`, `Trace`. Their arrays
     are taken out once: a field read within the loop costs a reference count, which is dear at ten million steps a second.
@@ -74,8 +75,9 @@ def simulate(rotation, structure, state, edges, law, trace):
     before = fed.size - rotation.steps - 1
     zre, zim = state.real.copy(), state.imag.copy()
     contact = contact_table(rotation, edges)
-    fx, fy, fz = force[0, 0], force[0, 1], force[0, 2]
-    for k in range(1, rotation.steps + 1):
+    first_step = rotation.first
+    fx, fy, fz = force[first_step, 0], force[first_step, 1], force[first_step, 2]
+    for k in range(first_step + 1, rotation.steps + 1):
         kind, row = (k - 1) % kinds, k % rotation.repeat
         rx, ry, rz = 0.0, 0.0, 0.0  # displacement at the step's end without the force there
         for m in range(modes):
@@ -151,6 +153,8 @@ def simulate(rotation, structure, state, edges, law, trace):
         torque[k], chip_max[k] = moment, thick
         if abs(px) > 1.0:
             return k
+    for m in range(modes):
+        state[m] = complex(zre[m], zim[m])
     return rotation.steps
 
 

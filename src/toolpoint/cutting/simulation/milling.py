@@ -3,7 +3,7 @@ r"""Time-domain milling: regeneration with loss of contact, helix, run-out, uneq
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
-from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
+from toolpoint.cutting.simulation.march import BLOCK_STEPS, March, advance, begin, kept_trace
+from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation
 from toolpoint.cutting.simulation.verdict import Verdict, judge
 from toolpoint.vibration import Dof, Record
 
@@ -38,6 +39,10 @@ class Simulation(NotebookText):
         Samples in one tooth period.
     status : str
     notes : sequence of str
+    changes : (n_periods - 1,) floats
+        Root mean square change of the displacement from each period of the cut to the next, m, from the start.
+    dropped : int
+        Steps before the first sample: of a long cut only the last revolutions are kept.
     """
 
     problem: MillingProblem
@@ -51,6 +56,13 @@ class Simulation(NotebookText):
     steps_per_period: int
     status: str = "complete"
     notes: tuple[str, ...] = ()
+    changes: FloatArray = field(default_factory=lambda: np.zeros(0))
+    dropped: int = 0
+
+    @property
+    def revolutions(self) -> int:
+        """Whole revolutions from the start."""
+        return (self.dropped + self.time.size - 1) // self.steps_per_revolution
 
     @property
     def steps_per_revolution(self) -> int:
@@ -60,12 +72,7 @@ class Simulation(NotebookText):
     @property
     def steps_per_repeat(self) -> int:
         """Samples after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the variation."""
-        variation = self.problem.speed_variation
-        if variation is not None:
-            return self.steps_per_revolution * variation.revolutions
-        tool = self.problem.tool
-        alike = tool.is_regular and tool.runout == 0 and tool.tilt == 0
-        return self.steps_per_period if alike else self.steps_per_revolution
+        return steps_of_repeat(self.problem, self.steps_per_period)
 
     @property
     def power(self) -> FloatArray:
@@ -213,28 +220,66 @@ def simulate(problem: MillingProblem, speed: float, depth: float, *, revolutions
     start : (n_poles,) complex, optional
         Modal states at time zero.
     """
-    method = method or ExactSteps()
-    speed = float(check_speeds(speed)[0])
-    depth = positive("depth", depth, 1.0)
-    if problem.feed_per_tooth <= 0:
-        fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
-             remedy="problem.changed(feed_per_tooth=...)")
-    plane = modal_plane(problem.plane_at(speed))
-    notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
-    system = ModalState(plane)
-    m = method.chosen(problem, speed)
-    n = count("revolutions", revolutions) * m * problem.tool.teeth
-    clock = Clock.of(problem, speed, m)
-    trace = Trace(np.zeros((n + 1, system.left.shape[0])), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros(n + 1))
-    done = _march(problem, system, clock, depth, m, method, start, trace)
-    displacement, force, torque, chip = (a[:done + 1] for a in trace)
-    time = clock.at(np.arange(done + 1))
-    status = "complete"
-    if done < n:
-        status = f"stopped at {time[-1]:.4g} s: the vibration passed 1 m; the cut is unstable"
-        warnings.warn(status, ToolpointWarning, stacklevel=2)
-    return Simulation(problem, speed, depth, time, displacement, force, torque * problem.tool.radius, chip, m, status,
-                      notes)
+    march = RunningCut(problem, speed, depth, method=method, start=start)
+    march.advance(count("revolutions", revolutions))
+    return march.result()
+
+
+class RunningCut:
+    """A cut that is simulated on and on: `advance` by revolutions, then `result`; of long ones the last revolutions are kept.
+
+    Parameters are those of `simulate`; kept : about how many of the last steps are kept, all where None.
+    """
+
+    def __init__(self, problem: MillingProblem, speed: float, depth: float, *, method: ExactSteps | None = None,
+                 start: FloatArray | None = None, kept: int | None = None) -> None:
+        method = method or ExactSteps()
+        self.problem, self.kept = problem, kept
+        self.speed, self.depth = float(check_speeds(speed)[0]), positive("depth", depth, 1.0)
+        if problem.feed_per_tooth <= 0:
+            fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
+                 remedy="problem.changed(feed_per_tooth=...)")
+        plane = modal_plane(problem.plane_at(self.speed))
+        self.notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
+        system = ModalState(plane)
+        self.steps_per_period = method.chosen(problem, self.speed)
+        self.clock = Clock.of(problem, self.speed, self.steps_per_period)
+        self.march = _march_of(problem, system, self.clock, self.depth, self.steps_per_period, method)
+        modal = np.zeros(system.poles.size, complex)
+        if start is not None:
+            modal[:] = start
+        self.state = begin(self.march, modal)
+
+    @property
+    def steps_per_revolution(self) -> int:
+        """Time steps of a revolution."""
+        return self.steps_per_period * self.problem.tool.teeth
+
+    @property
+    def revolutions(self) -> int:
+        """Whole revolutions so far."""
+        return self.state.steps // self.steps_per_revolution
+
+    @on_one_thread
+    def advance(self, revolutions: int) -> None:
+        """Go on by some revolutions (with a varied speed the last of them may be part of its period)."""
+        advance(self.march, self.state, revolutions * self.steps_per_revolution, self.kept)
+        if self.state.stopped:
+            warnings.warn(self._status(), ToolpointWarning, stacklevel=3)
+
+    def result(self) -> Simulation:
+        """Return the cut so far."""
+        trace, first = kept_trace(self.state), self.state.dropped
+        time = self.clock.at(np.arange(first, first + trace.torque.size))
+        return Simulation(self.problem, self.speed, self.depth, time, trace.displacement, trace.force,
+                          trace.torque * self.problem.tool.radius, trace.chip, self.steps_per_period, self._status(),
+                          self.notes, np.array(self.state.changes), first)
+
+    def _status(self) -> str:
+        if not self.state.stopped:
+            return "complete"
+        time = float(self.clock.at(np.array([self.state.steps]))[0])
+        return f"stopped at {time:.4g} s: the vibration passed 1 m; the cut is unstable"
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,17 +314,25 @@ class Clock:
         return np.asarray(whole * self.within[-1] + self.within[part], float)
 
 
-def _march(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int,
-           method: ExactSteps, start: FloatArray | None, trace: Trace) -> int:
-    """Fill the trace and return the last step, with m steps in a tooth period."""
-    from toolpoint.cutting.simulation.kernel import simulate as kernel  # brings the compiler
-
-    state = np.zeros(system.poles.size, complex)
-    if start is not None:
-        state[:] = start
+def _march_of(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int, method: ExactSteps) -> March:
+    """Return what the blocks of a cut need, with m steps in a tooth period."""
     edges = edge_elements(problem, depth, m, method=method)
-    rotation = _rotation(problem, clock, m, trace.torque.size - 1, edges)
-    return int(kernel(rotation, modal_steps(system, clock.steps), state, edges, _force_law(problem, clock, m, method), trace))
+    per_turn, block = m * problem.tool.teeth, clock.steps.size
+    repeat = max(per_turn, block)
+    period = steps_of_repeat(problem, m)
+    history = int(np.ceil(max(float(edges.delay.max()) + 2, period) / repeat)) * repeat
+    longest = history + max(BLOCK_STEPS // repeat, 1) * repeat
+    return March(_rotation(problem, clock, m, longest, edges), modal_steps(system, clock.steps), edges,
+                 _force_law(problem, clock, m, method), repeat, history, period, system.left.shape[0])
+
+
+def steps_of_repeat(problem: MillingProblem, steps_per_period: int) -> int:
+    """Return the steps after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the
+    variation."""
+    per_turn, variation, tool = steps_per_period * problem.tool.teeth, problem.speed_variation, problem.tool
+    if variation is not None:
+        return per_turn * variation.revolutions
+    return steps_per_period if tool.is_regular and tool.runout == 0 and tool.tilt == 0 else per_turn
 
 
 def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: EdgeElements) -> Rotation:
@@ -288,7 +341,7 @@ def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: 
     before = int(np.ceil(edges.delay.max())) + 1
     rate = problem.feed_per_tooth * clock.steps.size / m / clock.within[-1]
     fed = rate * clock.at(np.arange(-before, steps + 1)) if clock.varies else np.empty(0)
-    return Rotation(steps, per_turn, problem.engagement.entry, 2 * np.pi / per_turn, problem.feed_per_tooth / m, fed)
+    return Rotation(0, steps, per_turn, problem.engagement.entry, 2 * np.pi / per_turn, problem.feed_per_tooth / m, fed)
 
 
 def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps) -> ElementForces:

@@ -59,11 +59,12 @@ class ElementForces(NamedTuple):
 class Rotation(NamedTuple):
     """How the tool turns and is fed.
 
-    steps : number of steps; repeat : steps of a revolution; start, step : angle at step 0 and of a step, rad; feed : in m per
-    step at constant speed; fed : feed in m at every step of a varied speed (empty at constant speed), the first of them as
-    many steps before the start as there are more than `steps` + 1.
+    first, steps : the step that is known already, and the last one; repeat : steps of a revolution; start, step : angle at
+    step 0 and of a step, rad; feed : in m per step at constant speed; fed : feed in m at every step of a varied speed
+    (empty at constant speed), the first of them as many steps before the start as there are more than `steps` + 1.
     """
 
+    first: int
     steps: int
     repeat: int
     start: float

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 
 if TYPE_CHECKING:
-    from toolpoint.cutting.simulation.milling import Simulation
+    from toolpoint.cutting.simulation.milling import RunningCut, Simulation
 
 BLOCKS, CERTAIN = 12, 4.587  # blocks of the last half of a run; Student's t, 10 degrees of freedom, 99.9 % both ways
 LEAST_PERIODS = 2 * BLOCKS
@@ -53,13 +51,14 @@ def judge(run: Simulation) -> Verdict:
     """Return the verdict on a run.
 
     Decay alone proves nothing: beyond the limit a hard start-up may decay to a small vibration that stays. So a cut is
-    stable only when the change between its periods has fallen below a thousandth of the thickest chip, where no edge
-    leaves the material any more, and still falls; it chatters when the change grows, or keeps its level over ten time
-    constants of the slowest mode.
+    stable only when the change between its periods has fallen below a thousandth of the thickest chip, which throws no edge
+    out of the material any more, and still falls or has settled; it chatters when the change grows, or keeps a higher level
+    over ten time constants of the slowest mode. What is left of a settled change is no vibration that regenerates: edges that
+    slip out of the thinnest part of their chip a little earlier or later each time.
     """
     if run.status != "complete":
         return Verdict("chatter", float("nan"), float("nan"), run.status)
-    change = period_changes(run)
+    change = run.changes
     if change.size < LEAST_PERIODS:
         return Verdict("undecided", float("nan"), float("nan"),
                        f"{change.size} periods of the cut are too few; at least {LEAST_PERIODS} are needed")
@@ -73,14 +72,6 @@ def judge(run: Simulation) -> Verdict:
     return Verdict(state, growth, growth * error / each, reason)
 
 
-def period_changes(run: Simulation) -> FloatArray:
-    """Return the root mean square change of the displacement from each period of the cut to the next, m."""
-    m = run.steps_per_repeat
-    whole = (run.displacement.shape[0] - 1) // m
-    periods = run.displacement[1:whole * m + 1].reshape(whole, -1)
-    return np.array([np.sqrt(np.mean((b - a)**2)) for a, b in pairwise(periods)])
-
-
 def _slope(values: FloatArray) -> tuple[float, float]:
     """Return the slope of a straight line a block, and its error from the scatter of the blocks."""
     place = np.arange(values.size) - (values.size - 1) / 2
@@ -91,7 +82,8 @@ def _slope(values: FloatArray) -> tuple[float, float]:
 
 def _time_constants(run: Simulation, periods: int) -> float:
     slowest = float((-run.problem.plane_at(run.speed).poles.real).min())
-    return slowest * float(run.time[-1] - run.time[-1 - periods * run.steps_per_repeat])
+    # Periods of the cut are of one length, also where the speed varies within them.
+    return slowest * periods * run.steps_per_repeat / run.steps_per_revolution * 60 / run.speed
 
 
 def _state(drift: float, error: float, relative: float, constants: float) -> tuple[str, str]:
@@ -101,6 +93,9 @@ def _state(drift: float, error: float, relative: float, constants: float) -> tup
         return "stable", "the periods of the cut repeat to rounding"
     if relative < FADED and drift + error < 0:
         return "stable", f"the change between periods has faded to {relative:.1e} of the thickest chip and still fades"
+    if relative < FADED and abs(drift) + error < LEVEL_DRIFT and constants > LEVEL_TIME:
+        return "stable", (f"the change between periods has settled at {relative:.1e} of the thickest chip, too little to throw "
+                          "an edge out of the material")
     if drift - error > DOUBLED and 2 * constants > START_TIME:
         return "chatter", "the change between periods grows"
     if relative > FADED and abs(drift) + error < LEVEL_DRIFT and constants > LEVEL_TIME:
@@ -109,11 +104,14 @@ def _state(drift: float, error: float, relative: float, constants: float) -> tup
                          f"by a factor {np.exp(drift):.3g}, to {relative:.2g} of the thickest chip")
 
 
-def run_until_decided(simulate: Callable[[int], Simulation], first: int, most: int) -> Simulation:
-    """Return the first of the runs of `first`, twice, four times as many revolutions that is decided, the last at `most`."""
+def run_until_decided(cut: RunningCut, first: int, most: int) -> Simulation:
+    """Take a cut to `first`, twice, four times as many revolutions until it is decided, at most to `most`; return it."""
+    variation = cut.problem.speed_variation
+    whole = 1 if variation is None else variation.revolutions
     revolutions = min(first, most)
     while True:
-        run = simulate(revolutions)
-        if revolutions >= most or run.verdict().state != "undecided":
+        cut.advance(max(-(-(revolutions - cut.revolutions) // whole) * whole, whole))
+        run = cut.result()
+        if cut.revolutions >= most or run.verdict().state != "undecided":
             return run
         revolutions = min(2 * revolutions, most)

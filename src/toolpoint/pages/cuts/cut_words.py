@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from toolpoint._doubt import Doubt
 from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.cut.plane import PlaneDynamics
@@ -66,6 +69,12 @@ def limit_sentence(chart: StabilityChart, lowest: LowestLimit | None = None, *, 
     above = f"; above it chatter begins at {chart.frequency[point]:.0f} Hz" if point >= 0 else ""
     return (f"A {what} of {text_below(1e3 * float(chart.sure_limit.min()))} mm is stable at every charted speed {span}; "
             f"the limit is least at {chart.speeds[at]:.0f} rev/min{above}.")
+
+
+def no_cut_words(withheld: Sequence[Doubt]) -> str:
+    """Return that no cut is recommended, and why, in a sentence."""
+    first = withheld[0]
+    return f"No cut is recommended, as the dynamics are doubtful: {first.what}: {first.why}. Do this first: {first.remedy}."
 
 
 def depth_answers(chart: StabilityChart) -> list[str]:

@@ -11,7 +11,7 @@ from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.surface.location import location_error, wall_side
-from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, problem_words
+from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, ClickedSeries, Lookup, Report, Table
 from toolpoint.plot.figures.cuts.cutting import (
@@ -41,7 +41,9 @@ def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
 
 
 def _answer(result: LobesStudy) -> str:
-    """Return what is stable at every speed, with its interval where one is known, and the best cut."""
+    """Return what is stable at every speed, with its interval where one is known, and the best cut; or why none is given."""
+    if result.withheld:
+        return no_cut_words(result.withheld)
     chart, best = result.chart, from_chart(result.chart)
     words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
@@ -69,11 +71,15 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
     best = from_chart(chart)
     top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
+    if result.withheld:
+        words = f"What the dynamics as they were given would allow: not to be used. {words}"
+    points = [] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")]
     figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")], max_depth=top,
-                           points=[(best.speed, best.depth, "best cut, with some margin")])
+                             points=points)
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
                     "depth")
+    looked_up = [] if result.withheld else [lookup]
     parts: list[Chart | ClickedSeries]
     if runs:
         parts = [Chart(with_simulations(figure, runs), name="stability"), simulation_series(runs, "stability")]
@@ -82,7 +88,7 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     if np.isfinite(chart.limit).any():
         parts.append(Chart(chatter_frequencies(chart), "Frequency at which chatter begins at the first limit of each speed.",
                            name="chatter"))
-    return report.with_section("Chart", lookup, words, *parts)
+    return report.with_section("Chart", *looked_up, words, *parts)
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:

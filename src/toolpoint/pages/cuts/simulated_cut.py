@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from toolpoint.pages.cuts.cut_words import dynamics_parts, problem_words
+from toolpoint.pages.cuts.cut_words import dynamics_parts, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.cutting import simulation_charts
@@ -25,6 +25,8 @@ def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Repor
 
 def _answer(result: SimulatedCut) -> str:
     """Return the verdict with its reason."""
+    if result.withheld:
+        return no_cut_words(result.withheld)
     run, verdict = result.run, result.run.verdict()
     said = {"chatter": "chatters", "stable": "is stable"}.get(verdict.state, "is undecided")
     return (f"The cut at {run.speed:g} rev/min and {1e3 * run.depth:g} mm depth {said}: {verdict.reason.split(';')[0]}.")

@@ -10,6 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import doubts_among
 from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart
+from toolpoint.pages.cuts.cut_words import no_cut_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
@@ -47,7 +48,8 @@ def _answer(result: ToolCoupling) -> str:
         ends = [number_text(1e6 * end, digits=3) for end in peak.intervals[1]]
         band = f" ({ends[0]} to {ends[1]}, 95 %)"
     return (f"The tip is most compliant along {tip.plane} at {peak.frequency:.0f} Hz: "
-            f"{number_text(1e6 * peak.height, digits=3)} µm/N{band}.")
+            f"{number_text(1e6 * peak.height, digits=3)} µm/N{band}."
+            + (f" {no_cut_words(result.withheld)}" if result.withheld else ""))
 
 
 def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:

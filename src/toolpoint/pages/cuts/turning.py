@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint._rounding import text_below
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, plane_words
+from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, plane_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Lookup, Report, Table
 from toolpoint.plot.figures.cuts.cutting import chip_response, intervals_of
@@ -24,16 +24,17 @@ def turning_page(result: TurningStudy) -> Report:
     report = Report("Stability of a turning cut", _answer(result), subtitle=f"{words}; {plane_words(result.problem.plane)}")
     curves: list[StabilityCurve | StabilityIntervals] = [intervals_of(chart),
                                                          StabilityCurve(chart.speeds, chart.limit, "first limit")]
-    if limit is not None and np.isfinite(limit.width):
+    if limit is not None and np.isfinite(limit.width) and not result.withheld:
         always = np.full(chart.speeds.size, limit.width)
         curves.append(StabilityCurve(chart.speeds, always, "stable at every speed"))
     best, finite = from_chart(chart), np.isfinite(chart.limit).any()
     figure = stability_chart(curves, max_depth=None if finite else chart.depth_max, depth_name="Width of cut",
-                           points=[(best.speed, best.depth, "best cut, with some margin")])
+                             points=[] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")])
     lookup = Lookup("How wide at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart),
                     float(best.speed if best.depth > 0 else np.median(chart.speeds)), "width")
     report = report.with_section(
-        "Chart", lookup, "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
+        "Chart", *([] if result.withheld else [lookup]),
+        "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
         Chart(figure, name="stability"), Table(list(HEADER), result.rows()))
     least = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
     report = report.with_section(
@@ -45,6 +46,8 @@ def turning_page(result: TurningStudy) -> Report:
 
 
 def _answer(result: TurningStudy) -> str:
+    if result.withheld:
+        return no_cut_words(result.withheld)
     limit = result.limit
     words = limit_sentence(result.chart, width=True)
     if limit is not None and np.isfinite(limit.width):

@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import build
+from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.measured.frf import bode, real_imaginary
@@ -29,10 +30,11 @@ def with_measured(report: Report, result: MeasuredResponse, warnings: Sequence[s
     if result.chart is not None:
         curve = StabilityCurve(result.chart.speeds, result.chart.limit, "from the measured FRF")
         cut = result.cut
-        words = (f"{build.words(cut)}. Straight from the measured lines, no modal fit. "
+        doubted = "Not to be used: see the doubts. " if result.withheld else ""
+        words = (f"{doubted}{build.words(cut)}. Straight from the measured lines, no modal fit. "
                  f"Method: {result.chart.method or 'default'}.")
         report = report.with_section("Stability from the measured FRF", words, Chart(stability_chart(curve)))
-    return report.with_doubts(*warnings).with_assumptions(*result.notes)
+    return with_remarks(report, result.notes, warnings)
 
 
 def _described(frf: Frf) -> str:
@@ -48,7 +50,10 @@ def _answer(result: MeasuredResponse) -> str:
         f = result.modes.frequency
         words = (f"{result.modes.count} modes from {f.min():.4g} to {f.max():.4g} Hz, picked at the peaks of the imaginary "
                  "part (a first look, without an interval: toolpoint identify gives one)")
-    if result.chart is not None:
+    if result.withheld:
+        first = result.withheld[0]
+        words += f". No stable depth is given, as the response is doubtful: {first.what}: {first.why}"
+    elif result.chart is not None:
         words += ". " + limit_words(result.chart.limit, result.chart.speeds, result.chart.depth_max)
     return words if words.endswith(".") else words + "."
 

@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
 from toolpoint.cutting.simulation.verdict import run_until_decided
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
@@ -30,6 +29,7 @@ from toolpoint.studies.text_table import text_table
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 LONG = 1.5  # edges over diameter that most end mills have
 RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
+RUN_KEPT = 20_000  # steps of each such cut that are kept for its chart
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
 NamedProgress = Callable[[str, int, int], None]
@@ -56,6 +56,11 @@ class LobesStudy(NotebookText):
     spread: LimitSpread | None = None
 
     @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts for which no cut is recommended."""
+        return grave_among(self.chart.notes)
+
+    @property
     def contradictions(self) -> tuple[str, ...]:
         """A line on every tried cut whose outcome the model hardly allows."""
         return contradictions(self.probability, self.uncertainty.cuts)
@@ -67,20 +72,22 @@ class LobesStudy(NotebookText):
     def table(self) -> str:
         """Return the lowest and highest limit and the cuts to make as text."""
         chart = self.chart
-        title, header = f"Stability by {chart.method}", ["", "rev/min", "depth mm", "error mm", "chatter Hz"]
+        title = f"Stability by {chart.method}" + (" (not to be used: see the doubts)" if self.withheld else "")
+        header = ["", "rev/min", "depth mm", "error mm", "chatter Hz"]
         rows = [*_lowest_rows(self.lowest), *_limit_rows(chart)]
         return text_table(title, header, rows) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, SI: stable intervals, stated error and chatter frequency of every speed's limit (None: no
-        limit), and the rows of advice."""
+        limit), the rows of advice, and why it is withheld where it is (then no lowest limit is given)."""
         chart = self.chart
         points = chart.limit_points().tolist()
         return {"speed_rpm": chart.speeds.tolist(),
                 "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
                 "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
-                "lowest_limit": _lowest_numbers(self.lowest),
+                "lowest_limit": None if self.withheld else _lowest_numbers(self.lowest),
+                "withheld": list(self.withheld),
                 "limit_interval_m": None if self.spread is None else self.spread.rows(chart.limit),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions), "status": chart.status}
@@ -128,10 +135,10 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
                               progress=lambda done, total: progress("sampled machines", done, total))
     if spread is not None and np.isfinite(chart.limit).any():
         notes = [spread.words(float(np.min(chart.limit))), *notes]
-    advice = advice_rows(chart, sampled, uncertainty)
-    doubts = doubtful_limits(chart)
+    advice = advice_rows(chart, sampled, uncertainty, dynamics.withheld)
+    doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
-    if is_long(problem, best.depth):
+    if is_long(problem, best.depth) and not dynamics.withheld:
         notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
                  "tool's diameter: only for edges that are so long", *notes]
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
@@ -182,13 +189,9 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedPr
     runs = []
     for i, (speed, depth) in enumerate(grid):
         most = RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
-        runs.append(run_until_decided(partial(_run, fed, speed, depth), 60, max(60, most)))
+        runs.append(run_until_decided(RunningCut(fed, speed, depth, kept=RUN_KEPT), 60, max(60, most)))
         progress("simulated cuts", i + 1, len(grid))
     return runs
-
-
-def _run(problem: MillingProblem, speed: float, depth: float, revolutions: int) -> Simulation:
-    return simulate(problem, speed, depth, revolutions=revolutions)
 
 
 def _limit_rows(chart: StabilityChart) -> list[list[str]]:

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.cuts.example_cut import EXAMPLE_CUT
+from toolpoint.studies.cuts.tip_doubts import question_tip, withheld_words
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import take_band
 from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
@@ -32,6 +34,11 @@ class MeasuredResponse(NotebookText):
     cut: CuttingDescription
     notes: tuple[str, ...]
 
+    @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts for which no stable depth is given."""
+        return grave_among(self.notes)
+
     def table(self) -> str:
         """Return modes and the lowest limit as text."""
         lines = []
@@ -39,18 +46,20 @@ class MeasuredResponse(NotebookText):
             rows = [[str(i + 1), f"{f:.1f}", f"{100 * z:.2f}"]
                     for i, (f, z) in enumerate(zip(self.modes.frequency, self.modes.damping_ratio, strict=True))]
             lines.append(text_table("Modes by quadrature picking", ["mode", "frequency Hz", "damping %"], rows))
-        if self.chart is not None:
+        if self.withheld:
+            lines.append(f"Lobes from the measured FRF: {withheld_words(self.withheld)}")
+        elif self.chart is not None:
             limit = float(np.min(self.chart.limit))
             lines.append(f"Lobes from the measured FRF: stable at every charted speed below {1e3 * limit:.3f} mm")
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Return modes (Hz) and the lowest stable depth (m, None: none) as plain data."""
-        limit = None if self.chart is None else float(np.min(self.chart.limit))
+        limit = None if self.chart is None or self.withheld else float(np.min(self.chart.limit))
         return {"frequency_hz": [] if self.modes is None else self.modes.frequency.tolist(),
                 "damping_ratio": [] if self.modes is None else self.modes.damping_ratio.tolist(),
                 "stable_at_every_speed_m": limit if limit is not None and np.isfinite(limit) else None,
-                "notes": list(self.notes)}
+                "withheld": list(self.withheld), "notes": list(self.notes)}
 
 
 def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple[float, float] | None = None
@@ -86,5 +95,7 @@ def _chart(frf: Frf, cut: CuttingDescription, notes: list[str]) -> StabilityChar
     notes.append(f"The lobes take the response of {ways.x} to {ways.x} as driving-point response of the tool tip, "
                  + ("and the same across." if ways.y == "same" else f"and that of {ways.y} across."))
     labels = [ways.x] if ways.y in (None, "same") else [ways.x, str(ways.y)]
-    problem = milling_problem(cut, frf.selected(labels, labels), ways.x, y=ways.y)
+    tip = frf.selected(labels, labels)
+    notes[:] = [*question_tip(tip), *notes]
+    problem = milling_problem(cut, tip, ways.x, y=ways.y)
     return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=depth_limit(problem))

@@ -9,19 +9,23 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.description import check_cut
-from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.march import KEPT_STEPS
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.lobes_study import FEED
+from toolpoint.studies.cuts.tip_doubts import WITHHELD, withheld_words
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
 LEAST = 60  # revolutions of the first run
 FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
-MOST_STEPS = 30_000_000
+MOST_STEPS = 300_000_000
+KEPT_REVOLUTIONS = 12  # of a long cut at least: what its page shows
 RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
 
 
@@ -35,16 +39,27 @@ class SimulatedCut(NotebookText):
     notes: tuple[str, ...] = ()
 
     @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts for which no verdict is given."""
+        return grave_among(self.notes)
+
+    @property
     def state(self) -> str:
-        """``chatter``, ``stable`` or ``undecided``."""
-        return self.verdict.state
+        """``chatter``, ``stable``, ``undecided``, or ``withheld`` where the dynamics are gravely doubted."""
+        return WITHHELD if self.withheld else self.verdict.state
+
+    @property
+    def reason(self) -> str:
+        """Why the state is so."""
+        return withheld_words(self.withheld) if self.withheld else self.verdict.reason
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows (quantity, value) of a simulated cut."""
         run = self.run
         tail = run.force[-10 * run.steps_per_revolution:]
         moved = run.peak_to_peak()
-        return [("state", self.state), ("because", self.verdict.reason), *self._growth(), *self.linear.rows(),
+        told = [] if self.withheld else [*self._growth(), *self.linear.rows()]
+        return [("state", self.state), ("because", self.reason), *told,
                 ("status", run.status),
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
                 ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
@@ -64,8 +79,10 @@ class SimulatedCut(NotebookText):
         """Return verdict, growth, multiplier, limit, vibration (m), power (W) as plain data; chatter None where undecided."""
         run, v = self.run, self.verdict
         growth = {"growth": None, "growth_error": None} if np.isnan(v.growth) else {"growth": v.growth, "growth_error": v.error}
-        return {"chatter": v.chatters, "state": v.state, "reason": v.reason, **growth, **self.linear.to_dict(),
-                "revolutions": (run.time.size - 1) // run.steps_per_revolution, "notes": list(self.notes),
+        linear = {} if self.withheld else self.linear.to_dict()
+        return {"chatter": None if self.withheld else v.chatters, "state": self.state, "reason": self.reason,
+                "withheld": list(self.withheld), **growth, **linear,
+                "revolutions": run.revolutions, "notes": list(self.notes),
                 "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()), "status": run.status}
 
 
@@ -94,12 +111,13 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     if not revolutions and per_turn * LEAST <= MOST_STEPS:
         first = min(first, MOST_STEPS // per_turn)
     _check_steps(problem, speed, first)
-
-    def attempt(turns: int) -> Simulation:
-        step(f"simulation of {turns} revolutions")
-        return simulate(problem, speed, depth, revolutions=turns)
-
-    run = run_until_decided(attempt, first, revolutions or max(first, RUN_ON_STEPS // per_turn))
+    step("simulation")
+    cut = RunningCut(problem, speed, depth, kept=max(KEPT_STEPS, KEPT_REVOLUTIONS * per_turn))
+    if revolutions:
+        cut.advance(revolutions)
+        run = cut.result()
+    else:
+        run = run_until_decided(cut, first, max(first, RUN_ON_STEPS // per_turn))
     verdict, linear = run.verdict(), cut_stability(run)
     return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint._doubt import Doubt, doubts_among
+from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
@@ -65,12 +65,17 @@ class ToolCoupling(NotebookText):
         return [[f"{tip.plane}, peak {k + 1}", *_peak_words(peak)]
                 for tip in self.tips for k, peak in enumerate(peaks_of(tip))]
 
+    @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts for which no cut is recommended."""
+        return grave_among(self.notes)
+
     def stick_out_rows(self) -> list[list[str]]:
-        """Return a row for each length of the stick-out study."""
+        """Return a row for each length of the stick-out study; without a cut where advice is withheld."""
         rows = []
         for part in self.stick_outs:
             peak = peaks_of(part.tips[0])[0]
-            chart = [] if part.chart is None else _chart_words(part.chart)
+            chart = [] if part.chart is None else ["-"] * 3 if self.withheld else _chart_words(part.chart)
             rows.append([f"{1e3 * part.length:.4g}", *_peak_words(peak), *chart])
         return rows
 
@@ -92,9 +97,10 @@ class ToolCoupling(NotebookText):
         peaks = [{"plane": tip.plane, "frequency_hz": peak.frequency, "receptance_m_n": peak.height,
                   "intervals_hz_m_n": peak.intervals} for tip in self.tips for peak in peaks_of(tip)]
         lengths = [{"length_m": s.length, "frequency_hz": peaks_of(s.tips[0])[0].frequency,
-                    "stable_at_every_charted_speed_m": None if s.chart is None else _least(s.chart)} for s in self.stick_outs]
+                    "stable_at_every_charted_speed_m": None if s.chart is None or self.withheld else _least(s.chart)}
+                   for s in self.stick_outs]
         return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
-                "doubts": doubts_among(self.notes), "notes": list(self.notes)}
+                "doubts": doubts_among(self.notes), "withheld": self.withheld, "notes": list(self.notes)}
 
 
 def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, calibration: float = CALIBRATION,
@@ -166,7 +172,8 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     progress("tool", 0, 1)
     tips = tuple(smooth_tip(couple_tool(base, tool, generator=generator)) for base in bases)
     notes = tuple(dict.fromkeys([*_doubts(tips), *_assumptions(tool, tips), *(n for tip in tips for n in tip.notes)]))
-    lobes = None if cut is None else _lobes(tips, cut, speeds)
+    grave = grave_among(notes)
+    lobes = None if cut is None else _lobes(tips, cut, speeds, grave)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
         held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
@@ -199,10 +206,12 @@ def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
     return Frf(tips[0].frequency, values, labels, labels, variance=variance if known else None, notes=tuple(notes))
 
 
-def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None) -> LobesStudy:
+def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None, grave: Sequence[Doubt] = ()
+           ) -> LobesStudy:
     frf = tip_frf(tips)
     band = (float(frf.frequency[0]), float(frf.frequency[-1]))
-    return chart_lobes(response_dynamics(frf, band=band, what="the coupled tool"), cut, speeds=speeds)
+    dynamics = response_dynamics(frf, band=band, what="the coupled tool")
+    return chart_lobes(replace(dynamics, notes=(*grave, *dynamics.notes)), cut, speeds=speeds)
 
 
 def _peak_words(peak: TipPeak) -> list[str]:

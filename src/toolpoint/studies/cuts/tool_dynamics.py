@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._doubt import Doubt, grave_among
 from toolpoint.machine import Machine
+from toolpoint.studies.cuts.tip_doubts import question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
 from toolpoint.vibration import Dof, Frf, Modes
 
 LOW_PART = 0.02
 LEAST_FIT = 0.9
-ACTIVE = 0.25  # share of the imaginary part (squares) above zero that no driving point has
 ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
 
@@ -39,6 +40,11 @@ class ToolDynamics:
     at_speed: Callable[[float], Modes] | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts: advice that rests on these dynamics is withheld."""
+        return grave_among(self.notes)
+
 
 def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
     """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``."""
@@ -52,32 +58,35 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:
-    """Return the dynamics of identified modes; x and y as in `tool_directions`."""
+    """Return the dynamics of identified modes; x and y as in `tool_directions`. Its notes begin with the doubts of the tip."""
     ways = tool_directions(modes.dofs, x, y, what=what)
-    return ToolDynamics(modes, ways.x, ways.y, None, ways.notes, what)
+    return ToolDynamics(modes, ways.x, ways.y, None, (*question_modes(modes, ways.labels, what), *ways.notes), what)
 
 
 def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, band: tuple[float, float] | None = None,
-                      what: str = "the measurement") -> ToolDynamics:
+                      what: str = "the measurement", sensor_mass: float | None = None) -> ToolDynamics:
     """Return the dynamics of measured responses, cut to a band (Hz); x and y as in `tool_directions`.
 
-    what : the name of the data, for notes.
+    what : the name of the data, for notes; sensor_mass : kg, of the sensor that was on the tip. The notes begin with the doubts
+    about the tip's responses (`tip_doubts.question_tip`).
     """
     frf = along_positive_axes(frf)
     ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
     lines = take_band(frf, band).selected(ways.labels, ways.labels)
-    _doubt_sign(lines, what)
+    doubts = question_tip(lines, names={dof: f"{what}, {dof}" for dof in lines.outputs}, sensor_mass=sensor_mass)
     across = "" if ways.y in (None, "same") else f", along y {ways.y}"
     note = f"{what}, {frf.quantity}: response along x is {ways.x}{across}"
-    return ToolDynamics(lines, ways.x, ways.y, None, (note, *ways.notes, *lines.notes), what)
+    return ToolDynamics(lines, ways.x, ways.y, None, (*doubts, note, *ways.notes, *lines.notes), what)
 
 
 def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, across: str | None = None,
-                      band: tuple[float, float] | None = None, names: Mapping[str, str] | None = None) -> ToolDynamics:
+                      band: tuple[float, float] | None = None, names: Mapping[str, str] | None = None,
+                      sensor_mass: float | None = None) -> ToolDynamics:
     """Return the dynamics of separate measurements of one response each: along x, along y, and between them.
 
     y and xy are brought to the lines of x; without y the response `across` is the same as along x, or ``rigid``.
-    names : what to call each in notes (keys x, y, xy).
+    names : what to call each in notes (keys x, y, xy); sensor_mass : kg, of the sensor that was on the tip. The notes begin
+    with the doubts about the tip's responses.
     """
     called = {"x": "the first", "y": "the second", "xy": "the cross response"} | dict(names or {})
     parts: dict[str, Frf] = {}
@@ -92,12 +101,16 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
         _check_way(way, frf, called[way])
         notes.append(f"{ACROSS[way]}: {called[way]}, {frf.quantity}")
         parts[way] = take_band(frf, band)
-        if way != "xy":
-            _doubt_sign(parts[way], called[way])
+    doubts = question_directions({way: part for way, part in parts.items() if way != "xy"})
+    for way in parts.keys() - {"xy"}:
+        label = parts[way].outputs[0]
+        doubts += question_tip(parts[way], names={label: f"{called[way]}, along {way}"}, sensor_mass=sensor_mass)
     what = ", ".join(called[way] for way in parts)
-    if y is None:
-        return _one_direction(parts["x"], across, notes, what)
-    return _two_directions(parts, notes, what)
+    joined = _one_direction(parts["x"], across, notes, what) if y is None else _two_directions(parts, notes, what)
+    if xy is not None and not doubts:
+        assert isinstance(joined.response, Frf)
+        doubts = question_mixes(joined.response)
+    return replace(joined, notes=tuple(dict.fromkeys([*doubts, *joined.notes])))
 
 
 def _check_way(way: str, frf: Frf, name: str) -> None:
@@ -163,22 +176,6 @@ def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
         raise ToolpointError(f"`frf_x`, `frf_y`: no common lines ({spans}); measure both over one band")
     notes.append(f"the files have other lines: taken at those of x within {low:g} .. {high:g} Hz, linearly between their own")
     return {way: part.interpolated(lines) for way, part in parts.items()}
-
-
-def _doubt_sign(frf: Frf, name: str) -> None:
-    """Warn of a driving point whose imaginary part is positive where it is large: no passive structure has it.
-
-    Its real part, read as the imaginary one (columns changed over, a mobility), is positive below every resonance.
-    """
-    for i, dof in enumerate(frf.outputs):
-        direct = frf.values[:, i, frf.inputs.index(dof)] if dof in frf.inputs else frf.values[:, 0, 0]
-        peak = direct[int(np.argmax(np.abs(direct)))]
-        positive = float((np.maximum(direct.imag, 0.0) ** 2).sum() / max(float((direct.imag**2).sum()), 1e-300))
-        if peak.imag > 0.5 * abs(peak) or positive > ACTIVE:
-            where = "at the largest peak" if peak.imag > 0.5 * abs(peak) else "over wide parts of the band"
-            warnings.warn(f"{name}: the imaginary part along {dof} is positive {where}; at a driving point it is negative "
-                          "(check the sense of hammer and sensor, the sign, the order of the columns, and `quantity`)",
-                          ToolpointWarning, stacklevel=3)
 
 
 def as_modes(dynamics: ToolDynamics) -> ToolDynamics:

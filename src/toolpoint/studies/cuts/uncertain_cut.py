@@ -25,6 +25,7 @@ from toolpoint.cutting.advice.probability import (
 )
 from toolpoint.cutting.cut.problem import MISSING
 from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.studies.cuts.tip_doubts import withheld_words
 from toolpoint.studies.execute import Progress
 from toolpoint.studies.remark_kinds import first_of_each_kind
 from toolpoint.studies.text_table import text_table
@@ -118,12 +119,16 @@ def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -
                                  f"{speeds[-1]:g} rev/min, with a depth above zero; widen `speeds`")
 
 
-def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty) -> list[list[str]]:
-    """Return rows (what, rev/min, depth mm, reason) of the cuts to make.
+def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty,
+                withheld: Sequence[Doubt] = ()) -> list[list[str]]:
+    """Return rows (what, rev/min, depth mm, reason) of the cuts to make; none is given where grave doubts withhold it.
 
     They are marked doubtful where the FRF lacks part of the band; while a tried cut contradicts the model no cut is certain,
     and the others are marked.
     """
+    if withheld:
+        names = ["best cut of the chart"] + ["best cut with 95 % certainty", "next test cut"] * (sampled is not None)
+        return [[name, "-", "-", withheld_words(withheld)] for name in names]
     remark = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
     contradicted = bool(contradictions(sampled, uncertainty.cuts))
     if contradicted:

@@ -139,10 +139,7 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     notes = tuple(dict.fromkeys([*given.notes, *(note for _, test in tests for note in test.frf.notes)]))
     doubted = tuple(note for note in notes if isinstance(note, Doubt))
     checks = tuple(driving_points(frf))
-    # A doubt says the same of a driving point as its check, and more.
-    said = question(frf)
-    failing = [check.remark for check in checks if check.remark and not any(str(check.dof) in line for line in said)]
-    doubts = (*more, *doubted, *said, *failing)
+    doubts = (*more, *doubted, *question(frf))
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))

@@ -13,8 +13,8 @@ from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import text_below
 from toolpoint.modal_identification import Identification
-from toolpoint.signals.checks import driving_points
 from toolpoint.signals.usable_band import UsableBand, find_compliant_band, usable_band
+from toolpoint.studies.cuts.tip_doubts import question_directions, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.identification import identify_modes
@@ -33,10 +33,8 @@ from toolpoint.vibration import Frf
 
 COLOURS = ("green", "amber", "red")
 ENOUGH = 3  # hits from which their scatter can be told
-PASSIVE = 0.9
 WIDE = 2.0  # upper over lower end of the interval of the least limit
 FORCES = (4.0, 2e4)  # N, between which blows of hand-held hammers lie
-STIFFNESSES = (2e5, 3e8)  # N/m, between which the static stiffness of tips of tools lies
 MODES = ("direction", "mode", "frequency Hz", "± Hz (95 %)", "damping %", "± % (95 %)", "")
 SPEEDS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
 
@@ -235,23 +233,20 @@ def _lit(direction: TappedDirection) -> set[str]:
 def _response_light(direction: TappedDirection) -> Light:
     step = f"response along {direction.name}"
     inside = direction.tip.between(*direction.band.ends)
-    share = driving_points(inside)[0].share
     band = f"from {direction.band.low:.4g} to {direction.band.high:.4g} Hz"
-    if share < PASSIVE:
-        colour = "red" if share < 0.7 else "amber"
-        return Light(step, colour, f"the tip takes in power on only {100 * share:.0f} % of the response {band}: no driving "
-                                   "point, a "
-                     "turned channel, or noise", f"along {direction.name}: sensor and hammer at one point in one line, and "
-                     "check signs")
+    if doubts := sorted(question_tip(inside), key=lambda doubt: not doubt.grave):
+        worst = doubts[0]
+        return Light(step, "red" if worst.grave else "amber", f"{worst.why} ({band})",
+                     f"along {direction.name}: {worst.remedy}")
     spread = direction.spread
     if spread is None:
-        return Light(step, "amber", f"passive ({100 * share:.0f} %) {band}; its scatter is not known", "")
+        return Light(step, "amber", f"passive {band}; its scatter is not known", "")
     size = np.abs(inside.values[:, 0, 0])
     scatter = float(np.median(spread[size > 0.3 * size.max()]))
     if scatter > 0.05:
         return Light(step, "amber", f"scatters by {100 * scatter:.1f} % at its peaks {band}",
                      f"strike more often along {direction.name}, at one spot")
-    return Light(step, "green", f"passive ({100 * share:.0f} %), scatters by {100 * scatter:.2g} % at its peaks, {band}")
+    return Light(step, "green", f"passive, scatters by {100 * scatter:.2g} % at its peaks, {band}")
 
 
 def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
@@ -263,10 +258,6 @@ def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
              f"static stiffness {part.stiffness / 1e6:.3g} N/um")
     if len(identified.dominant) == 0 or fit < 0.8:
         return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")
-    stiff = part.stiffness
-    if not STIFFNESSES[0] < stiff < STIFFNESSES[1]:
-        return Light(step, "amber", f"the modes give a static stiffness of {stiff / 1e6:.3g} N/um, which no tip of a tool has",
-                     "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2))")
     if ends := question_ends(direction.name, part, direction.band.ends):
         return Light(step, "amber", ends[0].why, ends[0].remedy)
     if (identified.doubtful[part.vibrates] & soft).any() or fit < 0.97:
@@ -275,10 +266,8 @@ def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
 
 
 def _direction_light(struck: TappedTip, directions: list[TappedDirection]) -> Light:
-    axes = [direction.tip.outputs[0].direction[1:] for direction in directions]
-    if axes == ["y", "x"]:
-        return Light("directions", "red", f"what is given along x was struck along {directions[0].tip.outputs[0]}, and along y "
-                     f"{directions[1].tip.outputs[0]}: x and y are exchanged", "change the files over, or correct the labels")
+    if doubts := question_directions({direction.name: direction.tip for direction in directions}):
+        return Light("directions", "red" if doubts[0].grave else "amber", doubts[0].why, doubts[0].remedy)
     if struck.y is None:
         return Light("directions", "amber", "only x was struck: y is taken as alike", "strike along y too")
     if struck.turned:

@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, IndexArray
+from toolpoint._check import ComplexArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.signals.doubts import question
+from toolpoint.signals.passivity import active_matrix_share
 from toolpoint.studies.cuts.coupling.line_smoothing import noise_over_stated, scatter_variance
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Frf
 
 SCATTERED = 1.5  # scatter of neighbouring lines over the stated noise above which it is doubted
-GIVEN, SURE, OFTEN = 0.03, 4.0, 0.02  # power given off: share of what is taken in, standard deviations, share of lines
+OFTEN = 0.02  # share of lines at which some set of forces takes power out
 LOW = 0.2  # share of the lines, the lowest, on which stations are compared
 STIFFER = 0.8  # outer over inner station's compliance below which they may be exchanged
 
@@ -42,8 +43,8 @@ def question_gauge(frf: Frf, gauge: ShaftDescription) -> list[Doubt]:
         rows, columns, names = _driven(frf, gauge, plane)
         if len(names) < 2 or frf.variance is None:
             continue
-        block = frf.values[:, rows][:, :, columns], frf.variance[:, rows][:, :, columns]
-        doubts += [*_passive(frf, *block, plane), *_order(frf, block[0], [gauge.stations[n] for n in names], names)]
+        block = frf.selected([frf.outputs[k] for k in rows], [frf.inputs[k] for k in columns])
+        doubts += [*_passive(block, plane), *_order(frf, block.values, [gauge.stations[n] for n in names], names)]
     return doubts
 
 
@@ -54,19 +55,14 @@ def _driven(frf: Frf, gauge: ShaftDescription, plane: str) -> tuple[IndexArray, 
     return np.array([i for i, _, _ in at], int), np.array([j for _, j, _ in at], int), [name for _, _, name in at]
 
 
-def _passive(frf: Frf, values: ComplexArray, variance: FloatArray, plane: str) -> list[Doubt]:
-    """Doubt responses by which some set of forces would take power out of the spindle: -Im H of a passive one is positive."""
-    order = {"receptance": 0, "mobility": 1, "accelerance": 2}[frf.quantity]
-    inside = frf.frequency > 0
-    turned = values[inside] / ((1j * frf.omega[inside]) ** order)[:, None, None]
-    noise = np.sqrt(variance[inside].max(axis=(1, 2))) / frf.omega[inside] ** order
-    loss = (turned.conj().swapaxes(1, 2) - turned) / 2j
-    power = np.linalg.eigvalsh((loss + loss.conj().swapaxes(1, 2)) / 2)
-    share = float(np.mean((power[:, 0] < -SURE * noise) & (power[:, 0] < -GIVEN * np.abs(power).max(axis=1))))
+def _passive(frf: Frf, plane: str) -> list[Doubt]:
+    """Doubt responses by which some set of forces would take power out of the spindle."""
+    share = active_matrix_share(frf)
     if share < OFTEN:
         return []
     return [Doubt(f"responses along {plane}", f"at {100 * share:.2g} % of the lines the spindle would give off power, which no "
-                  "passive one does", "check quantity, signs, labels and calibration of every response", figure=share)]
+                  "passive one does", "check quantity, signs, labels and calibration of every response", figure=share,
+                  grave=True)]
 
 
 def _order(frf: Frf, values: ComplexArray, places: list[float], names: list[str]) -> list[Doubt]:

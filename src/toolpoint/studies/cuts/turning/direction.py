@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import Array, FloatArray, fail, floats, positive
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import TurningProblem, plane_dynamics
+from toolpoint.cutting.stability.hill.noise import NORMAL_95, line_variance
 from toolpoint.vibration import Modes
 from toolpoint.vibration.frf import Frf
 
@@ -27,7 +28,8 @@ class UnconditionalLimit:
     """Width below which the cut is stable at every spindle speed.
 
     width : m, infinite where the oriented response never has a negative real part; frequency : chatter frequency there, Hz;
-    real : the least real part of the oriented response, m/N; tips : spindle speeds (rev/min) at which it is reached, lobe 0
+    real : the least real part of the oriented response, m/N; error : of the width by the noise of measured lines (95 %) and by
+    how far the lines lie apart, m, zero for modes; tips : spindle speeds (rev/min) at which it is reached, lobe 0
     first.
     """
 
@@ -35,6 +37,7 @@ class UnconditionalLimit:
     frequency: float
     real: float
     tips: FloatArray
+    error: float = 0.0
 
 
 def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
@@ -102,7 +105,21 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
         return UnconditionalLimit(float("inf"), f, float(g.real), np.zeros(0))
     width = -1 / (2 * problem.stiffness * g.real)
     lag = -np.angle(1 + 1 / (problem.stiffness * width * g)) % (2 * np.pi)
-    return UnconditionalLimit(float(width), f, float(g.real), 60 * f / (np.arange(lobes) + lag / (2 * np.pi)))
+    return UnconditionalLimit(float(width), f, float(g.real), 60 * f / (np.arange(lobes) + lag / (2 * np.pi)),
+                              float(width) * real_part_error(problem.plane, f))
+
+
+def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
+    """Return the error of the least real part as a share of it: noise of its line (95 %), and what a parabola through it and
+    its neighbours adds; zero for modes."""
+    if plane.is_modal:
+        return 0.0
+    f, values = plane.lines
+    k = int(np.argmin(np.abs(f - frequency)))
+    real = values[:, 0, 0].real
+    noise = NORMAL_95 * float(np.sqrt(line_variance(plane)[k, 0, 0] / 2))
+    bend = float(real[k - 1] + real[k + 1] - 2 * real[k]) / 8 if 0 < k < f.size - 1 else 0.0
+    return float((noise + abs(bend)) / max(abs(float(real[k])), 1e-300))
 
 
 def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint._doubt import Doubt, doubts_among
+from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.cutting.stability.methods.mode_coupling import ModeCoupling, mode_coupling
 from toolpoint.studies.cuts.lobes_study import doubtful_limits
+from toolpoint.studies.cuts.tip_doubts import withheld_words
 from toolpoint.studies.cuts.tool_directions import driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.turning.direction import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
@@ -64,11 +65,14 @@ class TurningStudy(NotebookText):
         """Return rows (what, rev/min, mm, remark) of the limits and the best cut."""
         chart, limit = self.chart, self.limit
         rows = []
-        if limit is not None:
+        if limit is not None and self.withheld:
+            rows.append(["stable at every speed", "", "-", "withheld (doubtful)"])
+        elif limit is not None:
             finite = np.isfinite(limit.width)
+            remark = (f"{_error_words(limit.width, limit.error)}chatter at {limit.frequency:.1f} Hz above" if finite
+                      else "no negative real part")
             rows.append(["stable at every speed", "", f"below {1e3 * limit.width:.4f}" if finite else "every width",
-                         (f"chatter at {limit.frequency:.1f} Hz above" if finite else "no negative real part")
-                         + ("" if self.problem.plane.is_modal else ", of the measured band")
+                         remark + ("" if self.problem.plane.is_modal else ", of the measured band")
                          + (" (doubtful)" if self.doubts else "")])
         if self.coupling is not None:
             least, known = self.coupling.depth, np.isfinite(self.coupling.depth)
@@ -77,31 +81,43 @@ class TurningStudy(NotebookText):
             rows.append(["unstable by mode coupling at any speed", "", width, remark])
         low, high = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
         for name, at in (("lowest limit of the chart", low), ("highest limit of the chart", high)):
-            value = float(chart.limit[at])
+            value, error = float(chart.limit[at]), float(chart.limit_error[at])
             rows.append([name, f"{chart.speeds[at]:.0f}",
-                         f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}", ""])
+                         f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}",
+                         _error_words(value, error).rstrip(", ")])
+        if self.withheld:
+            return [*rows, ["best cut of the chart", "-", "-", withheld_words(self.withheld)]]
         best = from_chart(chart)
         return [*rows, ["best cut of the chart", f"{best.speed:.0f}", f"{1e3 * best.depth:.3g}", best.reason]]
 
     def table(self) -> str:
         """Return limits and best cut as text."""
-        return text_table("Turning: stable widths", HEADER, self.rows())
+        title = "Turning: stable widths" + (" (not to be used: see the doubts)" if self.withheld else "")
+        return text_table(title, HEADER, self.rows())
 
     @property
     def doubts(self) -> list[Doubt]:
         """What may be wrong with the limits."""
         return doubts_among(self.chart.notes)
 
+    @property
+    def withheld(self) -> list[Doubt]:
+        """The grave doubts for which no cut is recommended."""
+        return grave_among(self.chart.notes)
+
     def to_dict(self) -> dict[str, object]:
-        """Return the result as plain numbers and text."""
-        best = from_chart(self.chart)
-        least = None if self.limit is None or not np.isfinite(self.limit.width) else {
-            "width_m": self.limit.width, "chatter_frequency_hz": self.limit.frequency,
+        """Return the result as plain numbers and text; no best cut and no width for every speed where they are withheld."""
+        best, points = from_chart(self.chart), self.chart.limit_points().tolist()
+        least = None if self.limit is None or self.withheld or not np.isfinite(self.limit.width) else {
+            "width_m": self.limit.width, "width_error_m": self.limit.error, "chatter_frequency_hz": self.limit.frequency,
             "least_real_part_m_per_n": self.limit.real, "speed_rpm": self.limit.tips.tolist()}
         return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least,
                 "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
-                "best_cut": {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
+                "limit_error_m": [None if p < 0 else float(self.chart.error[p]) for p in points],
+                "chatter_frequency_hz": [None if p < 0 else float(self.chart.frequency[p]) for p in points],
+                "best_cut": None if self.withheld else {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
+                "withheld": list(self.withheld),
                 "doubts": list(self.doubts), "notes": list(self.chart.notes)}
 
     def _coupling(self) -> dict[str, float] | None:
@@ -129,7 +145,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     if not problem.plane.is_modal:
         assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
-    doubts = doubts_among(assumed)
+    doubts = [*doubts_among(kept), *doubts_among(assumed)]
     rest = [note for note in assumed if not isinstance(note, Doubt)]
     return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *rest])), limit,
                         coupling)
@@ -159,6 +175,10 @@ def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
     z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z
     ways = {"x": dynamics.x} | ({} if dynamics.y in (None, "same") else {"y": str(dynamics.y)})
     return ways | ({} if z is None else {"z": z}), []
+
+
+def _error_words(width: float, error: float) -> str:
+    return f"± {1e3 * error:.2g} mm, " if np.isfinite(width) else ""
 
 
 def _axis(name: str) -> tuple[float, float, float]:

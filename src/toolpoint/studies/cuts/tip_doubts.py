@@ -1,0 +1,174 @@
+r"""The door for every response of a tool's tip: is it one that a structure can have, of this direction, in these units, whole?
+
+All commands that cut on measured responses or on modes ask here: lobes, turn, mill, rcsa, report, tap. A grave doubt withholds
+their advice. What single driving points betray is judged in `signals.driving_doubts`, which `frf`, `identify` and `update` ask
+too; here stands what only a tool's tip can tell: its directions, its stiffness, the band of its softest modes, its sensor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from toolpoint._doubt import Doubt
+from toolpoint.signals.driving_doubts import question_driving_point
+from toolpoint.signals.passivity import BandLines, active_matrix_share, band_lines, find_peaks, look_outside
+from toolpoint.signals.usable_band import find_compliant_band, usable_band
+from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.frequency_response import modal
+
+STIFFNESSES = (2e5, 3e8)  # N/m, between which the static stiffness of tips of tools lies
+MASSES = (2e-3, 2e3)  # kg, between which the modal mass of the softest mode of a tip lies
+LIGHT_DAMPING = 0.02  # ratio that a mode outside the band may have
+EDGE, EDGE_SIZE = 0.02, 0.7  # share of the band that is its edge; of the largest response that is large there
+CUT_OFF = 1.2  # first believed over first measured line below which the band is as it was given
+MAX_ABOVE, MAX_BELOW = 1.0, 0.55  # least real part of modes outside, damped so lightly, over the least one inside
+MAX_SENSOR_CHANGE, MAX_SENSOR_SHIFT = 0.05, 0.02  # of the least real part, of the largest peak's frequency, by a sensor's mass
+MAX_ACTIVE_PAIRS = 0.05  # share of lines at which some mix of directions gives off power
+MODAL_LINES = 4000  # at which modes are judged
+MODAL_NOISE = 0.02  # of a response of identified modes, as a share of it, and a tenth of that of the largest
+WITHHELD = "withheld"
+
+
+def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mass: float | None = None) -> list[Doubt]:
+    """Return the doubts about measured responses of a tip; each label that is output and input is a direction of it.
+
+    Parameters
+    ----------
+    names : mapping of Dof to str, optional
+        What the responses of a direction are called in the doubts.
+    sensor_mass : float, optional
+        kg, of the sensor that was on the tip while it was struck.
+    """
+    called = names or {}
+    doubts: list[Doubt] = []
+    for dof in frf.outputs:
+        if dof in frf.inputs:
+            name = called.get(dof, str(dof))
+            one = frf.selected([dof], [dof])
+            said = question_driving_point(one, name)
+            lines = believed_lines(one)
+            # What is no driving point has no stiffness and no band to be asked for.
+            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, _first(one))])
+            if sensor_mass and lines is not None and not said:
+                doubts += _sensor(name, lines, sensor_mass)
+    return doubts or question_mixes(frf)
+
+
+def question_modes(modes: Modes, labels: list[str], name: str) -> list[Doubt]:
+    """Return the doubts about the modes of a tip: those about their response over all of them."""
+    frequency = modes.frequency[modes.frequency > 0]
+    if not frequency.size or modes.scaling == "unscaled":
+        return []
+    lines = np.linspace(0.3 * float(frequency.min()), 1.3 * float(frequency.max()), MODAL_LINES)
+    response = modal(modes, lines).selected(labels, labels)
+    size = np.abs(response.values)
+    noise = MODAL_NOISE * (size + 0.1 * size.max(axis=0))
+    frf = Frf(lines, response.values, response.outputs, response.inputs, "receptance", variance=noise**2)
+    return [doubt.within(name) for doubt in question_tip(frf)]
+
+
+def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
+    """Return the doubt that files given for x and y were measured along the other direction, by their labels."""
+    along = {way: frf.outputs[0].direction[-1:] for way, frf in ways.items() if way in "xy" and frf.outputs[0].vector is None}
+    if along.get("x") == "y" and along.get("y") == "x":
+        return [Doubt("directions", f"what is given along x was measured along {ways['x'].outputs[0]}, and along y "
+                      f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
+                      grave=True)]
+    return []  # a file without labels counts as measured along x: one label alone tells nothing
+
+
+def believed_lines(frf: Frf) -> BandLines | None:
+    """Return the lines of a single response in the band that can be believed, None where they are too few."""
+    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))
+
+
+def _first(frf: Frf) -> float:
+    return float(frf.omega[frf.omega > 0][0])
+
+
+def _stiffness(name: str, lines: BandLines) -> list[Doubt]:
+    """Doubt a static stiffness or a modal mass that no tip of a tool has."""
+    peaks = find_peaks(lines)
+    outside = look_outside(lines)
+    loss = np.maximum(-lines.receptance.imag, 0.0)
+    inside = 2 / np.pi * float(np.trapezoid(loss / lines.omega, lines.omega))
+    static = inside + max(outside.above, 0.0) + max(outside.below, 0.0)
+    stiffness = 1 / max(static, 1e-300)
+    remedy = "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2)), and `quantity`"
+    if not STIFFNESSES[0] < stiffness < STIFFNESSES[1]:
+        return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/um, which no tip of a tool has", remedy,
+                      grave=True)]
+    if peaks:
+        peak = peaks[0]
+        mass = 1 / (2 * peak.damping * peak.height * (2 * np.pi * peak.frequency) ** 2)
+        if not MASSES[0] < mass < MASSES[1]:
+            return [Doubt(name, f"its mode at {peak.frequency:.0f} Hz has a modal mass of {mass:.2g} kg at the tip, which no "
+                          "tool has", remedy, grave=True)]
+    return []
+
+
+def _band(name: str, lines: BandLines, first_line: float) -> list[Doubt]:
+    """Doubt a band that leaves out modes as soft as those in it; `first_line` (rad/s) of those that were measured."""
+    omega, values = lines.omega, lines.receptance
+    size = np.abs(values)
+    low, high = float(omega[0]) / (2 * np.pi), float(omega[-1]) / (2 * np.pi)
+    edge = max(3, round(EDGE * omega.size))
+    last, most = float(np.median(size[-edge:])), float(size.max())
+    deepest = float(np.maximum(-values.real, 0.0).max())
+    outside = look_outside(lines)
+    above, below = (part / (4 * LIGHT_DAMPING) / max(deepest, 1e-300) for part in (outside.above, outside.below))
+    if last > EDGE_SIZE * most or above > MAX_ABOVE:
+        return [_left_out(name, f"above {high:.4g} Hz", max(outside.above, last), above,
+                          "strike with a harder tip, sample faster, and give the whole band")]
+    # Lines that noise takes away are not left out: charts carry their noise.
+    if omega[0] < CUT_OFF * first_line and below > MAX_BELOW:
+        return [_left_out(name, f"below {low:.4g} Hz", outside.below, below,
+                          "strike harder with a softer tip, take longer records, and give the whole band")]
+    return []
+
+
+def _left_out(name: str, where: str, softness: float, figure: float, remedy: str) -> Doubt:
+    return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} um/N or softer: it may chatter before any "
+                 "mode that was seen", remedy, figure=figure, grave=True)
+
+
+def _sensor(name: str, lines: BandLines, mass: float) -> list[Doubt]:
+    r"""Doubt a response that the sensor's mass changes: without it, :math:`H = H'/(1 + m \omega^2 H')`."""
+    bare = lines.receptance / (1 + mass * lines.omega**2 * lines.receptance)
+    change = float(lines.receptance.real.min() / bare.real.min() - 1)
+    peak, was = (float(lines.omega[int(np.argmax(np.abs(values)))]) / (2 * np.pi) for values in (bare, lines.receptance))
+    if abs(change) < MAX_SENSOR_CHANGE and abs(was / peak - 1) < MAX_SENSOR_SHIFT:
+        return []
+    return [Doubt(name, f"the sensor's {1e3 * mass:.3g} g change its least real part by {100 * change:+.0f} % and move its "
+                  f"largest peak from {peak:.0f} to {was:.0f} Hz", "measure with a lighter sensor, or take its mass out "
+                  "(toolpoint.signals.without_mass)", figure=abs(change), grave=True)]
+
+
+def question_mixes(frf: Frf) -> list[Doubt]:
+    """Doubt measured cross responses by which some mix of directions gives off power."""
+    both = [dof for dof in frf.outputs if dof in frf.inputs]
+    if len(both) < 2:
+        return []
+    square = frf.selected(both, both)
+    cross = square.values.copy()
+    cross[:, range(len(both)), range(len(both))] = 0
+    if not np.abs(cross).any():
+        return []
+    share = active_matrix_share(square)
+    if share <= MAX_ACTIVE_PAIRS:
+        return []
+    words = ", ".join(map(str, both))
+    return [Doubt(words, f"at {100 * share:.0f} % of the lines some force between these directions would take power out of the "
+                  "structure", "check signs and labels of the cross responses, and that all are of one point", figure=share,
+                  grave=True)]
+
+
+def withheld_words(doubts: Sequence[Doubt]) -> str:
+    """Return why advice is withheld, as words for a table."""
+    first = doubts[0]
+    more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+    return f"{WITHHELD}: {first.what}: {first.why}{more}"
+
