@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
-from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, SURE, Windows
+from toolpoint.vision.displacement.points import BLIND, EDGE, SURE, Windows
 from toolpoint.vision.displacement.reference import Reference
 
 BATCH = 400

@@ -1,4 +1,4 @@
-r"""Motion of a body averaged over its orders: how much a body turns, stretches and bends is a choice, and belongs to the interval.
+r"""Motion of a body averaged over its orders: how far it turns and bends is a choice, and belongs to the interval.
 
 Whitened measurements y = D T theta + e over three groups of coefficients: translation (without a prior), and turn, stretch and
 bending, each absent or normal about zero with a deviation that is a share of the body's motion. For every combination of
@@ -45,7 +45,7 @@ class AveragedMotion:
     """Mean and covariance over the orders.
 
     order : the likeliest of `ORDERS`; coefficients : (12, 2) whitened real and imaginary part; covariance : (12, 12) of each;
-    misfit : chi-squared per degree of freedom; left : share of the motion's power that is left, noise apart.
+    misfit : chi-squared per degree of freedom; left, power : chi-squared beyond the noise that is left, and that of the motion.
     """
 
     order: str
@@ -53,6 +53,7 @@ class AveragedMotion:
     covariance: FloatArray
     misfit: float
     left: float
+    power: float
 
 
 def average_orders(design: FloatArray, seen: FloatArray, orders: tuple[str, ...] = ORDERS) -> AveragedMotion | None:
@@ -75,7 +76,7 @@ def average_orders(design: FloatArray, seen: FloatArray, orders: tuple[str, ...]
     each = spread[:, :, None] * inverse * spread[:, None, :] / noise
     theta = each @ moment
     left = power - np.einsum("ij,kij->k", moment, theta)
-    evidence = -np.linalg.slogdet(inner)[1] - left / (2 * noise) + _prior(shares, low)
+    evidence = -np.linalg.slogdet(inner)[1] - left / (2 * noise) + _prior(shares)
     weight = np.exp(evidence - evidence.max())
     weight /= weight.sum()
     mean = np.einsum("k,kij->ij", weight, theta)
@@ -85,7 +86,7 @@ def average_orders(design: FloatArray, seen: FloatArray, orders: tuple[str, ...]
     used = float(np.einsum("k,kii->", weight, np.eye(12) - inverse))
     misfit, freedom = float(((seen - turned @ mean) ** 2).sum()), max(2 * (len(seen) - used), 1.0)
     return AveragedMotion(_likeliest(shares, weight), DIRECTIONS @ mean, DIRECTIONS @ covariance @ DIRECTIONS.T,
-                          misfit / freedom, max(0.0, misfit - freedom) / max(power, 1e-300))
+                          misfit / freedom, max(0.0, misfit - freedom), max(power, 1e-300))
 
 
 def _motion(design: FloatArray, seen: FloatArray) -> float:
@@ -104,7 +105,7 @@ def _noise(turned: FloatArray, seen: FloatArray, high: int) -> float:
     return max(1.0, float(((seen - turned[:, at] @ solution) ** 2).sum()) / freedom)
 
 
-def _shares(low: int, high: int) -> list[tuple[float, float, float, float]]:
+def _shares(low: int, high: int) -> list[tuple[float, ...]]:
     """Return the deviations of the four groups over the motion, of every combination."""
     groups = []
     for group, values in enumerate((TURNS, STRAINS, STRAINS), start=1):
@@ -112,13 +113,13 @@ def _shares(low: int, high: int) -> list[tuple[float, float, float, float]]:
     return [(FREE, *parts) for parts in product(*groups)]
 
 
-def _prior(shares: list[tuple[float, float, float, float]], low: int) -> FloatArray:
+def _prior(shares: list[tuple[float, ...]]) -> FloatArray:
     """Return the logarithm of the prior weight of every combination: each group absent or there with equal chance."""
     return np.array([-sum(np.log(len(values)) for part, values in zip(row[1:], (TURNS, STRAINS, STRAINS), strict=True) if part)
                      for row in shares])
 
 
-def _likeliest(shares: list[tuple[float, float, float, float]], weight: FloatArray) -> str:
+def _likeliest(shares: list[tuple[float, ...]], weight: FloatArray) -> str:
     """Return the highest order whose group is there with a chance above a half."""
     there = [k for k in (1, 2, 3) if float(weight[[row[k] > 0 for row in shares]].sum()) > 0.5]
     return ORDERS[max(there, default=0)]
