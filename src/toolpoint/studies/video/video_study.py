@@ -220,6 +220,8 @@ def study_video(
     names = ("",) * known.count if poles is not None else name_modes(_with_shapes(known, shapes), lamps, clip.frame_rate,
                                                                      resolution=line)
     if poles is None:
+        names = tuple(name or ("below the band" if band and known.frequency[i] < band[0] else "")
+                      for i, name in enumerate(names))
         names = name_artefacts(_with_shapes(known, shapes), names, clip.frame_rate, resolution=line, is_lossy=clip.is_lossy,
                                shake=shake_lines(camera, clip.frame_rate))
     shown = _whole_picture(scanned, known, decay, field=field, camera=camera, side=side, progress=progress)
@@ -271,7 +273,8 @@ def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, f
                 ) -> tuple[Modes, Identification]:
     length = len(decay.components) / decay.frame_rate
     try:
-        result = identify(decay.responses(CYCLES / length), band=band)
+        # Lines below the band stay: a strong mode of few cycles would be cut to a line or two, and lost with all its motion.
+        result = identify(decay.responses(CYCLES / length), band=band and (min(CYCLES / length, band[0]), band[1]))
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
