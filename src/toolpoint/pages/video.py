@@ -16,7 +16,7 @@ from toolpoint.studies.video.filmed_machine import shape_warp
 from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
 from toolpoint.studies.video.interfaces import InterfaceRanking
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
-from toolpoint.studies.video.video_update import VideoUpdate
+from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate
 from toolpoint.studies.video.virtual_update import VirtualUpdate
 from toolpoint.vision.displacement.points import COARSEST
 from toolpoint.vision.magnification.edges import overlay
@@ -34,7 +34,8 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
     names = ", ".join(video.scan.clip.name for video in videos)
     report = Report("Modes from video", " ".join(map(_answer, videos)), subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
-    report = report.with_doubts(*doubts)
+    more = [] if result is None else [text for text in result.doubts if not any(text in video.doubts for video in videos)]
+    report = report.with_doubts(*more, *doubts)
     if result is not None:
         report = _machine(report, result)
     for number, video in enumerate(videos, start=1):
@@ -94,9 +95,11 @@ def _machine(report: Report, result: VideoUpdate | InterfaceRanking) -> Report:
     ranking = result.ranking if isinstance(result, VideoUpdate) else result
     report = report.with_section("Interfaces", Table(INTERFACE_HEADER, ranking.rows(), "The softest in these modes first."))
     if isinstance(result, VideoUpdate):
-        fit = result.update.fit
-        rows = [[name, value] for name, value in fit.values.items()]
-        report = report.with_section("Updated machine", fit.status, Table(["parameter", "value, SI"], rows, digits=5))
+        rows = [["modes", f"MAC {after.mac.min():.3f} at least, frequencies within "
+                 f"{100 * float(np.abs(after.frequency_error).max()):.2g} %"] for after in result.update.all_after
+                if after.measured.size]
+        report = report.with_section("Updated machine", result.update.fit.status, Table(VALUES_HEADER, result.rows()),
+                                     Table(["after the update", "agreement"], rows))
     return report
 
 

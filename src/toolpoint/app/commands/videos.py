@@ -97,7 +97,7 @@ def video(run: Frame, files: Files, filming: Filming, *,
         band=filming.band, progress=run.progress_of_parts(), method=filming.method, points=filming.points,
         background=filming.background, bodies=dict(filming.bodies), start=filming.start, stop=filming.stop)
     if written is not None:
-        run.write("Machine file", written, io.write_machine, result.updated.description)
+        run.write("Machine file", written, io.write_machine, result.updated_file)
     run.save(pages.video_page, result.videos, result.answer, warnings=run.warnings)
     if magnification.file is not None:
         run.write("Magnified clip", magnification.file, vision.write_frames, studies.magnify_motion(

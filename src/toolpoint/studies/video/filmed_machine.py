@@ -9,6 +9,7 @@ from typing import Any
 from toolpoint._check import fail
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
+from toolpoint.machine.description import MachineDescription
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.record_poles import poles_of
 from toolpoint.studies.video.video_study import VideoStudy, study_video
@@ -46,6 +47,13 @@ class FilmedMachine(NotebookText):
         if not isinstance(self.answer, VideoUpdate):
             fail("updated", "the machine was not updated", "study the videos with update=True")
         return self.answer.machine
+
+    @property
+    def updated_file(self) -> MachineDescription:
+        """The updated machine to be written, marked with what is doubted of it."""
+        if not isinstance(self.answer, VideoUpdate):
+            fail("updated_file", "the machine was not updated", "study the videos with update=True")
+        return self.answer.machine_file
 
     def table(self) -> str:
         """Return the modes of every video, and what they say of the machine, as text."""

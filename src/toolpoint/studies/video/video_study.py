@@ -3,34 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
+from toolpoint.studies.video.camera_motion import find_camera_motion
 from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.shape_modes import body_modes, window_modes
+from toolpoint.studies.video.video_doubts import SEEN, smoothed, video_doubts
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vision.clip import Clip, Region
-from toolpoint.vision.displacement.background import background_windows, without_shake
+from toolpoint.vision.displacement.background import CameraMotion, without_camera
 from toolpoint.vision.displacement.measure import Method, Scan, measure, scan
-from toolpoint.vision.displacement.points import BLIND, Windows, choose_points, grid_windows
+from toolpoint.vision.displacement.points import BLIND, choose_points, grid_windows
 from toolpoint.vision.displacement.quality import Quality, judge_quality
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.displacement.templates import TemplateProducts
-from toolpoint.vision.modes.bodies import ORDERS, RIGID, BodyMotion, fit_bodies
-from toolpoint.vision.modes.decay import FreeDecay, find_decay
+from toolpoint.vision.modes.artefacts import name_artefacts, shake_lines
+from toolpoint.vision.modes.bodies import RIGID, BodyMotion, fit_bodies
+from toolpoint.vision.modes.body_orders import ORDERS
+from toolpoint.vision.modes.decay import FreeDecay, decay_of, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
-from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, lamps_alone, name_line, name_modes
+from toolpoint.vision.modes.jumps import Jump, find_unbroken
+from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, name_line, name_modes
+from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
-from toolpoint.vision.modes.rate import doubt_rate
 from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
 from toolpoint.vision.view import View
 
@@ -40,8 +45,8 @@ _OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", 
 CYCLES = 0.9
 LARGE = 0.5
 FEWEST_WINDOWS = 12
-SEEN = 5.0
-BROKEN = 10.0
+# Share of the strongest mode below which compression makes lines, at most.
+MAX_LOSS = 0.15
 FAINT = "doubtful: faint, it may be noise"
 OF_COMPRESSION = "doubtful: faint beside the strongest, compression makes such lines"
 
@@ -197,29 +202,36 @@ def study_video(
     ToolpointError
         Where nothing in the picture shows motion, and for what the parts refuse.
     """
-    if background and method == "templates":
-        method = TemplateProducts(4)  # a shaking picture moves through all parts of a pixel
     if machine is not None and not bodies:
         bodies = body_regions(machine, view or View(), clip.shape)
     scanned = scan(clip, progress)
     quality = judge_quality(scanned)
-    still = [region.within(scanned.clip.shape, "background") for region in background]
     regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
-    field = _steady(measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress),
-                    scanned, still, method)
-    whole = _all_windows(scanned, field, still, side=side, method=method, progress=progress)
-    decay = find_decay(whole, start, stop)
+    still = [region.within(scanned.clip.shape, "background") for region in background]
+    shaken = measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress)
+    camera = find_camera_motion(scanned, shaken, still, regions, side=side, method=method)
+    field = _steady(shaken, camera)
+    whole = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
+    decay, jumps = _decay(whole, regions, start, stop, is_smoothed=smoothed(scanned, quality))
     lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
     known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
-    shapes, line = point_shapes(field, known.poles, decay.first), clip.frame_rate / len(decay.components)
+    shapes, line = point_shapes(field, known.poles, decay.first, stop=decay.stop), clip.frame_rate / len(decay.components)
     lamps = lamps_alone(lamps, known, clip.frame_rate, resolution=line)
     names = ("",) * known.count if poles is not None else name_modes(_with_shapes(known, shapes), lamps, clip.frame_rate,
                                                                      resolution=line)
-    shown = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
+    if poles is None:
+        names = tuple(name or ("below the band" if band and known.frequency[i] < band[0] else "")
+                      for i, name in enumerate(names))
+        names = name_artefacts(_with_shapes(known, shapes), names, clip.frame_rate, resolution=line, is_lossy=clip.is_lossy,
+                               shake=shake_lines(camera, clip.frame_rate))
+    shown = _whole_picture(scanned, known, decay, field=field, camera=camera, side=side, progress=progress)
     seen = _seen(shapes)
     names = _with_doubtful(names, identification, seen, loss=quality.loss)
-    moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)))
-    doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen, of_record=poles is not None)
+    moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)),
+                       counted=np.array([not name for name in names]), loss=quality.loss)
+    doubts = video_doubts(scanned, quality, field, decay, known=known, shapes=shapes, bodies=moved,
+                          unseen=[i for i, name in enumerate(names) if seen[i] < SEEN and name in ("", FAINT)],
+                          of_record=poles is not None, jumps=jumps)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
              *_advice(identification, names))
@@ -227,50 +239,42 @@ def study_video(
                       "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
 
 
-def _all_windows(scanned: Scan, points: DisplacementField, still: Sequence[Region], *, side: int, method: str | Method,
+def _all_windows(scanned: Scan, points: DisplacementField, camera: CameraMotion | None, *, side: int, method: str | Method,
                  progress: Progress | None) -> DisplacementField:
     """Return the field of windows side by side over the picture, for the poles: every pixel counts once; else the points."""
     windows = grid_windows(scanned.reference, scanned.survey, min(2 * side, min(scanned.clip.shape) // 4))
     windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
     if len(windows.corners) < FEWEST_WINDOWS:
         return points
-    return _steady(measure(scanned, windows, method, progress=progress), scanned, still, method)
+    return _steady(measure(scanned, windows, method, progress=progress), camera)
 
 
-def _steady(field: DisplacementField, scanned: Scan, still: Sequence[Region], method: str | Method) -> DisplacementField:
-    """Return the field without the camera's motion; windows for the background are measured apart."""
-    if not still:
-        return field
-    rows = grid_windows(scanned.reference, scanned.survey, field.windows.side)
-    inside = np.zeros(len(rows.corners), bool)
-    for region in still:
-        inside |= region.holds(rows.centres - rows.side / 2) & region.holds(rows.centres + rows.side / 2)
-    extra = rows.selected(np.flatnonzero(inside & (rows.sight > BLIND)))
-    if len(extra.corners) == 0:
-        fail("background", "no texture in it", "must show whether the camera moves",
-             remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
-    joined = join_fields(field, measure(scanned, extra, method))
-    steady = without_shake(joined, background_windows(joined, still))
-    return steady.selected(np.arange(len(joined.windows.corners)) < len(field.windows.corners))
+def _decay(whole: DisplacementField, bodies: Mapping[str, Region], start: float | None, stop: float | None, *,
+           is_smoothed: bool) -> tuple[FreeDecay, tuple[Jump, ...]]:
+    """Return the decay and its jumps: by all windows, or pooled by bodies where compression or little motion hides it."""
+    if not is_smoothed:
+        try:
+            return find_unbroken(lambda low, high: find_decay(whole, low, high), start, stop)
+        except ToolpointError as error:
+            reason = error
+    pooled = pool_windows(whole, bodies)
+    try:
+        return find_unbroken(lambda low, high: decay_of(pooled.copy(), whole.frame_rate, low, high), start, stop,
+                             smoothed=is_smoothed)
+    except ToolpointError as error:
+        raise error if is_smoothed else reason from None
 
 
-def join_fields(first: DisplacementField, second: DisplacementField) -> DisplacementField:
-    """Return the windows of both fields of one clip."""
-    a, b = first.windows, second.windows
-    windows = Windows(np.concatenate([a.corners, b.corners]), a.side, np.concatenate([a.sight, b.sight]),
-                      np.concatenate([a.normal, b.normal]), np.concatenate([a.bound, b.bound]),
-                      np.concatenate([a.saturated, b.saturated]))
-    return replace(first, windows=windows, values=np.concatenate([first.values, second.values], axis=1),
-                   covariance=np.concatenate([first.covariance, second.covariance]),
-                   lost=np.concatenate([first.lost, second.lost]),
-                   doubts=tuple(dict.fromkeys((*first.doubts, *second.doubts))))
+def _steady(field: DisplacementField, camera: CameraMotion | None) -> DisplacementField:
+    return field if camera is None else without_camera(field, camera)
 
 
 def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None, *, loss: float
                 ) -> tuple[Modes, Identification]:
     length = len(decay.components) / decay.frame_rate
     try:
-        result = identify(decay.responses(CYCLES / length), band=band)
+        # Lines below the band stay: a strong mode of few cycles would be cut to a line or two, and lost with all its motion.
+        result = identify(decay.responses(CYCLES / length), band=band and (min(CYCLES / length, band[0]), band[1]))
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
@@ -283,7 +287,7 @@ def _with_doubtful(names: tuple[str, ...], identification: Identification | None
     """Return the names with those poles marked that the decay or the picture does not bear."""
     if identification is None:
         return tuple(name or ("" if seen[i] >= SEEN else FAINT) for i, name in enumerate(names))
-    unsure, least = identification.doubtful, loss * float(seen.max())
+    unsure, least = identification.doubtful, min(loss, MAX_LOSS) * float(seen.max())
     return tuple(name or (FAINT if unsure[i] or seen[i] < SEEN else OF_COMPRESSION if seen[i] < least else "")
                  for i, name in enumerate(names))
 
@@ -294,18 +298,15 @@ def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
                  covariance=poles.covariance)
 
 
-def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, still: Sequence[Region],
+def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, camera: CameraMotion | None,
                    side: int, progress: Progress | None) -> FullField:
     """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
     size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
-    if size <= LARGE and not still:
-        stop = decay.first + len(decay.components)
-        return full_field(scanned, known.poles, decay.first, side=side, stop=stop, progress=progress)
+    if size <= LARGE and camera is None:
+        return full_field(scanned, known.poles, decay.first, side=side, stop=decay.stop, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side)
-    tracked = measure(scanned, windows, TemplateProducts(4 if still else 2), progress=progress)
-    if still:
-        tracked = without_shake(tracked, background_windows(tracked, still))
-    shapes = point_shapes(tracked, known.poles, decay.first)
+    tracked = _steady(measure(scanned, windows, TemplateProducts(2 if camera is None else 4), progress=progress), camera)
+    shapes = point_shapes(tracked, known.poles, decay.first, stop=decay.stop)
     return FullField(tracked.windows, shapes, np.zeros((known.count, 0, 0), complex))
 
 
@@ -315,60 +316,6 @@ def _seen(shapes: PointShapes) -> FloatArray:
     # Together, not the luckiest point: root of the mean chi-squared, less what noise gives.
     square = (ratio[used] ** 2).sum(axis=(0, 1))
     return np.asarray(np.sqrt(np.maximum(square - 2 * used.sum(), 0.0)))
-
-
-def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
-            bodies: tuple[BodyMotion, ...], seen: FloatArray, of_record: bool) -> tuple[Doubt, ...]:
-    doubts: list[Doubt] = [*quality.doubts, *scanned.clip.doubts]
-    rate = doubt_rate(decay, known.poles) if of_record else ()
-    doubts += rate or _broken(decay, known)  # poles that do not fit look like a break anywhere
-    doubts += [text for body in bodies for text in body.doubts]
-    for i in np.flatnonzero(seen < SEEN):
-        doubts.append(Doubt(f"mode {i + 1} at {known.frequency[i]:.4g} Hz", "does not stand out of the noise in the video: its "
-                            "shape is noise, or the motion is along the line of sight"))
-    rows = field.windows.centres[:, 1]
-    if scanned.clip.row_delay == 0:
-        doubts += _rolling(known, field, decay, rows)
-    return tuple(dict.fromkeys(doubts))
-
-
-def _broken(decay: FreeDecay, known: Modes) -> tuple[Doubt, ...]:
-    at, gain = find_break(decay, known.poles)
-    freedom = 2 * known.count * decay.components.shape[1]
-    if gain <= freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
-        return ()
-    return (Doubt("decay", f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine was "
-                  "struck again; damping and intervals rest on one unbroken decay", "state start and stop"),)
-
-
-def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: FloatArray) -> list[Doubt]:
-    """Return a doubt where the phase of the strongest mode runs with the row: a rolling shutter that was not stated."""
-    shapes = point_shapes(field, known.poles, decay.first)
-    strongest = int(np.argmax((np.abs(shapes.shape) ** 2).sum(axis=(0, 1))))
-    values = shapes.shape[:, :, strongest]
-    weight = np.abs(values) ** 2 / np.maximum(shapes.deviation()[:, :, strongest] ** 2, 1e-12)
-    square = (weight * np.exp(2j * np.angle(values))).sum(axis=1)
-    used = np.abs(square) > 50
-    if used.sum() < 12 or np.ptp(rows[used]) < 40:
-        return []
-    centre = np.angle(square[used].sum())
-    phase = np.angle(square[used] * np.exp(-1j * centre)) / 2
-    sure = np.sqrt(np.abs(square[used]))
-    slope, slope_error = _line(rows[used], phase, sure)
-    delay = slope / (2 * np.pi * known.frequency[strongest])
-    total = delay * field.windows.centres[:, 1].max()
-    if abs(slope) < 6 * slope_error or abs(total) < 0.1 / field.frame_rate:
-        return []
-    return [Doubt("shutter", f"the phase of mode {strongest + 1} runs with the row: it seems to roll by {1e6 * delay:.3g} us "
-                  "a row", "state it (row delay), so that shapes get their true phases", figure=abs(total) * field.frame_rate)]
-
-
-def _line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, float]:
-    design = np.stack([np.ones_like(x), x], axis=1) * weight[:, None]
-    inverse = np.linalg.inv(design.T @ design)
-    solution = inverse @ (design.T @ (y * weight))
-    left = y * weight - design @ solution
-    return float(solution[1]), float(np.sqrt(inverse[1, 1] * max(1.0, (left**2).mean())))
 
 
 def _advice(identification: Identification | None, names: Sequence[str]) -> tuple[str, ...]:

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
+from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.modal_identification import real_modes
-from toolpoint.studies.measured.machine_update import MachineUpdate, update
+from toolpoint.studies.measured.machine_update import MachineUpdate, agreements, update
+from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.updating import Targets
-from toolpoint.vibration import Frf
+from toolpoint.updating.fits.wide_search import search_widely
+from toolpoint.vibration import Frf, Modes
+
+VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
+# MAC below which an updated machine does not have a measured mode.
+LOWEST_MAC = 0.95
+# Deviation of a shape's entries over its root mean square that rigid bodies in a picture have at least.
+SHAPE_FLOOR = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +43,49 @@ class VideoUpdate(NotebookText):
         """The updated machine."""
         return self.update.machine
 
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What may not be believed: of the fit, of modes that the updated machine does not have, of the videos."""
+        status = self.update.fit.status
+        fitted = [] if status == "converged" else [Doubt("update", status.removeprefix("doubtful: "))]
+        return tuple(dict.fromkeys((*fitted, *self._unlike, *self.ranking.doubts)))
+
+    @property
+    def _unlike(self) -> list[Doubt]:
+        """Modes of the videos that the updated machine does not have."""
+        return [Doubt(f"update, {video.scan.clip.name or 'video'}", f"MAC of the mode at {after.measured[r]:.4g} Hz is "
+                      f"{after.mac[r]:.3f} with the updated machine's at {after.predicted[r]:.4g} Hz: it lacks this mode",
+                      "another joint or another body moves, a view is wrong, or the fit ended in a wrong minimum",
+                      figure=float(after.mac[r]))
+                for video, after in zip(self.videos, self.update.all_after, strict=False)
+                for r in np.flatnonzero(after.mac < LOWEST_MAC).tolist()]
+
+    @property
+    def machine_file(self) -> MachineDescription:
+        """The updated machine to be written, marked with the doubts."""
+        return replace(self.machine.description, doubts=self.doubts)
+
+    def rows(self) -> list[list[str]]:
+        """Return the fitted values with their 95 % intervals, and those left alone."""
+        fit = self.update.fit
+        result = []
+        for name, value in fit.values.items():
+            low, high = fit.interval(name) if name in fit.free else (None, None)
+            result.append([name, f"{value:.5g}", "left as it was" if low is None else f"{low:.5g} .. {high:.5g}"])
+        return result
+
     def table(self) -> str:
         """Return ranking, fit and agreement as text."""
-        return self.ranking.table() + "\n\n" + self.update.report()
+        marks = mark_notes(doubt for doubt in self.doubts if doubt not in self.ranking.doubts)
+        return "\n".join([*marks, self.ranking.table(), "",
+                          text_table("Updated to the videos", VALUES_HEADER, self.rows()), "", self.update.report()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return ranking and fitted values (SI) as plain data."""
-        return {"ranking": self.ranking.to_dict(), "values": self.update.fit.values, "status": self.update.fit.status}
+        fit = self.update.fit
+        return {"doubts": list(self.doubts), "ranking": self.ranking.to_dict(), "values": fit.values,
+                "intervals": {name: list(fit.interval(name)) for name in fit.free}, "status": fit.status,
+                "mac": [agreement.mac.tolist() for agreement in self.update.all_after]}
 
 
 def update_from_videos(
@@ -77,11 +123,22 @@ def update_from_videos(
     targets = []
     for video in videos:
         modes = real_modes(video.modes_at(seen_places(machine, video, pose)))
-        targets.append(Targets(modes, None, damping=damped and any(".damping." in n for n in names), mac=len(modes.dofs) > 2))
+        targets.append(Targets(_with_floor(modes), None, damping=damped and any(".damping." in n for n in names),
+                               shape=len(modes.dofs) > 2))
     if frf is not None:
         targets.append(Targets(None, frf))
-    return VideoUpdate(ranking, update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence),
-                       tuple(videos))
+    near = update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence)
+    fit = search_widely(near.problem, near.fit, least_influence=influence)
+    best = replace(near, machine=machine.with_values(fit.values), fit=fit, all_after=agreements(near.problem, fit.x))
+    return VideoUpdate(ranking, best, tuple(videos))
+
+
+def _with_floor(modes: Modes) -> Modes:
+    """Return modes whose shapes are known no better than rigid bodies in a picture can be."""
+    if modes.shape_variance is None:
+        return modes
+    level = (np.abs(modes.shape) ** 2).mean(axis=0)
+    return replace(modes, shape_variance=modes.shape_variance + SHAPE_FLOOR**2 * level)
 
 
 def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None = None

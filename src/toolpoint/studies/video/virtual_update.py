@@ -13,7 +13,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.video_study import VideoStudy, study_video
-from toolpoint.studies.video.video_update import VideoUpdate, update_from_videos
+from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate, update_from_videos
 from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
 from toolpoint.vibration import Dof, Frf, correlation, frequency_response
 from toolpoint.vision.clip import Clip
@@ -53,9 +53,8 @@ class VirtualUpdate(NotebookText):
     def table(self) -> str:
         """Return modes, ranking, fitted values and FRAC as text."""
         rows = [[str(truth.outputs[0]), f"{b:.4f}", f"{a:.5f}"] for truth, (b, a) in zip(self.truth, self.frac, strict=True)]
-        values = [[name, f"{value:.5g}"] for name, value in self.update.update.fit.values.items()]
         return "\n".join([*(video.table() for video in self.videos), self.update.ranking.table(),
-                          text_table("Updated to the videos", ("parameter", "value, SI"), values),
+                          text_table("Updated to the videos", VALUES_HEADER, self.update.rows()),
                           text_table("Responses against the truth", ("point", "FRAC before", "FRAC after"), rows)])
 
     def to_dict(self) -> dict[str, Any]:

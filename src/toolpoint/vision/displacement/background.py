@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import dct, idct
@@ -18,6 +18,11 @@ from toolpoint.vision.displacement.result import DisplacementField
 FEWEST_DIRECTIONS = 6
 # Share of the picture's diagonal that background windows must span for a turn of the camera to be told.
 SPREAD = 0.2
+# Windows that show the camera's motion alone leave at most so much, in their own noise; the power of the motion that they share
+# over that of their noise, from which it is taken off.
+MAX_OWN_MOTION, MIN_SHAKE = 2.0, 3.0
+# Parts of a clip, and power of the last over the largest below which a motion dies out; share of the strongest line's power.
+QUARTERS, FADED, STRONG = 4, 0.05, 0.2
 # Lines that share an estimate of their power, and how far it must stand above the noise: the mean of five squares of noise
 # exceeds three times its variance once in a hundred.
 LINES, ABOVE = 5, 3.0
@@ -35,8 +40,57 @@ def background_windows(field: DisplacementField, regions: Sequence[Region]) -> B
     return inside & (field.windows.sight > BLIND)
 
 
-def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementField:
-    """Return the field less the motion of the camera, by windows that show the fixed background.
+@dataclass(frozen=True, eq=False)
+class CameraMotion:
+    """Motion of the camera in every frame, by windows of what stands still.
+
+    motion : (3, frames) right, down (pixels) and turn times `length`; variance : (2,) of a frame's right and down; middle :
+    (2,) place about which it turns; length : pixels; own : median scatter of the windows about it, in their noise; clear :
+    power of the motion that they share over that of their noise.
+    """
+
+    motion: FloatArray
+    variance: FloatArray
+    middle: FloatArray
+    length: float
+    own: float
+    clear: float
+
+    @property
+    def size(self) -> float:
+        """Largest motion, peak to peak, pixels."""
+        return float(np.ptp(self.motion[:2], axis=1).max())
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether the windows show one motion, and nothing else, that stands out of their noise."""
+        return self.own < MAX_OWN_MOTION and self.clear > MIN_SHAKE
+
+    @property
+    def fades(self) -> bool:
+        """Whether it dies out as a free decay does: then it is a part of the machine that moves, and not the camera."""
+        power = np.array([np.var(part, axis=1).sum() for part in np.array_split(self.motion[:2], QUARTERS, axis=1)])
+        return bool(power[-1] < FADED * power.max())
+
+    def shared_by(self, field: DisplacementField) -> float:
+        """Return the share of this motion (1 for a camera's) that windows of a field have, in the lines where it is strong."""
+        values, sigma, window, direction = field.measured()
+        camera = np.einsum("tmi,mi->tm", self.at(field.windows.centres)[:, window], direction) / sigma
+        bell = np.hanning(len(values))[:, None]
+        own, other = (np.fft.rfft((part - part.mean(axis=0)) * bell, axis=0) for part in (camera, values / sigma))
+        power = (np.abs(own) ** 2).sum(axis=1)
+        strong = power > STRONG * power.max()
+        return float((own[strong].conj() * other[strong]).sum().real / power[strong].sum())
+
+    def at(self, centres: FloatArray) -> FloatArray:
+        """Return the motion (frames, n, 2) that the camera gives places of the picture (n, 2)."""
+        arm = (centres - self.middle) / self.length
+        right, down, turn = self.motion
+        return np.stack([right[:, None] - turn[:, None] * arm[:, 1], down[:, None] + turn[:, None] * arm[:, 0]], axis=2)
+
+
+def camera_motion(field: DisplacementField) -> CameraMotion:
+    """Return the motion of the camera by windows that show the fixed background.
 
     In every frame a translation, and a turn where the background spans enough of the picture, by weighted least squares.
 
@@ -46,30 +100,41 @@ def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementFie
         Where the background has fewer than six measured directions.
     """
     values, sigma, window, direction = field.measured()
-    used = still[window]
-    if used.sum() < FEWEST_DIRECTIONS:
-        fail("background", f"{int(used.sum())} measured directions in it", f"must be {FEWEST_DIRECTIONS} at least",
+    if values.shape[1] < FEWEST_DIRECTIONS:
+        fail("background", f"{values.shape[1]} measured directions in it", f"must be {FEWEST_DIRECTIONS} at least",
              remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
     centres = field.windows.centres
-    middle = centres[still].mean(axis=0)
-    length = float(np.ptp(centres, axis=0).max())
-    arm = (centres - middle) / max(length, 1.0)
-    design = _rows(direction, arm[window])
-    turns = float(np.ptp(arm[still], axis=0).max()) > SPREAD
+    middle = centres.mean(axis=0)
+    length = max(float(np.ptp(centres, axis=0).max()), 1.0)
+    arm = (centres - middle) / length
+    turns = length > SPREAD * float(np.hypot(*field.windows.corners.max(axis=0)))
     columns = slice(0, 3 if turns else 2)
-    weighted = design[used][:, columns] / sigma[used][:, None]
-    motion = np.linalg.lstsq(weighted, (values[:, used] / sigma[used]).T, rcond=None)[0]
-    variance = np.diag(np.linalg.inv(weighted.T @ weighted))
-    motion = smooth_motion(motion, variance)
-    whole = np.zeros((3, len(values)))
-    whole[columns] = motion
-    shift = np.stack([whole[0][:, None] - whole[2][:, None] * arm[:, 1], whole[1][:, None] + whole[2][:, None] * arm[:, 0]],
-                     axis=2)
-    size = float(np.ptp(motion[:2], axis=1).max())
+    weighted = _rows(direction, arm[window])[:, columns] / sigma[:, None]
+    scaled = (values / sigma).T
+    motion, _, rank, _ = np.linalg.lstsq(weighted, scaled, rcond=None)
+    variance = np.diag(np.linalg.pinv(weighted.T @ weighted, hermitian=True))
+    left = scaled - weighted @ motion
+    left -= left.mean(axis=1, keepdims=True)
+    own = float(np.median(np.sqrt((left**2).mean(axis=1))))
+    shared = weighted @ (motion - motion.mean(axis=1, keepdims=True))
+    clear = float((shared**2).sum() / (max(int(rank), 1) * len(field.values) * max(own, 1.0) ** 2))
+    whole = np.zeros((3, len(field.values)))
+    whole[columns] = smooth_motion(motion, variance)
+    return CameraMotion(whole, variance[:2], middle, length, own, clear)
+
+
+def without_camera(field: DisplacementField, camera: CameraMotion) -> DisplacementField:
+    """Return the field less the motion of the camera."""
+    size = camera.size
     # What the filter lets through of the background's noise, and what it hides of the shake, is at most that noise.
-    return replace(field, common=variance[:2]).changed((field.values - shift).astype(np.float32),
-                         *([Doubt("camera", f"camera shake of {size:.2f} px peak to peak taken off by the background")]
-                           if size > 0.1 else []))
+    return replace(field, common=camera.variance).changed(
+        (field.values - camera.at(field.windows.centres)).astype(np.float32),
+        *([Doubt("camera", f"camera shake of {size:.2f} px peak to peak taken off by the background")] if size > 0.1 else []))
+
+
+def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementField:
+    """Return the field less the motion of the camera, by those of its windows that show the fixed background."""
+    return without_camera(field, camera_motion(field.selected(np.flatnonzero(still))))
 
 
 def smooth_motion(motion: FloatArray, variance: FloatArray) -> FloatArray:

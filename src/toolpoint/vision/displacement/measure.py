@@ -63,16 +63,11 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
         at += len(frames)
         if progress is not None:
             progress("measuring displacement", at, scanned.survey.frames)
-    windows, values = _without_lost(_that_are_measured(windows, covariance), values, lost)
-    doubts = _doubts(windows, lost, scanned.survey.frames)
+    seen = windows.measured_with(covariance)
+    faint = int((windows.sight > BLIND).sum() - (seen.sight > BLIND).sum()) if isinstance(chosen, TemplateProducts) else 0
+    windows, values = _without_lost(seen, values, lost)
+    doubts = _doubts(windows, lost, scanned.survey.frames, faint=faint)
     return DisplacementField(windows, values, covariance, clip.frame_rate, clip.row_delay, lost, chosen.name, tuple(doubts))
-
-
-def _that_are_measured(windows: Windows, covariance: FloatArray) -> Windows:
-    """Return the windows with those blind that a method cannot measure, as most methods an edge: they have no covariance."""
-    nothing = np.trace(covariance, axis1=1, axis2=2) <= 0
-    return replace(windows, sight=np.where(nothing, BLIND, windows.sight),
-                   bound=np.where(nothing[:, None], np.inf, windows.bound))
 
 
 def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tuple[Windows, FloatArray]:
@@ -85,8 +80,12 @@ def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tup
                    bound=np.where(gone[:, None], np.inf, windows.bound)), values
 
 
-def _doubts(windows: Windows, lost: IndexArray, frames: int) -> list[Doubt]:
+def _doubts(windows: Windows, lost: IndexArray, frames: int, *, faint: int) -> list[Doubt]:
     doubts: list[Doubt] = []
+    if faint:
+        doubts.append(Doubt("windows", f"{faint} of {len(lost)} windows are left out: a change of the light, or noise of the "
+                            "picture at rest, explains their texture as well as motion", "more texture or more light",
+                            figure=faint / len(lost)))
     gone = int((lost > LOST * frames).sum())
     if gone:
         doubts.append(Doubt("windows", f"{gone} of {len(lost)} windows were lost for more than {100 * LOST:g} % of the frames "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,11 @@ class Windows:
         """Return these windows."""
         return Windows(self.corners[keep], self.side, self.sight[keep], self.normal[keep], self.bound[keep],
                        self.saturated[keep])
+
+    def measured_with(self, covariance: FloatArray) -> Windows:
+        """Return the windows with those blind that a method does not measure: their covariance (n, 2, 2) is zero."""
+        nothing = np.trace(covariance, axis1=1, axis2=2) <= 0
+        return replace(self, sight=np.where(nothing, BLIND, self.sight), bound=np.where(nothing[:, None], np.inf, self.bound))
 
 
 def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturated: FloatArray | None = None,

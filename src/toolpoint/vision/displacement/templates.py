@@ -15,12 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from toolpoint._check import FloatArray, IndexArray
+from toolpoint._check import BoolArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
-from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
+from toolpoint.vision.displacement.points import BLIND, EDGE, SURE, Windows
 from toolpoint.vision.displacement.reference import Reference
 
 BATCH = 400
+# Frames that a window counts as lost which cannot be measured at a part of a pixel where it has come.
+LOST_FOR_GOOD = 1 << 40
 Pass = Callable[[Frames], FloatArray]
 
 
@@ -46,20 +48,22 @@ class TemplateProducts:
         wide = -(-side // 8) * 8  # whole vectors: the columns beyond the window have no weight
         templates = np.zeros((n, step, step, 2, side, wide), np.float32)
         covariance = np.zeros((n, 2, 2))
-        ready = np.zeros((step, step), np.int8)
+        ready, spoilt = np.zeros((step, step), np.int8), np.zeros(n, bool)
         batches = np.array_split(np.arange(n), -(-n // BATCH))
 
-        def build(i: int, j: int) -> None:
-            moved = self._secants(reference, j / step, i / step)
+        def build(i: int, j: int) -> BoolArray:
+            moved, blind = self._secants(reference, j / step, i / step), np.zeros(n, bool)
             for part in batches:
                 templates[part, i, j, :, :, :side], spread = solve_windows(moved, reference, windows.selected(part))
                 covariance[part] = spread if i == j == 0 else covariance[part]
+                blind[part] = np.trace(spread, axis1=1, axis2=2) <= 0
             ready[i, j] = 1
+            return blind
 
         build(0, 0)
         state, lost = np.zeros((n, 2)), np.zeros(n, np.int64)
         corners, normal = np.ascontiguousarray(windows.corners), np.ascontiguousarray(windows.normal)
-        edges = windows.sight == EDGE
+        edges, unmeasured = windows.sight == EDGE, np.trace(covariance, axis1=1, axis2=2) <= 0
 
         def measure(frames: Frames) -> FloatArray:
             result = np.zeros((len(frames), n, 2), np.float32)
@@ -71,8 +75,8 @@ class TemplateProducts:
                     return result
                 # Templates for other parts of a pixel are built when motion first comes there, and the chunk is done again.
                 for i, j in missing:
-                    build(int(i), int(j))
-                state[:], lost[:] = begin
+                    spoilt[:] |= build(int(i), int(j)) & ~unmeasured
+                state[:], lost[:] = begin[0], np.where(spoilt, LOST_FOR_GOOD, begin[1])
         return measure, covariance, lost
 
     def _secants(self, reference: Reference, right: float, down: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -90,7 +94,11 @@ class TemplateProducts:
 def solve_windows(
     moved: tuple[FloatArray, FloatArray, FloatArray], reference: Reference, windows: Windows
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the templates (n, 2, side, side) and the covariance (n, 2, 2) for one place of the texture."""
+    """Return the templates (n, 2, side, side) and the covariance (n, 2, 2) for one place of the texture.
+
+    Both are zero for a window whose texture gain and offset of the light, or noise of the reference, explain as well as motion
+    does: its normal matrix is not positive beyond them, and no variance can be stated.
+    """
     side, n = windows.side, len(windows.corners)
     y, x = windows.corners[:, 0], windows.corners[:, 1]
     cut = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float) for part in (*moved, reference.variance)]
@@ -107,12 +115,13 @@ def solve_windows(
     false = reference.false_information(side)
     gram[:, 0, 0] -= false
     gram[:, 1, 1] -= np.where(windows.sight == EDGE, 0.0, false)
-    gram[windows.sight == BLIND] = np.eye(2)
-    gram[windows.sight == EDGE, 1, 1] = 1.0
+    gram[windows.sight == EDGE, 1, 1] = gram[windows.sight == EDGE, 0, 0]
+    measured = (windows.sight > BLIND) & (np.linalg.eigvalsh(gram)[:, 0] > SURE * false)
+    gram[~measured] = np.eye(2)
     inverse = np.linalg.inv(gram)
     rows = np.einsum("nij,npj,np->nip", inverse, seen, weight)
     turn = np.where((windows.sight == EDGE)[:, None, None], np.stack([normal, np.zeros_like(normal)], axis=2), np.eye(2))
-    turn = np.where((windows.sight == BLIND)[:, None, None], 0.0, turn)
+    turn = np.where(measured[:, None, None], turn, 0.0)
     inverse[windows.sight == EDGE, 1, 1] = 0.0
     covariance = turn @ inverse @ np.swapaxes(turn, 1, 2)
     return (turn @ rows).reshape(n, 2, side, side).astype(np.float32), covariance

@@ -52,6 +52,11 @@ class FreeDecay(NotebookText):
     first: int
     frame_rate: float
 
+    @property
+    def stop(self) -> int:
+        """Frame after the last one of the decay."""
+        return self.first + len(self.components)
+
     def responses(self, low: float = 0.0) -> Frf:
         """Return the transforms of the components as responses to one reference, from `low` (Hz) up."""
         n = len(self.components)
@@ -90,10 +95,15 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     values, sigma, _, _ = field.measured()
     if values.shape[1] == 0:
         fail("field", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
-    scaled = np.divide(values, sigma, out=values)  # in place: of a long clip this is the largest array
+    # In place: of a long clip this is the largest array.
+    return decay_of(np.divide(values, sigma, out=values), field.frame_rate, start, stop)
+
+
+def decay_of(scaled: FloatArray, rate: float, start: float | None = None, stop: float | None = None) -> FreeDecay:
+    """Return the free decay of histories (frames, m) in units of their noise, changed in place; see `find_decay`."""
     scaled -= scaled.mean(axis=0)
-    last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * field.frame_rate))
-    first = _onset(scaled[:last], field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
+    last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * rate))
+    first = _onset(scaled[:last], rate) if start is None else round(scalar("start", start) * rate)
     if last - first < FEWEST_FRAMES or first < 0:
         fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
              remedy="film longer after the blow, or state where the decay starts and stops")
@@ -104,7 +114,7 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
              f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the "
              "noise's)",
              remedy="strike harder, come closer, light better; motion along the line of sight does not show")
-    return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, field.frame_rate)
+    return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, rate)
 
 
 def _stands_out(history: FloatArray) -> bool:

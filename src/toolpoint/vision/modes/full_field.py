@@ -73,4 +73,4 @@ def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int 
             shape[part, :, r] = np.einsum("nihw,nhw->ni", templates, cut)
     delay = windows.centres[:, 1] * scanned.clip.row_delay
     shape *= np.exp(-basis.poles * delay[:, None])[:, None, :]
-    return FullField(windows, PointShapes(shape, covariance, basis, np.ones(n)), pictures)
+    return FullField(windows.measured_with(covariance), PointShapes(shape, covariance, basis, np.ones(n)), pictures)

@@ -14,6 +14,8 @@ MAINS = (50.0, 60.0)
 STEADY = 5e-4
 HARMONICS = (2, 3)
 LOBES = 24
+# Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
+EXACT = 0.001
 # Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
 FADED = 1.0
 
@@ -110,6 +112,9 @@ def _harmonic(modes: Modes, i: int) -> str:
             continue
         for n in HARMONICS:
             width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
+            if modes.covariance is not None:  # a mode of its own near the multiple is told by its interval
+                known = modes.frequency_interval[i] + n * modes.frequency_interval[j]
+                width = min(width, max(2 * known, EXACT * n * modes.frequency[j]))
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
     return ""

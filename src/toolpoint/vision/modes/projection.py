@@ -94,11 +94,13 @@ class PointShapes:
         return np.sqrt(np.einsum("ni,r->nir", np.einsum("nii->ni", self.covariance) + self.common, trace))
 
 
-def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, *, lines: Sequence[float] = ()) -> PointShapes:
-    """Return the shapes of all windows for these poles, phases at the exposure of the first row."""
-    times = np.arange(len(field.values) - first) / field.frame_rate
+def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, *, stop: int | None = None,
+                 lines: Sequence[float] = ()) -> PointShapes:
+    """Return the shapes of all windows for these poles from frame `first` to `stop`, phases at the first row's exposure."""
+    part = field.values[first:stop]
+    times = np.arange(len(part)) / field.frame_rate
     basis = decay_basis(poles, times, lines)
-    values = field.values[first:].astype(float)
+    values = part.astype(float)
     amplitude = np.moveaxis(basis.amplitudes(values), 0, -1)
     amplitude = amplitude * np.exp(-basis.poles * field.delay[:, None])[:, None, :]
     return PointShapes(amplitude, field.covariance, basis, _scatter(field, basis, first), field.common)
@@ -106,7 +108,7 @@ def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, 
 
 def _scatter(field: DisplacementField, basis: DecayBasis, first: int) -> FloatArray:
     values, sigma, window, _ = field.measured()
-    left = basis.residual(values[first:]) / sigma
+    left = basis.residual(values[first:first + len(basis.columns)]) / sigma
     freedom = len(left) - basis.columns.shape[1]
     square = (left**2).sum(axis=0) / max(freedom, 1)
     total, count = np.zeros(len(field.windows.corners)), np.zeros(len(field.windows.corners))

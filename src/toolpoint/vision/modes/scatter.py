@@ -58,11 +58,12 @@ def widen_by_loss(modes: Modes, loss: float) -> Modes:
     """Return the modes with intervals as wide as pixels and compression may move them (`Quality.loss`; no law: seen in films).
 
     Small motion is smoothed more than large, so a decay looks faster: the ratio by up to `DAMPED` times the loss, the frequency
-    by half of the half-power width's change. Without compression the following of windows is good to `FOLLOWED` of the damping.
+    by half of the half-power width's change, both by no more than the ratio itself. Without compression windows follow
+    a decay to `FOLLOWED` of the damping.
     """
     if modes.covariance is None:
         return modes
-    ratio = max(DAMPED * loss, FOLLOWED) * modes.damping_ratio / 1.96
+    ratio = min(max(DAMPED * loss, FOLLOWED), 1.0) * modes.damping_ratio / 1.96
     more = np.zeros(modes.covariance.shape)
     part = ratio * modes.frequency * (0.5 if loss > 0 else 1.0)
     more[:, 0, 0], more[:, 1, 1] = part**2, ratio**2
