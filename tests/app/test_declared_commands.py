@@ -107,6 +107,9 @@ def test_steps_begin_by_reading_and_end_by_the_page(tmp_path, monkeypatch):
                         lambda quiet: nullcontext(lambda name, done, total, step=False: said.append((name, done, total, step))))
 
     class Page:
+        def preceded_by(self, *doubts):
+            return self
+
         def reworded(self, spell):
             return self
 
