@@ -1,9 +1,10 @@
 """Tip responses with a slip, as files, through the commands that take one: are they doubted, and is the best cut withheld.
 
-Random tips (1 to 6 modes in x and in y, some turned between them, a mode far above), accelerances or receptances with noise, as
-text or universal files. Slips: delay and advance of 10 to 100 us, sign, conjugate, columns exchanged, mm for m, another quantity,
-x and y exchanged, another point, band clipped above and below the softest mode, a dead channel, a heavy sensor (its mass said).
-A scale of 9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving point alone cannot show it.
+Random tips (1 to 6 modes in x and in y, some turned between them, a mode far above), accelerances or receptances with
+noise, as text or universal files. Slips: delay and advance of 10 to 100 us, sign, conjugate, columns exchanged, mm for m,
+another quantity, x and y exchanged, another point, band clipped above and below the softest mode, a dead channel, a heavy
+sensor (its mass said). A scale of 9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving
+point alone cannot show it.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ def measured(case: Case, values: np.ndarray, way: str) -> Frf:
     quantity = "accelerance" if case.rng.random() < 0.5 else "receptance"
     if quantity == "receptance":
         acceleration = -acceleration / (2 * np.pi * case.lines) ** 2
-    label = (Dof("tip", f"+{way}"),)
+    label = (Dof(1, f"+{way}"),)
     return Frf(case.lines, acceleration[:, None, None], label, label, quantity)
 
 
@@ -196,7 +197,7 @@ def main() -> None:
             files = slip(random_case(seed))
             if files is None:
                 continue
-            suffix = ".uff" if seed % 2 or name == "x and y exchanged" else ".txt"
+            suffix = ".uff" if seed % 2 or name == "x and y exchanged" else ".csv"
             for command in COMMANDS if seed % EVERY == 0 else FAST:
                 if command in ("report", "tap") and name in ("heavy sensor", "x and y exchanged") and not (
                         command == "tap" and name == "x and y exchanged"):

@@ -39,6 +39,7 @@ from toolpoint.studies.machines.tool_point import (
     pose_problem,
     tool_point,
 )
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -81,6 +82,7 @@ def chatter_map(
     function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
     store = None if folder is None else Path(folder)
     result = _assembled(_run_chains(function, places, engine, store, progress), places, angles, n, used)
+    result = replace(result, notes=(*question_tool_seat(machine), *result.notes))
 
     def limits(sample: Machine) -> FloatArray:
         again = replace(function, machine=sample)

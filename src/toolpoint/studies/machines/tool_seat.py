@@ -36,8 +36,8 @@ def question_tool_seat(machine: Machine) -> list[Doubt]:
     if mass <= HEAVIEST_TOOL:
         return []
     return [Doubt("tool", f"its point is fixed to body {body} of {mass:.3g} kg: no spindle, holder or tool vibrates between "
-                  "head and tip, and their modes limit most cuts", "describe spindle and tool as bodies with a bearing and a holder "
-                  "joint, or cut on the measured response of the tip", figure=mass)]
+                  "head and tip, and their modes limit most cuts", "describe spindle and tool as bodies with a bearing and a "
+                  "holder joint, or cut on the measured response of the tip", figure=mass)]
 
 
 def _tree(machine: Machine) -> set[str]:
