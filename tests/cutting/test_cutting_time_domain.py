@@ -18,7 +18,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation, simulate
 from toolpoint.cutting.surface.location import location_error
 
 
@@ -257,3 +257,22 @@ def test_growth_of_any_pitch_is_the_multiplier_of_the_collocation(tool: Tool) ->
         run = simulate(problem, speed, depth, revolutions=30, method=ExactSteps(400, slices=24, keeps_contact=True))
         growth = run.growth(40 // period) ** (1 / period)
         assert growth == pytest.approx(largest, abs=4e-3)
+
+
+@pytest.mark.parametrize("variation", [None, SpeedVariation(0.1, 3)])
+def test_a_cut_that_marches_on_is_the_cut_at_once(variation):
+    """In blocks, with only the last revolutions kept: the same samples and the same changes between periods."""
+    problem = benchmark(Engagement.down(0.3), 2, feed_per_tooth=1e-4, speed_variation=variation)
+    whole = simulate(problem, 9000.0, 0.3e-3, revolutions=90)
+    cut = RunningCut(problem, 9000.0, 0.3e-3, kept=20_000)
+    for revolutions in (30, 45, 15):
+        cut.advance(revolutions)
+    tail = cut.result()
+    assert tail.revolutions == whole.revolutions == 90 and tail.dropped > 0
+    kept = tail.time.size
+    np.testing.assert_allclose(tail.displacement, whole.displacement[-kept:], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(tail.time, whole.time[-kept:], rtol=1e-12)
+    np.testing.assert_allclose(tail.changes, whole.changes, rtol=1e-9, atol=1e-20)
+    m = whole.steps_per_repeat
+    direct = np.sqrt(np.mean((whole.displacement[m + 1:2 * m + 1] - whole.displacement[1:m + 1]) ** 2))
+    assert whole.changes[0] == pytest.approx(direct, rel=1e-12)

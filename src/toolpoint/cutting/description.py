@@ -18,6 +18,7 @@ from toolpoint._check import fail, suggestion
 WORDS = {"gt": ("above", gt), "ge": ("at least", ge), "lt": ("below", lt), "le": ("at most", le)}
 LIMITS = tuple(WORDS)
 FASTEST, DEEPEST = 1e6, 1.0  # rev/min, m: no spindle turns faster, no edge is longer
+EDGE_DIAMETERS = 2.0  # length of the edges over the diameter where it is not given
 SI_VALUE = {"": 1.0, "mm": 1e-3, "um": 1e-6, "um/mm": 1e-3, "degrees": math.pi / 180, "N/mm^2": 1e6, "N/mm": 1e3, "N/m": 1.0}
 
 
@@ -98,6 +99,9 @@ class ToolDescription:
         "angle", "Direction of the run-out from tooth 0", "degrees", option="runout-angle"))
     tilt: float = field(default=0.0, metadata=_states(
         "angle", "Run-out added per height", "um/mm", option="tilt", ge=-0.1, le=0.1))
+    flute_length: float = field(default=0.0, metadata=_states(
+        "length", "Length of the cutting edges along the axis", "mm", "; charts end there, at twice the diameter where left "
+        "out", option="flute-length", ge=0))
 
 
 @dataclass(frozen=True)
@@ -173,6 +177,19 @@ class CuttingDescription:
     feed: str = field(default="x", metadata=_states("choice", choices=("x", "y", "-x", "-y")))
     speeds: tuple[float, float] = field(default=(1000.0, 12000.0), metadata=_states("speed", several=2))
     source: str = field(default="", metadata=_states("text"))
+    deepest: float = field(default=0.0, metadata=_states(
+        "length", "Deepest cut of a chart", "mm", "; the length of the edges where left out", option="deepest", ge=0,
+        le=DEEPEST))
+
+    @property
+    def depth_end(self) -> tuple[float, str]:
+        """The depth (m) at which charts end, and why there, in words."""
+        if self.deepest:
+            return self.deepest, "the deepest cut that was asked for"
+        if self.tool.flute_length:
+            return self.tool.flute_length, "the length of the edges"
+        return EDGE_DIAMETERS * self.tool.diameter, (f"{EDGE_DIAMETERS:g} diameters of the tool, as no length of its edges is "
+                                                     "given (`flute_length`)")
 
     @classmethod
     def of(cls, **values: Any) -> CuttingDescription:

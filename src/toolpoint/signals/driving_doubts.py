@@ -13,7 +13,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.signals.passivity import (
     SIGNAL_TO_NOISE,
     BandLines,
-    Peak,
+    ResonancePeak,
     active_share,
     band_lines,
     find_peaks,
@@ -132,7 +132,7 @@ def _shares(lines: BandLines, delays: FloatArray) -> tuple[FloatArray, FloatArra
             np.array([active_share(part.turned(-turn)) for turn in turns]))
 
 
-def _turned_peaks(name: str, peaks: list[Peak]) -> list[Doubt]:
+def _turned_peaks(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
     """Return the doubt that the phases of the peaks give where no line gives off power."""
     if not peaks:
         return []

@@ -53,7 +53,7 @@ class BandLines:
 
 
 @dataclass(frozen=True)
-class Peak:
+class ResonancePeak:
     """A peak of the receptance: frequency (Hz), damping ratio, height (m/N), phase of the residue less that of a mode in phase
     (rad), its standard deviation."""
 
@@ -108,11 +108,11 @@ def active_share(lines: BandLines) -> float:
     return float(np.mean(beyond > ANGLE + STANDARD_DEVIATIONS * noise / size))
 
 
-def find_peaks(lines: BandLines) -> list[Peak]:
+def find_peaks(lines: BandLines) -> list[ResonancePeak]:
     """Return the peaks of the receptance whose phase is clear, largest first."""
     values, omega = lines.receptance, lines.omega
     size = np.abs(values) * omega
-    peaks: list[Peak] = []
+    peaks: list[ResonancePeak] = []
     for k in _maxima(size):
         near, width = _near(size, omega, int(k))
         if near.sum() < 7 or width <= 0:
@@ -153,7 +153,7 @@ def _near(size: FloatArray, omega: FloatArray, k: int) -> tuple[BoolArray, float
     return np.abs(omega - omega[k]) <= WINDOW_WIDTHS * width, width
 
 
-def _fitted(values: ComplexArray, omega: FloatArray, centre: float, width: float) -> Peak | None:
+def _fitted(values: ComplexArray, omega: FloatArray, centre: float, width: float) -> ResonancePeak | None:
     """Return the mode of a peak: :math:`(x - p) H` is a polynomial in x = (omega - centre)/width where others are smooth."""
     x = (omega - centre) / width
     weight = np.ones(x.size)
@@ -172,7 +172,8 @@ def _fitted(values: ComplexArray, omega: FloatArray, centre: float, width: float
     spread = np.linalg.pinv(matrix.conj().T @ matrix) * (np.abs(left) ** 2).sum() / max(x.size - 4, 1)
     deviation = np.sqrt(abs(gradient.conj() @ spread @ gradient)) / max(abs(residue), 1e-300)
     # H = a/(w0^2 - w^2 + 2 i zeta w0 w) has the residue -a/(2 w_d) at its pole in omega: a real negative number.
-    return Peak(abs(s) / (2 * np.pi), s.imag / abs(s), abs(residue) / pole.imag, float(np.angle(-residue)), float(deviation))
+    return ResonancePeak(abs(s) / (2 * np.pi), s.imag / abs(s), abs(residue) / pole.imag, float(np.angle(-residue)),
+                         float(deviation))
 
 
 def look_outside(lines: BandLines) -> Outside:

@@ -43,8 +43,9 @@ def from_chart(chart: StabilityChart, margin: float = 0.1, speed_margin: float =
     safe = np.minimum(np.where(near, limit[:, None], np.inf).min(0), np.minimum(*ends)) * (1 - margin)
     best = int(np.argmax(safe * speeds))
     speed = float(speeds[best])
+    ended = "" if np.isfinite(chart.limit[best]) else "; no limit was found there: this is the end of the searched depths"
     return Advice(speed, float(safe[best]), f"largest removal rate with {100 * margin:g} % of depth and "
-                  f"{100 * speed_margin:g} % of speed in hand" + _unseen(np.sort(speeds), speed, speed_margin))
+                  f"{100 * speed_margin:g} % of speed in hand{ended}{_unseen(np.sort(speeds), speed, speed_margin)}")
 
 
 def _unseen(speeds: FloatArray, speed: float, margin: float) -> str:

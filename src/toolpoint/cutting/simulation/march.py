@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
 
 BLOCK_STEPS = 50_000  # of a block, about
@@ -109,3 +110,12 @@ def _note_changes(march: March, state: MarchState, displacement: FloatArray) -> 
     change = np.sqrt(np.mean(np.diff(moved, axis=0) ** 2, axis=1))
     # The first period of a cut has none before it.
     state.changes += change[1 if state.steps == 0 else 0:].tolist()
+
+
+def steps_of_repeat(problem: MillingProblem, steps_per_period: int) -> int:
+    """Return the steps after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the
+    variation."""
+    per_turn, variation, tool = steps_per_period * problem.tool.teeth, problem.speed_variation, problem.tool
+    if variation is not None:
+        return per_turn * variation.revolutions
+    return steps_per_period if tool.is_regular and tool.runout == 0 and tool.tilt == 0 else per_turn

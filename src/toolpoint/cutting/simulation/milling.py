@@ -12,7 +12,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
-from toolpoint.cutting.simulation.march import BLOCK_STEPS, March, advance, begin, kept_trace
+from toolpoint.cutting.simulation.march import BLOCK_STEPS, March, advance, begin, kept_trace, steps_of_repeat
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation
 from toolpoint.cutting.simulation.verdict import Verdict, judge
 from toolpoint.vibration import Dof, Record
@@ -324,15 +324,6 @@ def _march_of(problem: MillingProblem, system: ModalState, clock: Clock, depth: 
     longest = history + max(BLOCK_STEPS // repeat, 1) * repeat
     return March(_rotation(problem, clock, m, longest, edges), modal_steps(system, clock.steps), edges,
                  _force_law(problem, clock, m, method), repeat, history, period, system.left.shape[0])
-
-
-def steps_of_repeat(problem: MillingProblem, steps_per_period: int) -> int:
-    """Return the steps after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the
-    variation."""
-    per_turn, variation, tool = steps_per_period * problem.tool.teeth, problem.speed_variation, problem.tool
-    if variation is not None:
-        return per_turn * variation.revolutions
-    return steps_per_period if tool.is_regular and tool.runout == 0 and tool.tilt == 0 else per_turn
 
 
 def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: EdgeElements) -> Rotation:

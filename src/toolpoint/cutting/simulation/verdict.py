@@ -18,6 +18,7 @@ START_TIME = 5.0  # time constants of the slowest mode after which the start-up 
 LEVEL_TIME = 10.0  # time constants over which the change must keep its level
 LEVEL_DRIFT = 0.05  # drift of the level over them, log
 DOUBLED = 0.7  # log of the growth that is taken for growth
+IRREGULAR = 1.0  # error of the drift of a level that wanders, over ten times as many time constants, log
 FADED, ROUNDED = 1e-3, 1e-9  # change over the thickest chip: below the smallest chatter; below rounding
 
 
@@ -100,6 +101,8 @@ def _state(drift: float, error: float, relative: float, constants: float) -> tup
         return "chatter", "the change between periods grows"
     if relative > FADED and abs(drift) + error < LEVEL_DRIFT and constants > LEVEL_TIME:
         return "chatter", f"the change between periods stays at {relative:.2g} of the thickest chip"
+    if relative > FADED and abs(drift) < max(LEVEL_DRIFT, error) and error < IRREGULAR and constants > 10 * LEVEL_TIME:
+        return "chatter", f"the change between periods stays, unevenly, at {relative:.2g} of the thickest chip"
     return "undecided", (f"over the last {constants:.2g} time constants of the slowest mode the change between periods went "
                          f"by a factor {np.exp(drift):.3g}, to {relative:.2g} of the thickest chip")
 

@@ -39,6 +39,7 @@ from toolpoint.studies.machines.tool_point import (
     pose_problem,
     tool_point,
 )
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -81,6 +82,7 @@ def chatter_map(
     function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
     store = None if folder is None else Path(folder)
     result = _assembled(_run_chains(function, places, engine, store, progress), places, angles, n, used)
+    result = replace(result, notes=(*question_tool_seat(machine), *result.notes))
 
     def limits(sample: Machine) -> FloatArray:
         again = replace(function, machine=sample)
@@ -154,14 +156,15 @@ class _ChainLimits:
         problems = [pose_problem(study, self.cut, 0) for study in studies]
         method = method_for(studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
-        depth = max((deepest if first_only else depth_limit)(problem) for problem in problems)
+        end = self.cut.depth_end[0]
+        depth = min(max((deepest if first_only else depth_limit)(problem) for problem in problems), end)
         rows: tuple[ChartRow, ...] = ()
         for _ in range(1 if first_only else DEEPER + 1):
             rows = chart_poses(problems[0], [problem.dynamics for problem in problems], np.array(self.speeds),
                                feed_angles=self.feed_angles, method=method, depth_max=depth)
-            if depth >= DEEPEST or not any(_is_unlimited(chart) for row in rows for chart in row):
+            if depth >= min(DEEPEST, end) or not any(_is_unlimited(chart) for row in rows for chart in row):
                 break
-            depth = min(2 * depth, DEEPEST)  # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
+            depth = min(2 * depth, DEEPEST, end)  # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),

@@ -84,6 +84,7 @@ class LobesStudy(NotebookText):
         points = chart.limit_points().tolist()
         return {"speed_rpm": chart.speeds.tolist(),
                 "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
+                "depth_max_m": chart.depth_max, "is_end_of_search": (~np.isfinite(chart.limit)).tolist(),
                 "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
                 "lowest_limit": None if self.withheld else _lowest_numbers(self.lowest),
@@ -120,7 +121,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
         timed = build_problem(dynamics, values or {}, in_time=True)[0]
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     progress(f"stability at {len(n)} speeds", 0, 1)
-    chart = _deep_chart(problem, n, method)
+    end, why = cut.depth_end
+    chart = _deep_chart(problem, n, method, end)
     lowest = None
     if problem.plane.is_modal:
         progress("the lowest limit between these speeds", 0, 1)
@@ -141,7 +143,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     if is_long(problem, best.depth) and not dynamics.withheld:
         notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
                  "tool's diameter: only for edges that are so long", *notes]
-    chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
+    ended = end_words(chart, end, why)
+    chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *ended, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
 
@@ -151,10 +154,21 @@ def is_long(problem: MillingProblem, depth: float) -> bool:
     return depth > LONG * 2 * problem.tool.radius
 
 
-def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:
-    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
+def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, end: float
+                ) -> StabilityChart:
+    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one above `end` (m)."""
     with _for_lines(problem):
-        return deep_chart(problem, speeds, method, share=0.5)
+        return deep_chart(problem, speeds, method, share=0.5, end=end)
+
+
+def end_words(chart: StabilityChart, end: float, why: str) -> list[str]:
+    """Return that at some speeds no limit was found to the end of the searched depths, and why that is there."""
+    unlimited = int((~np.isfinite(chart.limit)).sum())
+    if not unlimited:
+        return []
+    reason = why if chart.depth_max >= end * (1 - 1e-9) else "limits at most other speeds lie above it; `deepest` takes another"
+    return [f"no limit was found at {unlimited} of {chart.speeds.size} speeds down to {1e3 * chart.depth_max:.4g} mm, the end "
+            f"of the searched depths ({reason})"]
 
 
 def doubtful_limits(chart: StabilityChart) -> list[Doubt]:

@@ -46,11 +46,11 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
     for dof in frf.outputs:
         if dof in frf.inputs:
             name = called.get(dof, str(dof))
-            one = frf.selected([dof], [dof])
-            said = question_driving_point(one, name)
-            lines = believed_lines(one)
+            direct = frf.selected([dof], [dof])
+            said = question_driving_point(direct, name)
+            lines = select_lines(direct)
             # What is no driving point has no stiffness and no band to be asked for.
-            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, _first(one))])
+            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, _first(direct))])
             if sensor_mass and lines is not None and not said:
                 doubts += _sensor(name, lines, sensor_mass)
     return doubts or question_mixes(frf)
@@ -79,7 +79,7 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
     return []  # a file without labels counts as measured along x: one label alone tells nothing
 
 
-def believed_lines(frf: Frf) -> BandLines | None:
+def select_lines(frf: Frf) -> BandLines | None:
     """Return the lines of a single response in the band that can be believed, None where they are too few."""
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
     return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))

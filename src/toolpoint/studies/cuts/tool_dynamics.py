@@ -15,6 +15,7 @@ from toolpoint.machine import Machine
 from toolpoint.studies.cuts.tip_doubts import question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
 LOW_PART = 0.02
@@ -53,8 +54,8 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
     at_speeds = speed_dynamics(machine, pose)
     notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)
     modes = condense_unreliable(machine, study.modes.at_pose(0))
-    return ToolDynamics(modes, f"{study.point}:+x", across, machine, (*notes, *study.leaning()), machine.name, at_speeds,
-                        dict(pose or {}))
+    told = (*question_tool_seat(machine), *notes, *study.leaning())
+    return ToolDynamics(modes, f"{study.point}:+x", across, machine, told, machine.name, at_speeds, dict(pose or {}))
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:

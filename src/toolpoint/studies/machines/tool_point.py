@@ -227,7 +227,8 @@ def lobes(
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
-        return tuple(pool.map(lambda problem: deep_chart(problem, n, method_for(study.modes, method)),
+        return tuple(pool.map(lambda problem: deep_chart(problem, n, method_for(study.modes, method),
+                                                             end=cut.depth_end[0]),
                               _problems(study, cut)))
 
 
@@ -279,21 +280,22 @@ def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     return condense_above(modes, REACH * min(bands)) if bands else modes
 
 
-def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0
-               ) -> StabilityChart:
+def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0,
+               end: float = DEEPEST) -> StabilityChart:
     """Return a chart that is deep enough to show a limit at more than a share of the speeds, where there is one.
 
-    The first depth is that of the softest mode; where the teeth pass too fast for it, stiffer modes limit, and deeper.
+    The first depth is that of the softest mode; where the teeth pass too fast for it, stiffer modes limit, and deeper. No chart
+    goes deeper than `end` (m).
     """
     if isinstance(method, PanelArnoldi) and method.first_only:
-        return stability.chart(problem, speeds, method, depth_max=deepest(problem))
-    depth = depth_limit(problem)
+        return stability.chart(problem, speeds, method, depth_max=min(deepest(problem), end))
+    depth = min(depth_limit(problem), end)
     chart = stability.chart(problem, speeds, method, depth_max=depth)
     for _ in range(DEEPER):
         known = float(np.isfinite(chart.limit).mean())
-        if known >= share and known > 0:
+        if (known >= share and known > 0) or depth >= end:
             break
-        depth = min(2 * depth, DEEPEST)
+        depth = min(2 * depth, DEEPEST, end)
         chart = stability.chart(problem, speeds, method, depth_max=depth)
     return chart
 

@@ -114,6 +114,7 @@ class TurningStudy(NotebookText):
         return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least,
                 "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
+                "depth_max_m": self.chart.depth_max, "is_end_of_search": (~np.isfinite(self.chart.limit)).tolist(),
                 "limit_error_m": [None if p < 0 else float(self.chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(self.chart.frequency[p]) for p in points],
                 "best_cut": None if self.withheld else {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},

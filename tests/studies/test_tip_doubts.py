@@ -1,0 +1,90 @@
+"""The door of tip responses: slips are grave and withhold the cut in every command, good responses pass."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tapped_tools import Tip
+from toolpoint import io
+from toolpoint.app.main import main
+from toolpoint.studies import modal_dynamics, response_dynamics, separate_dynamics
+from toolpoint.studies.cuts.tip_doubts import question_tip
+from toolpoint.vibration import Dof, Frf
+
+TIP = Tip(np.array([640.0, 1480.0, 2900.0]), np.array([0.03, 0.02, 0.025]), np.array([1.5e7, 9e6, 3e7]),
+          np.tile([1.0, 0.0], (3, 1)))
+LINES = np.arange(20.0, 4200.0, 2.0)
+
+
+def response(values=None, way="+x", lines=LINES, quantity="receptance"):
+    rng = np.random.default_rng(1)
+    values = TIP.receptance(lines)[:, 0, 0] if values is None else values
+    noisy = values * (1 + 0.003 * (rng.standard_normal(lines.size) + 1j * rng.standard_normal(lines.size)))
+    return Frf(lines, noisy[:, None, None], (Dof(1, way),), (Dof(1, way),), quantity)
+
+
+def turned(delay):
+    return TIP.receptance(LINES)[:, 0, 0] * np.exp(-2j * np.pi * LINES * delay)
+
+
+WHOLE = TIP.receptance(LINES)[:, 0, 0]
+SLIPS = {"delay": (turned(3e-5), "delay of about +0.03"), "advance": (turned(-2e-5), "delay of about -0.02"),
+         "sign": (-WHOLE, "sign of one channel"), "conjugate": (WHOLE.conj(), "other time factor"),
+         "columns": (1j * WHOLE.conj(), "real and imaginary part exchanged"), "millimetres": (1e3 * WHOLE, "static stiffness"),
+         "a mobility": (WHOLE * 2j * np.pi * LINES * 1e-3, "passive as mobility")}
+
+
+@pytest.mark.parametrize("name", list(SLIPS))
+def test_a_slip_is_grave_and_named(name):
+    values, words = SLIPS[name]
+    doubts = question_tip(response(values))
+    assert any(doubt.grave and words in doubt for doubt in doubts), doubts
+
+
+def test_a_good_response_has_no_doubt():
+    assert question_tip(response()) == [] and response_dynamics(response()).withheld == []
+
+
+@pytest.mark.parametrize(("low", "high", "words"), [(20, 1300, "above"), (1700, 4200, "below")])
+def test_a_band_without_the_softest_mode_is_grave(low, high, words):
+    doubts = question_tip(response().between(low, high))
+    assert [doubt.grave for doubt in doubts] == [True] and f"what vibrates {words}" in doubts[0]
+
+
+def test_a_sensor_is_doubted_where_its_mass_tells():
+    loaded = WHOLE / (1 - 0.06 * (2 * np.pi * LINES) ** 2 * WHOLE)
+    assert question_tip(response(loaded)) == []  # any structure may be so heavy
+    assert "60 g" in question_tip(response(loaded), sensor_mass=0.06)[0]
+    assert question_tip(response(), sensor_mass=2e-4) == []
+
+
+def test_exchanged_directions_are_told_by_their_labels():
+    x, y = response(way="+x"), response(way="+y")
+    assert separate_dynamics(x, y).withheld == []
+    assert "exchanged" in separate_dynamics(y, x).withheld[0]
+
+
+def test_modes_of_a_turned_response_are_grave():
+    modes = TIP.modes
+    assert modal_dynamics(modes, "tip:+x", "same").withheld == []
+    scaled = replace(modes, shape=modes.shape * 1j)
+    assert modal_dynamics(scaled, "tip:+x", "same").withheld
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [["lobes", "--speeds", "6000:9000:3"], ["turn", "--kf", "1000", "--speeds", "1000:2000:3"],
+                                     ["mill", "--speed", "9000", "--depth", "0.2", "--revolutions", "20"], ["report"], ["tap"]])
+def test_every_command_withholds_the_cut_of_a_late_response(command, tmp_path, capsys):
+    for name, values in (("good", None), ("late", turned(5e-5))):
+        io.write_frf(response(values), tmp_path / f"{name}.csv")
+        source = [str(tmp_path / f"{name}.csv")] if command == ["tap"] else ["--frf", str(tmp_path / f"{name}.csv")]
+        main([*command, *source, "-o", str(tmp_path / name), "--json"])
+        said = json.loads(capsys.readouterr().out)
+        said = said.get("measured") or said
+        withheld = bool(said.get("withheld")) or said.get("colour") == "red"
+        assert withheld == (name == "late")
+        if command[0] != "tap":
+            page = (tmp_path / name / "index.html").read_text()
+            assert ("a delay of about" in page) == (name == "late")
