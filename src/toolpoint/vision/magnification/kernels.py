@@ -106,9 +106,12 @@ def draw_field(frame, rest, shift, shift_rest, share, out):
     rows, columns = frame.shape
     for y in range(rows):
         for x in range(columns):
+            # The displacement is written over places at rest: once more with the first try.
+            iy = min(max(int(y - shift_rest[y, x, 1] + np.float32(0.5)), 0), rows - 1)
+            ix = min(max(int(x - shift_rest[y, x, 0] + np.float32(0.5)), 0), columns - 1)
             value = np.float32(0)
             if share < 1.0:
-                value += (np.float32(1) - share) * _sample(frame, x - shift[y, x, 0], y - shift[y, x, 1])
+                value += (np.float32(1) - share) * _sample(frame, x - shift[iy, ix, 0], y - shift[iy, ix, 1])
             if share > 0.0:
-                value += share * _sample(rest, x - shift_rest[y, x, 0], y - shift_rest[y, x, 1])
+                value += share * _sample(rest, x - shift_rest[iy, ix, 0], y - shift_rest[iy, ix, 1])
             out[y, x] = value

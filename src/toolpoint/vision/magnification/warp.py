@@ -16,7 +16,7 @@ from toolpoint._check import ComplexArray, FloatArray, fail, scalar
 from toolpoint.vision.clip import Frames
 from toolpoint.vision.displacement.measure import Scan
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE
-from toolpoint.vision.modes.bodies import BodyMotion
+from toolpoint.vision.modes.bodies import EDGE_MARGIN, BodyMotion
 from toolpoint.vision.modes.full_field import FullField
 
 SMOOTH = 0.7  # windows
@@ -24,6 +24,8 @@ RIM = 2
 # Owners of pixels that no body covers: the wall, and its part close to a body, where the body's edge may show.
 NOWHERE, BESIDE = -1, -2
 LARGEST_FACTOR = 1e4
+# Windows outside all bodies that must move, by how many deviations, and by what share of the largest motion.
+FEWEST_MOVING, CLEAR, ELSEWHERE = 3, 5.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,24 @@ class ShapeWarp:
 
     def _drawing(self) -> _Layers | _Field:
         known = [body for body in self.bodies if "unknown" not in body.orders]
-        return _Layers(self.scan, known) if known else _Field(self.scan, self.field)
+        if not known:
+            return _Field(self.scan, self.field)
+        return _Layers(self.scan, known, _Field(self.scan, self.field) if self._moves_elsewhere(known) else None)
+
+    def _moves_elsewhere(self, bodies: Sequence[BodyMotion]) -> bool:
+        """Return whether windows outside all bodies move, beyond doubt and by a share of the largest motion."""
+        windows, shapes = self.field.windows, self.field.shapes
+        free = windows.sight > BLIND
+        half = windows.side / 2 + EDGE_MARGIN
+        for body in bodies:
+            x, y = windows.centres[:, 0] - body.region.left, windows.centres[:, 1] - body.region.top
+            free &= (x < -half) | (y < -half) | (x > body.region.width + half) | (y > body.region.height + half)
+        if not free.any():
+            return False
+        size, sure = np.abs(shapes.shape[free]), shapes.deviation()[free]
+        largest = np.abs(shapes.shape[windows.sight > BLIND]).max(axis=(0, 1))
+        moving = ((size > CLEAR * sure) & (size > ELSEWHERE * largest)).any(axis=(1, 2))
+        return int(moving.sum()) >= FEWEST_MOVING
 
 
 def _check(mode: int, count: int, factor: float, attenuation: float) -> None:
@@ -99,7 +118,8 @@ def _check(mode: int, count: int, factor: float, attenuation: float) -> None:
 class _Layers:
     """Draws frames of which each body is a layer."""
 
-    def __init__(self, scanned: Scan, bodies: Sequence[BodyMotion]) -> None:
+    def __init__(self, scanned: Scan, bodies: Sequence[BodyMotion], elsewhere: _Field | None = None) -> None:
+        self.elsewhere = elsewhere
         rest = np.ascontiguousarray(scanned.reference.picture, np.float32)
         self.rest = rest
         # Edges are blurred over a pixel or two outside: they move with the body.
@@ -120,7 +140,11 @@ class _Layers:
         further = (factor - 1) * parts[:, mode]
         grey, share = frame.astype(np.float32), np.float32(attenuation)
         out = np.empty_like(grey)
-        draw_wall(grey, self.rest, self.wall, self.owner, share, out)
+        if self.elsewhere is None:
+            draw_wall(grey, self.rest, self.wall, self.owner, share, out)
+        else:
+            drawn = self.elsewhere(frame, gains, mode, factor, attenuation).astype(np.float32)
+            draw_wall(drawn, drawn, self.wall, self.owner, np.float32(0), out)
         draw_layers(grey, self.rest, self.fills, self.owner, self.boxes, further, parts.sum(axis=1) + further, share, out)
         return _rounded(out, frame)
 
@@ -167,9 +191,11 @@ def smooth_shapes(field: FullField, shape: tuple[int, ...]) -> ComplexArray:
     np.add.at(gram, (place[:, 1], place[:, 0]), inverse)
     np.add.at(moment, (place[:, 1], place[:, 0]), inverse @ shapes.shape[used])
     blurred = gaussian_filter(gram, (SMOOTH, SMOOTH, 0, 0), mode="constant")
-    level = np.trace(blurred, axis1=2, axis2=3).max()
     seen = np.trace(gram, axis1=2, axis2=3) > 0
-    blurred = blurred + 1e-3 * level * np.eye(2)
+    # A window that knows its shape worse than the largest motion tells nothing; no other one may lose of its motion.
+    spread = float(np.trace(shapes.basis.covariance, axis1=1, axis2=2).min())
+    largest = float((np.abs(shapes.shape[used]) ** 2).sum(axis=1).max(initial=0.0))
+    blurred = blurred + spread / max(largest, 1e-12) * np.eye(2)
     mixed = gaussian_filter(moment.real, (SMOOTH, SMOOTH, 0, 0), mode="constant") + 1j * gaussian_filter(
         moment.imag, (SMOOTH, SMOOTH, 0, 0), mode="constant")
     coarse = np.where(seen[:, :, None, None], np.linalg.solve(blurred.astype(complex), mixed), 0.0)
