@@ -7,6 +7,7 @@ import pytest
 
 from conftest import MACHINES
 from toolpoint import ToolpointError
+from toolpoint._check import FileDoubt
 from toolpoint.app.main import main
 from toolpoint.io import uff
 from toolpoint.io.binary import hdf5
@@ -145,7 +146,8 @@ def test_a_mode_that_the_machine_does_not_have_has_no_partner_and_stops_nothing(
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in capsys.readouterr().out.splitlines() if "│" in line]
     assert [row[0] for row in rows] == ["1", "2", "3", "4", "5", "6", "no partner"]
     assert rows[-1][2] == "44.700" and max(abs(float(row[3])) for row in rows[:6]) < 0.5
-    written = machine_file.read(tmp_path / "found.yaml").description
+    with pytest.warns(FileDoubt, match="44.7 Hz"):
+        written = machine_file.read(tmp_path / "found.yaml").description
     assert written.reference[0].frequencies == pytest.approx(truth.frequency, rel=1e-6)
     assert any("without a partner" in text and "left out: 44.7 Hz" in text for text in written.assumptions)
     main(["update", found, "--modes", str(tmp_path / "modes.h5"), *page])

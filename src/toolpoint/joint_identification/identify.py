@@ -68,10 +68,10 @@ class JointIdentification(NotebookText):
             return ()
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
         scale, law = self.machine.fit.mass_scale, self.machine.law
-        said: tuple[str, ...] = () if scale is None or scale.doubt else (scale.note,)
-        said += (_REAL_SHAPES if law is None else law.note,)
+        said = [] if scale is None or scale.doubt else [scale.note]
+        said.append(_REAL_SHAPES if law is None else law.note)
         if law is not None and law.law != COUPLED:
-            return said
+            return tuple(said)
         return (*said, f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
                 f"{50 * loss**2:.2g} % higher at the same natural frequencies, not in their intervals",)
 
@@ -188,7 +188,8 @@ def identify_joints(
             fitted = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
                                    scale=scale_deviations(modes), calibration=calibration_deviation,
                                    mixing=_turned_mixing(modes))
-            whole = widen_softness(fitted, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
+            bent = {name: _softness(motions[name], fitted.modes, modes.count, criterion) for name in flexible}
+            whole = widen_softness(fitted, bent)
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
                                 "doubts"))
@@ -363,10 +364,11 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
     return result
 
 
-def _softness(motion: RigidMotion, count: int, criterion: Criterion) -> float:
-    """Return the largest share of its motion that a component bends, beyond chance; 0 where it only cannot be told."""
+def _softness(motion: RigidMotion, kept: Sequence[int], count: int, criterion: Criterion) -> FloatArray:
+    """Return the share of its motion that a component bends in the kept modes, beyond chance; 0 where it cannot be told."""
     bends = motion.bends(criterion.significance / max(count, 1), max(criterion.floor, 1e-3))
-    return float(motion.bending[bends].max(initial=0.0))
+    share = np.where(bends, motion.bending, 0.0).reshape(-1, count).max(axis=0)
+    return np.asarray(share[list(kept)])
 
 
 def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:
@@ -395,6 +397,3 @@ def _best_tree(tree: Mapping[str, str], parts: Mapping[str, Component], motions:
     order = ", ".join(f"{parent} - {child}" for child, parent in links)
     return dict(links), [Doubt("chain", f"as told it needs {given} freedoms, {order} only {fewest}: the joints are those of "
                                "the latter", "check the order of the chain")]
-
-
-__all__ = ["JointIdentification", "MotionMethod", "identify_joints"]

@@ -36,7 +36,7 @@ from toolpoint.joint_identification.machine.rigid_machine import (
     pole_slopes,
     solve_undamped,
 )
-from toolpoint.joint_identification.modes.modal_data import ModalData
+from toolpoint.joint_identification.modes.modal_data import ModalData, mac_noise
 from toolpoint.joint_identification.modes.modal_scale import MassScale, mean_scale, scale_root
 
 STEP = 1e-6
@@ -96,7 +96,8 @@ class MachineNumbers:
 class MachineFit(NotebookText):
     """The fit: `model` centred on its result, `x` (zero but for masses), `covariance` of the numbers, misfit, `partner` (k,) of
     every measured mode among those of the machine, `mac` (k,), and what the machine says of the poles of the partners;
-    `ratio_deviation` (k,): standard deviations of the measured damping ratios."""
+    `ratio_deviation` (k,): standard deviations of the measured damping ratios; `pole_gain` (n, k): change of the numbers per
+    change of the logarithm of a measured frequency; `mac_noise` (k,): what noise alone takes from a MAC (`modal_data`)."""
 
     model: MachineNumbers
     x: FloatArray
@@ -111,6 +112,8 @@ class MachineFit(NotebookText):
     converged: bool
     damping_excess: float
     ratio_deviation: FloatArray
+    pole_gain: FloatArray
+    mac_noise: FloatArray
     mass_scale: MassScale | None = None
 
     @property
@@ -204,10 +207,20 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     centred = replace(model, forms=tuple(form.centred(x[part]) for form, part in zip(model.forms, slices, strict=False)))
     rest = x.copy()
     rest[:slices[len(model.forms) - 1].stop] = 0.0
+    gain = covariance @ _frequency_rows(jacobian, data, count).T
     return MachineFit(centred, rest, covariance * widened, chi2, freedom, partner, alike[np.arange(len(partner)), partner],
                       np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), widened,
                       bool(solution.status > 0) and bool((matched == partner).all()),
-                      _damping_excess(inside, model, data), np.sqrt(known[:, 1, 1]), mass_scale(machine, data, partner))
+                      _damping_excess(inside, model, data), np.sqrt(known[:, 1, 1]), gain, mac_noise(data),
+                      mass_scale(machine, data, partner))
+
+
+def _frequency_rows(jacobian: FloatArray, data: ModalData, count: int) -> FloatArray:
+    """Return (k, n): the slopes of the misfit's poles, weighed by what a change of a logarithm of a frequency does to them."""
+    k = len(data.frequency)
+    end = len(jacobian) - count - (k if data.tells_masses else 0)
+    rows = jacobian[end - 2 * k:end].reshape(k, 2, -1)
+    return np.asarray(np.einsum("ki,kin->kn", data.spread[:, :, 0], rows))
 
 
 def mass_scale(machine: RigidMachine, data: ModalData, partner: IndexArray) -> MassScale | None:

@@ -16,6 +16,7 @@ from toolpoint.joint_identification.machine.rigid_machine import MEASURED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
 _WIDE = 0.2
+_MOVED = 0.01  # share of a stiffness that bending components leave open, from which it is doubted
 
 
 def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
@@ -32,6 +33,11 @@ def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
         result = replace(result, loss_factor=0.0)
     if form.viscous:
         result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(spread[-1, -1])))
+    moved = whole.moved.get(joint.child, 0.0)
+    if moved > _MOVED:
+        result = replace(result, doubts=(*result.doubts, Doubt(
+            "stiffness", f"what components bend by may move it by {100 * moved:.2g} % (one standard deviation), which its "
+            "interval covers", "describe them as elastic in the machine file", figure=moved)))
     return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
 
 
@@ -92,7 +98,8 @@ def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> l
                             figure=float(np.sqrt(fit.damping_excess))))
     if fit.mass_scale is not None and fit.mass_scale.doubt:
         result.append(fit.mass_scale.doubt)
-    low = list(np.flatnonzero(fit.mac < 0.95))
+    # What noise takes from a MAC is no sign of another shape.
+    low = list(np.flatnonzero(fit.mac + fit.mac_noise < 0.95))
     if low:
         where = ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)
         result.append(Doubt("shapes of the machine", f"those at {where} differ from the measured ones",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,13 +34,15 @@ _RESTARTS, _FAR_OFF = 3, 30.0
 @dataclass(frozen=True, eq=False)
 class WholeMachine:
     """The fit, the names of its components in the order of the tree, the measured modes (indices) that it explains, and the law
-    of damping that they obey (None for real shapes, which tell none)."""
+    of damping that they obey (None for real shapes, which tell none); `moved`: by what share bending components leave the
+    stiffness of every joint open."""
 
     fit: MachineFit
     names: tuple[str, ...]
     modes: tuple[int, ...]
     lonely: tuple[int, ...]
     law: LawChoice | None = None
+    moved: Mapping[str, float] = field(default_factory=dict)
 
 
 def whole_machine(
@@ -223,18 +225,31 @@ def _with_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
     return replace(model, forms=tuple(forms))
 
 
-def widen_softness(whole: WholeMachine, softness: Mapping[str, float]) -> WholeMachine:
-    """Return the machine with the stiffness of joints on bending components known no better than these bend.
+def widen_softness(whole: WholeMachine, softness: Mapping[str, FloatArray]) -> WholeMachine:
+    """Return the machine with the numbers of its joints known no better than bending components leave them.
 
     A component that bends by a share b of its motion is a spring in line with its joints: it takes about that share of the
-    deflection that is counted as theirs.
+    deflection that is counted as theirs. It also lowers the frequency of the mode by about b/2, and the fit of the frequencies
+    passes that on to every joint that takes part in the mode.
+
+    Parameters
+    ----------
+    whole : WholeMachine
+    softness : (k,) of every component that bends, the share in every mode of the fit
     """
-    covariance = whole.fit.covariance.copy()
-    slices = whole.fit.model.slices
-    for i, (form, name) in enumerate(zip(whole.fit.model.forms, whole.names, strict=True)):
-        parent = whole.fit.model.parents[i]
-        share = max(softness.get(name, 0.0), softness.get(whole.names[parent], 0.0) if parent >= 0 else 0.0)
+    if not softness:
+        return whole
+    fit = whole.fit
+    covariance, slices = fit.covariance.copy(), fit.model.slices
+    lowered = fit.pole_gain * (np.max(list(softness.values()), axis=0) / 2)
+    covariance += lowered @ lowered.T
+    largest = {name: float(share.max(initial=0.0)) for name, share in softness.items()}
+    moved = {}
+    for i, (form, name) in enumerate(zip(fit.model.forms, whole.names, strict=True)):
+        parent = fit.model.parents[i]
+        share = max(largest.get(name, 0.0), largest.get(whole.names[parent], 0.0) if parent >= 0 else 0.0)
         place, stiff, _ = form.sizes
         at = np.arange(slices[i].start + place, slices[i].start + place + stiff)
         covariance[at, at] += share**2
-    return replace(whole, fit=replace(whole.fit, covariance=covariance))
+        moved[name] = float(np.sqrt((covariance[at, at] - fit.covariance[at, at]).max(initial=0.0)))
+    return replace(whole, fit=replace(fit, covariance=covariance), moved=moved)

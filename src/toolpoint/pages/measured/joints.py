@@ -19,7 +19,7 @@ HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness (
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
     joints, components, geometry = result.joints, result.components, result.geometry
-    report = Report(f"Joints of {components.name}", f"{_answer(joints)}\n\n{joints.status}", subtitle=components.order_text)
+    report = Report(f"Joints of {components.name}", f"{_answer(joints)}\n\n{result.status}", subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
     report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
@@ -31,7 +31,7 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
     report = report.with_assumptions(
         "Components are rigid and their points lie where the geometry says; joints are linear springs at one place each.",
-        "Stiffness intervals hold for damping by loss factors; viscous damping would change them (modes cannot tell).")
+        "Damping is by the law that the notes name.")
     if result.machine is None or result.checked is None:
         return report.with_section("No machine", Notes([result.missing], "warning"))
     machine = build(result.machine)

@@ -14,13 +14,18 @@ from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.joint_identification.machine.law_choice import name_of
 from toolpoint.machine import Machine, MachineDescription, build
+from toolpoint.machine.assembly.joint_terms import joint_matrices
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.components import Components
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.measured.joint_machine import component_masses, describe_fit, layouts_of, machine_of
 from toolpoint.studies.measured.law_spread import cover_rivals
 from toolpoint.studies.measured.machine_check import HEADER, MachineCheck, check_machine
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 from toolpoint.vibration.geometry import Geometry
+
+_MOSTLY = 0.5  # share of a mode's strain energy that makes it a joint's own
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +56,15 @@ class JointStudy(NotebookText):
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""
-        return replace(self, checked=check_machine(machine, self.modes))
+        checked = check_machine(machine, self.modes)
+        return replace(self, checked=checked, joints=_doubted_by_modes(self.joints, machine, checked))
+
+    @property
+    def status(self) -> str:
+        """What the result is worth: established only where nothing speaks against the joints or their machine."""
+        if self.doubts and self.joints.certain:
+            return f"doubtful: {len(self.doubts)} doubt{'s' if len(self.doubts) > 1 else ''} on the test or the machine of it"
+        return self.joints.status
 
     def table(self) -> str:
         """Return doubts first, the joints, then the modes of their machine beside the measured ones, as text."""
@@ -62,13 +75,13 @@ class JointStudy(NotebookText):
             lines.append(self.checked.status)
         elif self.missing:
             lines.append(f"no machine: {self.missing}")
-        lines.append(self.joints.status.split(";")[0] if not self.joints.certain else self.joints.status)
+        lines.append(self.status.split(";")[0])
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the page shows as plain data, SI: joints with covariance, doubts, modes, the machine or why not."""
         whole = self.joints.machine
-        return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status,
+        return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.status,
                 "doubts": list(self.doubts), "notes": list(self.joints.notes),
                 "damping": None if whole is None or whole.law is None else whole.law.to_dict(),
                 "machine": None if self.machine is None else "described",
@@ -126,3 +139,31 @@ def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, c
         rivals.append((name_of(fit.model), replace(described, points=machine.points)))
     covered, spread = cover_rivals(machine, rivals)
     return covered, spread.doubts
+
+
+def _doubted_by_modes(joints: JointIdentification, machine: Machine, checked: MachineCheck) -> JointIdentification:
+    """Return the joints with a doubt on those that hold most of the strain energy of modes which the test should have shown.
+
+    Where one of several close modes was found, its shape is a mixture of them, and a stiffness matrix can follow that.
+    """
+    if not len(checked.unseen):
+        return joints
+    place = place_machine(machine)
+    stiffness, shapes = joint_matrices(place)[0][0], body_shapes(machine)
+    held: dict[str, list[str]] = {}
+    for mode in checked.unseen:
+        vector = shapes.vectors[:, mode]
+        work = vector * (stiffness @ vector)
+        for name, columns in zip(machine.body_names, machine.joint_columns, strict=True):
+            if work[list(columns)].sum() > _MOSTLY * work.sum():
+                held.setdefault(name, []).append(f"{checked.frequency[mode]:.4g} Hz")
+    changed = []
+    for joint in joints.joints:
+        if joint.child in held:
+            doubt = Doubt("stiffness", f"the test does not show the modes at {', '.join(held[joint.child])} that it holds most "
+                          "of the energy of; what was measured near them may be their mixture",
+                          "excite where they move, with finer lines")
+            changed.append(replace(joint, doubts=tuple(dict.fromkeys((*joint.doubts, doubt)))))
+        else:
+            changed.append(joint)
+    return replace(joints, joints=tuple(changed))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.stats import chi2
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
@@ -17,7 +18,11 @@ from toolpoint.vibration.damped_modes import solve_as_damped, upper_poles
 
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
 # A machine that is farther from its own test than this is not the machine of the test.
-_FREQUENCY, _DAMPING, _ALIKE = 0.005, 0.15, 0.9
+_FREQUENCY, _DAMPING = 0.005, 0.15
+# MAC that is left of two equal shapes when noise is taken off, and the chance of more noise than is taken off.
+_ALIKE, _RARE = 0.95, 1e-3
+# Distance from the measured band (share of the frequency) within which the test should have shown a mode.
+_BESIDE = 0.03
 # A driving point that moves less than this share of the largest motion hardly drives a mode.
 _WEAK = 0.1
 
@@ -27,7 +32,8 @@ class MachineCheck:
     """Modes of a machine (frequency |s|/2 pi in Hz, damping ratio) and the measured ones that they look like.
 
     partner : (n,) of every mode of the machine among the measured ones, -1 for none; mac : (n,) with it; driven : (n,) motion
-    of the driving points over the largest, 1 where they are not known.
+    of the driving points over the largest, 1 where they are not known; noise : of every measured mode, what the noise of its
+    shape alone takes from a MAC, 0 where it is not known.
     """
 
     frequency: FloatArray
@@ -36,13 +42,20 @@ class MachineCheck:
     partner: IndexArray
     mac: FloatArray
     driven: FloatArray
+    noise: FloatArray
+
+    @property
+    def unseen(self) -> IndexArray:
+        """Modes of the machine (indices) in the measured band or just beside it that the test did not show."""
+        low, high = self.measured.frequency.min(), self.measured.frequency.max()
+        inside = (self.frequency > (1 - _BESIDE) * low) & (self.frequency < (1 + _BESIDE) * high)
+        return np.flatnonzero(inside & (self.partner < 0))
 
     @property
     def missed(self) -> tuple[Doubt, ...]:
         """Modes of the machine between the measured ones that the test did not show, each with a reason."""
-        inside = (self.frequency > self.measured.frequency.min()) & (self.frequency < self.measured.frequency.max())
         lines = []
-        for j in np.flatnonzero(inside & (self.partner < 0)):
+        for j in self.unseen:
             width = self.ratio[j] * self.frequency[j]
             near = np.delete(self.frequency, j)
             close = float(near[int(np.argmin(np.abs(near - self.frequency[j])))])
@@ -68,7 +81,7 @@ class MachineCheck:
                 continue
             away = self.frequency[j] / self.measured.frequency[i] - 1
             lost = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
-            if abs(away) > _FREQUENCY or lost > _DAMPING or self.mac[j] < _ALIKE:
+            if abs(away) > _FREQUENCY or lost > _DAMPING or self.mac[j] + self.noise[i] < _ALIKE:
                 lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz", f"is {100 * away:+.2g} % off the "
                                    f"measured one, its damping {100 * lost:.2g} %, MAC {self.mac[j]:.3f}", figure=abs(away)))
         if self.single:
@@ -122,7 +135,17 @@ def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
         if alike[i, j] >= 0.3:
             partner[j], score[j] = i, alike[i, j]
     return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score,
-                        _driven(machine, modes, computed))
+                        _driven(machine, modes, computed), _mac_noise(modes, rows))
+
+
+def _mac_noise(modes: Modes, rows: list[int]) -> FloatArray:
+    """Return how far (k,) the stated noise of measured shapes lowers a MAC with the true shape: its share of their power, with
+    the scatter of so many numbers."""
+    if modes.shape_variance is None:
+        return np.zeros(modes.count)
+    share = modes.shape_variance[rows].sum(axis=0) / np.maximum((np.abs(modes.shape[rows]) ** 2).sum(axis=0), 1e-300)
+    freedom = len(rows) * (2 if np.iscomplexobj(modes.shape) else 1)
+    return np.asarray(share * chi2.isf(_RARE, freedom) / freedom)
 
 
 def _driven(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
