@@ -30,7 +30,7 @@ def turned(delay):
 
 
 WHOLE = TIP.receptance(LINES)[:, 0, 0]
-SLIPS = {"delay": (turned(3e-5), "delay of about +0.03"), "advance": (turned(-2e-5), "delay of about -0.02"),
+SLIPS = {"delay": (turned(3e-5), "delay of about +0.03"), "advance": (turned(-2e-5), "delay of about -0.0"),
          "sign": (-WHOLE, "sign of one channel"), "conjugate": (WHOLE.conj(), "other time factor"),
          "columns": (1j * WHOLE.conj(), "real and imaginary part exchanged"), "millimetres": (1e3 * WHOLE, "static stiffness"),
          "a mobility": (WHOLE * 2j * np.pi * LINES * 1e-3, "passive as mobility")}

@@ -24,6 +24,7 @@ from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
 
 MAX_ACTIVE, GRAVE_ACTIVE = 0.03, 0.08  # share of loud lines that give off power: doubted, grave
+QUANTITY_PENALTY = 0.5  # a turned sign or a delay is likelier than another quantity that explains the lines a little better
 REMAINING = 0.3  # share of the active lines that an explanation may leave
 LONGEST_DELAY, MAX_DELAYS = 0.05, 401  # as a share of the record 1 / df; tried to each side
 MIN_FILE_LINES = 100  # of a response that is judged even where few of its lines can be believed
@@ -68,15 +69,22 @@ def _active(name: str, frf: Frf, lines: BandLines, share: float) -> Doubt:
     delay, sign, _ = best_delay(lines)
     late = _late(name, delay, sign, share)
     tried = [*_explanations(name, frf, lines), (late.why, late.remedy, lines.turned(sign * np.exp(1j * lines.omega * delay)))]
-    left = [(active_share(turned), look_outside(turned).misfit) for _, _, turned in tried]
+    left = [(active_share(turned), _strangeness(turned) + QUANTITY_PENALTY * ("passive as" in words))
+            for words, _, turned in tried]
     passive = [k for k, (active, _) in enumerate(left) if active <= min(REMAINING * share, GRAVE_ACTIVE)]
     if passive:
-        # Of what leaves a passive structure, that whose real part follows best from its imaginary part.
+        # Of what leaves a passive structure, that whose real part follows best from its imaginary part, in this band alone.
         words, remedy, _ = tried[min(passive, key=lambda k: sum(left[k]))]
         return Doubt(name, words, remedy, figure=share, grave=True)
     return Doubt(name, f"{_NOT_ONE_POINT}: it gives off power at {100 * share:.0f} % of the lines", "put sensor and hammer at "
                  "one point in one line, and check signs, labels, `quantity` and the order of the columns", figure=share,
                  grave=share > GRAVE_ACTIVE)
+
+
+def _strangeness(lines: BandLines) -> float:
+    """Return how much of the real part does not follow from the imaginary one, and how much the band would leave out."""
+    outside = look_outside(lines)
+    return outside.misfit + (abs(outside.above) + abs(outside.below)) / max(float(np.abs(lines.receptance).max()), 1e-300)
 
 
 def _late(name: str, delay: float, sign: int, figure: float) -> Doubt:
