@@ -33,7 +33,7 @@ from toolpoint.vision.modes.body_orders import ORDERS
 from toolpoint.vision.modes.decay import FreeDecay, decay_of, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.jumps import Jump, find_unbroken
-from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, name_line, name_modes
+from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, lamps_everywhere, name_line, name_modes
 from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
 from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
@@ -47,6 +47,8 @@ LARGE = 0.5
 FEWEST_WINDOWS = 12
 # Share of the strongest mode below which compression makes lines, at most.
 MAX_LOSS = 0.15
+# Share of every body's motion that its windows do not share, from which a pole is no mode.
+INCOHERENT = 0.5
 FAINT = "doubtful: faint, it may be noise"
 OF_COMPRESSION = "doubtful: faint beside the strongest, compression makes such lines"
 
@@ -213,7 +215,7 @@ def study_video(
     field = _steady(shaken, camera)
     whole = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
     decay, jumps = _decay(whole, regions, start, stop, is_smoothed=smoothed(scanned, quality))
-    lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
+    lamps = lamps_everywhere(lamp_lines(scanned.survey.brightness, clip.frame_rate), scanned.survey.means, clip.frame_rate)
     known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
     shapes, line = point_shapes(field, known.poles, decay.first, stop=decay.stop), clip.frame_rate / len(decay.components)
     lamps = lamps_alone(lamps, known, clip.frame_rate, resolution=line)
@@ -229,6 +231,8 @@ def study_video(
     names = _with_doubtful(names, identification, seen, loss=quality.loss)
     moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)),
                        counted=np.array([not name for name in names]), loss=quality.loss)
+    if poles is None:
+        names = _with_incoherent(names, moved)
     doubts = video_doubts(scanned, quality, field, decay, known=known, shapes=shapes, bodies=moved,
                           unseen=[i for i, name in enumerate(names) if seen[i] < SEEN and name in ("", FAINT)],
                           of_record=poles is not None, jumps=jumps)
@@ -290,6 +294,15 @@ def _with_doubtful(names: tuple[str, ...], identification: Identification | None
     unsure, least = identification.doubtful, min(loss, MAX_LOSS) * float(seen.max())
     return tuple(name or (FAINT if unsure[i] or seen[i] < SEEN else OF_COMPRESSION if seen[i] < least else "")
                  for i, name in enumerate(names))
+
+
+def _with_incoherent(names: tuple[str, ...], bodies: Sequence[BodyMotion]) -> tuple[str, ...]:
+    """Return the names with those poles marked in which no body moves as one."""
+    left = [body.left for body in bodies if body.left.size]
+    if not left:
+        return names
+    return tuple(name or ("doubtful: no body moves as one in it" if worst > INCOHERENT else "")
+                 for name, worst in zip(names, np.min(left, axis=0), strict=True))
 
 
 def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:

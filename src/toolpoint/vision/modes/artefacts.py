@@ -13,9 +13,8 @@ from toolpoint.vision.displacement.background import CameraMotion
 
 # Compressed frames alternate in kind, mostly every second and fourth: images at these shares of the frame rate, less or plus f.
 ALTERNATIONS = (0.5, 0.25)
-# How much weaker than its mode: an image, a mode seen twice, a sideband of shake, a line by errors of following, and how near
-# in frequency such a line is.
-IMAGE, TWICE, SIDEBAND, FOLLOWING, NEAR = 1.0, 0.2, 0.15, 0.02, 0.15
+# How much weaker than its mode: an image, a mode seen twice, a sideband of shake, a line by errors of following.
+IMAGE, TWICE, SIDEBAND, FOLLOWING = 1.0, 0.2, 0.15, 0.015
 # Lines of the camera's motion that count: share of the largest, how many, highest multiple of one in a sideband.
 SHAKE_SHARE, SHAKE_LINES, SHAKE_TIMES = 0.2, 4, 2
 
@@ -70,6 +69,8 @@ def _artefact(modes: Modes, i: int, j: int, share: float, *, half: FloatArray, f
         return f"sideband of {text} by the camera's shake"
     if share < TWICE and abs(f - g) < float(half[i] + half[j]):
         return f"doubtful: {text} seen twice, its interval holds that frequency"
-    if share < FOLLOWING and abs(f / g - 1) < NEAR:
+    if share < SIDEBAND and any(abs(f - times * line) < near for line in shake for times in range(1, SHAKE_TIMES + 1)):
+        return "the camera's shake"
+    if share < FOLLOWING:
         return f"doubtful: faint beside {text}, errors of following make such lines"
     return ""

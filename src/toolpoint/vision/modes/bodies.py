@@ -54,6 +54,8 @@ class BodyMotion(NotebookText):
     windows : int
         Windows that see the body's motion.
     doubts : tuple of str
+    left : (r,) floats
+        Share of the windows' motion, noise apart, that the body's does not explain; empty where it is not known.
     """
 
     name: str
@@ -65,6 +67,7 @@ class BodyMotion(NotebookText):
     fit: FloatArray
     windows: int
     doubts: tuple[Doubt, ...] = field(default=())
+    left: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def shape_at(self, points: FloatArray) -> ComplexArray:
         """Return the shapes at places of the picture (n, 2), column and row: (n, 2, r) complex, pixels."""
@@ -162,7 +165,7 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, at
     fits = np.array([motion.misfit for motion in known])
     power = np.array([(motion.left, motion.power) for motion in known])
     return BodyMotion(name, region, tuple(motion.order for motion in known), coefficients, covariance, shapes.basis.covariance,
-                      fits, int(at.size), _strangers(name, fits, power, counted))
+                      fits, int(at.size), _strangers(name, fits, power, counted), power[:, 0] / power[:, 1])
 
 
 def _unknown(name: str, region: Region, shapes: PointShapes, windows: int, reason: str) -> BodyMotion:

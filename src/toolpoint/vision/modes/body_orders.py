@@ -1,8 +1,8 @@
 r"""Motion of a body averaged over its orders: how far it turns and bends is a choice, and belongs to the interval.
 
 Whitened measurements y = D T theta + e over three groups of coefficients: translation (without a prior), and turn, stretch and
-bending, each absent or normal about zero with a deviation that is a share of the body's motion. For every combination of
-shares the posterior is normal and its evidence
+bending, each absent or normal about zero with a deviation that is a share of the body's motion, all shares as likely. For every
+combination of shares the posterior is normal and its evidence
 
 .. math:: -\tfrac12 \ln |I + S G S / s^2| - \tfrac{1}{2 s^2} (y^T y - y^T D T \hat\theta)
 
@@ -76,7 +76,7 @@ def average_orders(design: FloatArray, seen: FloatArray, orders: tuple[str, ...]
     each = spread[:, :, None] * inverse * spread[:, None, :] / noise
     theta = each @ moment
     left = power - np.einsum("ij,kij->k", moment, theta)
-    evidence = -np.linalg.slogdet(inner)[1] - left / (2 * noise) + _prior(shares)
+    evidence = -np.linalg.slogdet(inner)[1] - left / (2 * noise)
     weight = np.exp(evidence - evidence.max())
     weight /= weight.sum()
     mean = np.einsum("k,kij->ij", weight, theta)
@@ -111,12 +111,6 @@ def _shares(low: int, high: int) -> list[tuple[float, ...]]:
     for group, values in enumerate((TURNS, STRAINS, STRAINS), start=1):
         groups.append((0.0,) if group > high else values if group <= low else (0.0, *values))
     return [(FREE, *parts) for parts in product(*groups)]
-
-
-def _prior(shares: list[tuple[float, ...]]) -> FloatArray:
-    """Return the logarithm of the prior weight of every combination: each group absent or there with equal chance."""
-    return np.array([-sum(np.log(len(values)) for part, values in zip(row[1:], (TURNS, STRAINS, STRAINS), strict=True) if part)
-                     for row in shares])
 
 
 def _likeliest(shares: list[tuple[float, ...]], weight: FloatArray) -> str:

@@ -22,11 +22,15 @@ COMPONENTS, ORDER, WORST = 4, 8, 0.1
 PAST = 7
 # A prediction error this many times the scale of those of the frames around it, and frames around it.
 CLEAR, AROUND = 6.0, 24
+# The same where a shift by whole frames explains this share of what follows.
+FAIR, CERTAIN = 4.0, 0.85
 # Share of a jump's prediction error that a shift by whole frames must explain to be named.
 EXPLAINED = 0.5
 SHIFTS = (-2, -1, 1, 2, 3)
 # Share of a clear error that must be left in the frames after it.
 FLASH = 0.3
+# Frames by which a jump may be seen late.
+EARLIER = 4
 MOST_JUMPS = 8
 
 
@@ -55,15 +59,17 @@ def find_jump(decay: FreeDecay) -> Jump | None:
     rule, error = _predicted(past, values[ORDER:])
     size = np.sqrt((error**2).mean(axis=1))
     scale = _scale_around(size)
-    for at in np.flatnonzero(size > CLEAR * scale).tolist():
+    for at in np.flatnonzero(size > FAIR * scale).tolist():
         if ORDER + at + ORDER > frames:
             break
         apart = _shifted_errors(values, rule, ORDER + at)
         # What goes on as it was a frame later is no break: a flash of the light.
         if apart[0] > (FLASH * CLEAR * scale[at]) ** 2:
             best = min(apart, key=lambda shift: apart[shift])
-            return Jump(decay.first + ORDER + at, best if apart[best] < (1 - EXPLAINED) * apart[0] else 0,
-                        float(size[at] / scale[at]))
+            if size[at] < CLEAR * scale[at] and apart[best] > (1 - CERTAIN) * apart[0]:
+                continue
+            missing = best if apart[best] < (1 - EXPLAINED) * apart[0] else 0
+            return Jump(decay.first + _first_frame(values, rule, ORDER + at, missing), missing, float(size[at] / scale[at]))
     return None
 
 
@@ -115,6 +121,21 @@ def _scale_around(size: FloatArray) -> FloatArray:
     n = len(size)
     around = np.array([np.median(size[max(0, k - AROUND):k + AROUND + 1]) for k in range(n)])
     return np.maximum(around, 0.5 * np.median(size))
+
+
+def _first_frame(values: FloatArray, rule: FloatArray, at: int, missing: int) -> int:
+    """Return the frame from which a shift by `missing` frames explains the samples best: noise hides a jump for some frames."""
+    begin = at - EARLIER
+    if missing == 0 or begin < ORDER:
+        return at
+    going = list(values[begin - ORDER:begin])
+    for _ in range(EARLIER + ORDER + abs(missing)):
+        going.append(np.concatenate(going[:-ORDER - 1:-1]) @ rule)
+    predicted, true = np.array(going), values[begin:at + ORDER]
+    n = len(true)
+    before = ((true - predicted[ORDER:ORDER + n]) ** 2).sum(axis=1)
+    after = ((true - predicted[ORDER + missing:ORDER + missing + n]) ** 2).sum(axis=1)
+    return begin + int(np.argmin([before[:k].sum() + after[k:].sum() for k in range(EARLIER + 1)]))
 
 
 def _shifted_errors(values: FloatArray, rule: FloatArray, at: int) -> dict[int, float]:

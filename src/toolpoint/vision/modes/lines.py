@@ -16,6 +16,8 @@ HARMONICS = (2, 3)
 LOBES = 24
 # Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
 EXACT = 0.001
+# Grey level below which a block tells nothing of the light; share of the mean change of light that half of the blocks have.
+DARK, EVERYWHERE = 8.0, 0.4
 # Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
 FADED = 1.0
 
@@ -39,6 +41,26 @@ def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
         if all(abs(f - other) > LOBES * frame_rate / n for other in lines):
             lines.append(f)
     return tuple(lines)
+
+
+def lamps_everywhere(lamps: Sequence[float], means: FloatArray, frame_rate: float) -> tuple[float, ...]:
+    """Return the lines that half of the picture shares: a lamp lights all of it, motion changes the light at edges alone.
+
+    means : (frames, rows, columns) of blocks of pixels.
+    """
+    flat = means.reshape(len(means), -1).astype(float)
+    flat = flat[:, flat.mean(axis=0) > DARK]
+    if not lamps or not flat.size:
+        return tuple(lamps)
+    relative = (flat / flat.mean(axis=0) - 1) * np.hanning(len(flat))[:, None]
+    times = np.arange(len(flat)) / frame_rate
+    kept = []
+    for lamp in lamps:
+        size = np.exp(-2j * np.pi * lamp * times) @ relative
+        mean = size.mean()
+        if float(np.median((size * mean.conj()).real)) > EVERYWHERE * abs(mean) ** 2:
+            kept.append(lamp)
+    return tuple(kept)
 
 
 def _interpolated(power: FloatArray, k: int) -> float:
