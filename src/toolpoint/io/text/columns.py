@@ -35,6 +35,11 @@ class Columns:
     start: float = 0.0
     line: int = 0
 
+    def __post_init__(self) -> None:
+        columns = self.samples.shape[1]
+        if not len(self.names) == len(self.units) == columns:  # the reader's door names the file
+            raise ValueError(f"{len(self.names)} names and {len(self.units)} units of {columns} columns of samples")
+
 
 @door("table of numbers")
 def read_columns(path: str | Path) -> Columns:
