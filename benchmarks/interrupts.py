@@ -65,7 +65,7 @@ def commands(folder: Path) -> list[Command]:
 def start(arguments: list[str], folder: Path) -> subprocess.Popen:
     """Start a command as a process group of its own."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT / "src")}
-    return subprocess.Popen([sys.executable, "-c", "from toolpoint.app.main import main; main()", *arguments], cwd=folder,
+    return subprocess.Popen([sys.executable, "-m", "toolpoint", *arguments], cwd=folder,
                             env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
 

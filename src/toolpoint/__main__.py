@@ -1,5 +1,5 @@
 """`python -m toolpoint` is the command line."""
 
-from toolpoint.app.main import main
+from toolpoint.app.entry import main
 
 main()

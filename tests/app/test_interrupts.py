@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 MACHINE = Path(__file__).resolve().parents[2] / "src" / "toolpoint" / "app" / "machines" / "three_axis_vertical.yaml"
-RUN = [sys.executable, "-c", "from toolpoint.app.main import main; main()"]
+RUN = [sys.executable, "-m", "toolpoint"]
 
 
 def begun(arguments, folder, **environment):

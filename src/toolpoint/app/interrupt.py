@@ -14,11 +14,13 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 INTERRUPTED = 130  # exit code of a command that Ctrl-C ended: 128 + SIGINT
 MAX_WRITING_S = 2.0  # s that a file in the making is waited for; a second Ctrl-C does not wait
+SAME_INTERRUPT_S = 0.1  # s within which a second signal is the first one, told twice
 MESSAGE = "\nerror: interrupted; finished parts of a study are kept where it was given a --folder\n"
 SHOW_CURSOR = "\x1b[?25h"
 
@@ -31,9 +33,21 @@ def end_on_interrupt() -> None:
         return
     receiver, sender = socket.socketpair()
     sender.setblocking(False)
-    signal.signal(signal.SIGINT, _ignore)
     signal.set_wakeup_fd(sender.fileno(), warn_on_full_buffer=False)
     threading.Thread(target=_wait, args=(receiver, sender), daemon=True, name="interrupt").start()
+
+    def wake(number: int, frame: object) -> None:
+        # A signal that came before the wake-up was set reaches this handler alone.
+        with contextlib.suppress(OSError):
+            sender.send(bytes([signal.SIGINT]))
+
+    signal.signal(signal.SIGINT, wake)
+
+
+def ignore_interrupts() -> None:
+    """Let a process whose result stands end in peace: Python gives the signal back to the system before it is gone."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
 
 
 @contextlib.contextmanager
@@ -43,21 +57,18 @@ def unbroken_writing() -> Iterator[None]:
         yield
 
 
-def _ignore(number: int, frame: object) -> None:
-    """Take the signal in Python's name: a handler must exist for the wake-up to be written."""
-
-
 def _wait(receiver: socket.socket, sender: socket.socket) -> None:
     # `sender` is kept alive by this thread: the signal writes to its number.
     while signal.SIGINT not in receiver.recv(1):
         pass
-    threading.Thread(target=_wait_again, args=(receiver,), daemon=True).start()
+    threading.Thread(target=_wait_again, args=(receiver, time.monotonic()), daemon=True).start()
     _writing.acquire(timeout=MAX_WRITING_S)
     _end()
 
 
-def _wait_again(receiver: socket.socket) -> None:
-    while signal.SIGINT not in receiver.recv(1):
+def _wait_again(receiver: socket.socket, first: float) -> None:
+    # The wake-up and the handler each write a byte for one Ctrl-C.
+    while signal.SIGINT not in receiver.recv(1) or time.monotonic() - first < SAME_INTERRUPT_S:
         pass
     _end()
 

@@ -13,8 +13,7 @@ import click
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._threads import hold_process
-from toolpoint.app.interrupt import INTERRUPTED, end_on_interrupt
-from toolpoint.app.plain_output import spell_plainly
+from toolpoint.app.interrupt import INTERRUPTED
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _MODULES = {
@@ -60,8 +59,6 @@ def cli() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Frame the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
     if arguments is None:  # a process of its own
-        end_on_interrupt()
-        spell_plainly()
         hold_process()
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else every installed package is searched for plugins
     try:

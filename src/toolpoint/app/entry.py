@@ -1,0 +1,25 @@
+"""Where the process of a command begins: Ctrl-C and plain output first, before anything that takes long to load."""
+
+from __future__ import annotations
+
+import _signal  # of the interpreter itself: the module around it takes twenty milliseconds to load
+import os
+
+INTERRUPTED = 130  # as in `interrupt`, which is not loaded yet
+
+_signal.signal(_signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
+
+
+def main() -> None:
+    """Run the command line as a process of its own."""
+    from toolpoint.app.interrupt import end_on_interrupt, ignore_interrupts
+
+    end_on_interrupt()
+    from toolpoint.app.main import main as command
+    from toolpoint.app.plain_output import spell_plainly
+
+    spell_plainly()
+    try:
+        command()
+    finally:
+        ignore_interrupts()
