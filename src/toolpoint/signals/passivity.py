@@ -27,6 +27,9 @@ WINDOW_WIDTHS = 1.25  # half-power widths to each side of a peak within which it
 MAX_FIT_MISFIT = 0.05  # of a peak's fit: beyond it, neighbours or noise decide its phase
 MIN_LOW_LINES = 16  # over which what vibrates below the band is looked for, at least
 LOW_END = (1.05, 1.6)  # over the lowest line, where what vibrates below the band is looked for
+# Over the loss at the lowest lines: what structural damping shows of modes below the band, and more of it for every e-fold of
+# frequency from there to the largest peak (2/pi and a quarter more).
+STRUCTURAL_LOSS_FACTOR, STRUCTURAL_LOSS_RISE = 1.2, 0.9
 EVALUATED_LINES = 160  # at which the real part is computed from the imaginary one
 
 
@@ -191,7 +194,8 @@ def look_outside(lines: BandLines) -> Outside:
     for row, k in enumerate(places.tolist()):
         other = np.arange((k + 1) % 2, even.size, 2)  # Maclaurin: every second line, the pole in the middle between two
         follows[row] = 4 / np.pi * step * float(np.sum(even[other] * loss[other] / (even[other] ** 2 - even[k] ** 2)))
-    rest, w = real[places] - follows, even[places]
+    w = even[places]
+    rest = real[places] - follows
     weight = 1 / (size[places] + 0.02 * float(size.max()))
     columns = np.stack([np.ones(w.size), -(omega[0] / w) ** 2], axis=1)
     above, below = np.linalg.lstsq(columns * weight[:, None], rest * weight, rcond=None)[0]
@@ -201,8 +205,22 @@ def look_outside(lines: BandLines) -> Outside:
     below = float(np.median((above - rest[near]) * scaled))
     if below < STANDARD_DEVIATIONS * float(np.median(np.interp(w[near], omega, lines.noise) * scaled)):
         below = min(below, 0.0)
+    if below > 0:
+        below = max(below - _structural_shortfall(lines), 0.0)
     left = (rest - columns @ np.array([above, below])) * weight
     return Outside(float(above), float(below), float(np.linalg.norm(left) / np.linalg.norm(real[places] * weight)))
+
+
+def _structural_shortfall(lines: BandLines) -> float:
+    r"""Return what the real part at the lowest lines lacks of the one that follows from the imaginary part, m/N, where damping is
+    structural.
+
+    Such damping loses nearly as much at low lines as at high ones, and no causal response does: Kramers and Kronig turn a loss
+    L that is constant from w up to a resonance into :math:`(2/\pi) L \ln(\omega_r/w)`, which the response does not have.
+    """
+    constant = max(float(np.median(-lines.receptance.imag[:MIN_LOW_LINES])), 0.0)
+    peak = float(lines.omega[np.argmax(np.abs(lines.receptance))])
+    return constant * (STRUCTURAL_LOSS_FACTOR + STRUCTURAL_LOSS_RISE * float(np.log(max(peak / lines.omega[0], 1.0))))
 
 
 def active_matrix_share(frf: Frf) -> float:
