@@ -1,4 +1,4 @@
-"""Random soft joints of the small mill, filmed in two planes and updated: does every value lie in its interval, or is it doubted?
+"""Random soft joints of the small mill, filmed in two planes and updated: does every value lie in its interval?
 
 Two of the four joints are made soft (factors 0.02 to 0.5 of the file's stiffness, other dampers too). Then, with `--slips`, the
 same films with the scale stated 10 % wrong, and with the two views exchanged: are they found out?
@@ -54,8 +54,8 @@ def films(machine: Machine, truth: dict[str, float], rng: np.random.Generator, s
         if place is not None and place.exists():
             clips.append(clip_of(np.load(place), 960.0, name=plane))
             continue
-        video = film_machine(machine.with_values(truth), View.of_plane(plane, SCALE, ORIGIN), Dof("spindle_nose", "+" + plane[0]),
-                             rng=rng, camera=Camera(SHAPE), frames=720)
+        view, struck = View.of_plane(plane, SCALE, ORIGIN), Dof("spindle_nose", "+" + plane[0])
+        video = film_machine(machine.with_values(truth), view, struck, rng=rng, camera=Camera(SHAPE), frames=720)
         frames = np.concatenate(list(video.clip.chunks()))
         if place is not None:
             np.save(place, frames)
@@ -100,8 +100,9 @@ def main() -> None:
         if outside and not doubts:
             wrong.append(seed)
         silent += not doubts
-        print(seed, {k.replace("joints.", ""): f"{v:.4g}" for k, v in truth.items() if "stiff" in k}, f"{count} values, outside",
-              outside, "DOUBTS", [d[:160] for d in doubts], f"{time.process_time() - begin:.1f} s", flush=True)
+        print(seed, {k.replace("joints.", ""): f"{v:.4g}" for k, v in truth.items() if "stiff" in k}, count,
+              "values, outside", outside,
+              "DOUBTS", [d[:160] for d in doubts], f"{time.process_time() - begin:.1f} s", flush=True)
         if options.slips:
             for name, stated in (("scale", views(1.1 * SCALE)), ("views", views(planes=PLANES[::-1]))):
                 try:
@@ -110,8 +111,8 @@ def main() -> None:
                     slipped = [str(error)]
                 found[name].append(bool(slipped))
                 print("  ", name, [str(d)[:140] for d in slipped], flush=True)
-    print(f"{options.runs} updates: {held} of {values} values in their intervals, {doubted} doubted, outside and not doubted: {wrong}"
-          + (f"; scale found {sum(found['scale'])}, exchanged views {sum(found['views'])}" if options.slips else ""))
+    print(f"{options.runs} updates: {held} of {values} values in their intervals, {doubted} doubted, outside and not doubted: "
+          f"{wrong}" + (f"; scale found {sum(found['scale'])}, exchanged views {sum(found['views'])}" if options.slips else ""))
 
 
 if __name__ == "__main__":

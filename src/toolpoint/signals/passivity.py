@@ -212,8 +212,8 @@ def look_outside(lines: BandLines) -> Outside:
 
 
 def _structural_shortfall(lines: BandLines) -> float:
-    r"""Return what the real part at the lowest lines lacks of the one that follows from the imaginary part, m/N, where damping is
-    structural.
+    r"""Return what the real part at the lowest lines lacks of the one that follows from the imaginary part, m/N, by structural
+    damping.
 
     Such damping loses nearly as much at low lines as at high ones, and no causal response does: Kramers and Kronig turn a loss
     L that is constant from w up to a resonance into :math:`(2/\pi) L \ln(\omega_r/w)`, which the response does not have.

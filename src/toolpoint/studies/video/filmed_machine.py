@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from toolpoint._check import fail
+from toolpoint._check import ToolpointWarning, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import MachineDescription
@@ -18,6 +19,7 @@ from toolpoint.vibration import Frf, Modes, Record
 from toolpoint.vision.clip import Clip, Frames
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.magnification.phase_based import PhaseMagnification
+from toolpoint.vision.magnification.reached import gain_doubt
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.view import View
 
@@ -109,9 +111,12 @@ def shape_warp(video: VideoStudy) -> ShapeWarp:
 def magnify_motion(video: VideoStudy, factor: float = 20.0, *, mode: int = 1, band: tuple[float, float] | None = None,
                    attenuation: float = 0.5) -> Iterator[Frames]:
     """Return the frames of a video with the motion of a mode (1 is the first) magnified by its shape, or that in a band (Hz)
-    by phase; `attenuation` of noise, 0 .. 1."""
+    by phase; `attenuation` of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a tenth."""
     if band is not None:
         return PhaseMagnification(*band, factor, attenuation).frames(video.scan)
     if not 1 <= mode <= video.poles.count:
         fail("`mode`", str(mode), f"the video has {video.poles.count} modes")
-    return shape_warp(video).frames(mode - 1, factor, attenuation=attenuation)
+    warp = shape_warp(video)
+    if factor > 0 and (doubt := gain_doubt(warp, mode - 1, factor)):
+        warnings.warn(str(doubt), ToolpointWarning, stacklevel=2)
+    return warp.frames(mode - 1, factor, attenuation=attenuation)

@@ -114,6 +114,7 @@ def _shares(low: int, high: int) -> list[tuple[float, ...]]:
 
 
 def _likeliest(shares: list[tuple[float, ...]], weight: FloatArray) -> str:
-    """Return the highest order whose group is there with a chance above a half."""
-    there = [k for k in (1, 2, 3) if float(weight[[row[k] > 0 for row in shares]].sum()) > 0.5]
+    """Return the highest order that the data make likelier than it was: its shares against its absence are as many to one."""
+    there = [k for k, values in ((1, TURNS), (2, STRAINS), (3, STRAINS))
+             if float(weight[[row[k] > 0 for row in shares]].sum()) > len(values) / (len(values) + 1)]
     return ORDERS[max(there, default=0)]

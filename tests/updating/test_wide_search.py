@@ -1,0 +1,46 @@
+"""The wide search: joints far softer than their file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toolpoint
+from toolpoint.io import read_machine
+from toolpoint.machine import assemble
+from toolpoint.studies.measured.machine_update import update
+from toolpoint.updating import Targets
+from toolpoint.updating.fits.wide_search import search_widely
+from toolpoint.vibration import Modes, eigen
+
+MILL = Path(toolpoint.__file__).parent / "app/machines/small_mill.yaml"
+TRUTH = {"joints.floor_base.stiffness.rx": 1.5e6, "joints.base_column.stiffness.rx": 5e5}
+NAMES = ("joints.floor_base.stiffness.rx", "joints.base_column.stiffness.rx", "joints.column_housing.stiffness.rx")
+LABELS = ("spindle_nose:+y", "spindle_nose:+z", "housing_top:+y", "column_top:+y", "column_top:+z", "base_left:+z",
+          "base_right:+z", "table_left:+y")
+
+
+def measured(machine, rng):
+    """The lowest modes of a machine at its points, with noise of 0.1 % in frequency and 1 % in shape."""
+    modes = eigen.solve_undamped(assemble(machine, None, LABELS))
+    moving = [i for i in range(modes.count) if np.linalg.norm(modes.shape[:, i]) > 1e-6][:3]
+    part = modes.selected(moving)
+    level = np.sqrt((part.shape**2).mean(axis=0))
+    shape = part.shape + 0.01 * level * rng.standard_normal(part.shape.shape)
+    frequency = part.frequency * (1 + 1e-3 * rng.standard_normal(part.count))
+    covariance = np.array([np.diag([(1e-3 * f) ** 2, 1e-8]) for f in frequency])
+    return Modes(frequency, np.full(part.count, 0.005), shape, part.dofs, "unscaled", covariance=covariance,
+                 shape_variance=np.tile((0.01 * level) ** 2, (len(shape), 1)))
+
+
+@pytest.mark.slow
+def test_a_joint_forty_times_softer_than_its_file_is_found_within_its_interval():
+    machine = read_machine(MILL)
+    for seed in range(3):
+        targets = Targets(measured(machine.with_values(TRUTH), np.random.default_rng(seed)), shape=True)
+        near = update(machine, NAMES, targets=targets, restarts=0)
+        result = search_widely(near.problem, near.fit)
+        assert result.chi_square <= near.fit.chi_square and result.converged
+        for name in NAMES:
+            low, high = result.interval(name, 3.3)
+            assert low < TRUTH.get(name, machine.value(name)) < high
