@@ -11,7 +11,7 @@ from toolpoint.vision.displacement.background import CameraMotion
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import BLIND, BOTH, Windows, windows_at
 from toolpoint.vision.displacement.result import DisplacementField
-from toolpoint.vision.magnification.reached import reached_gain
+from toolpoint.vision.magnification.reached import measure_gain
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.modes.artefacts import name_artefacts, shake_lines
 from toolpoint.vision.modes.bodies import fit_bodies
@@ -175,4 +175,4 @@ def test_what_lies_outside_the_stated_bodies_is_magnified_too():
     whole = full_field(scanned, POLES)
     head = fit_bodies(whole.windows, whole.shapes, {"head": scenes.regions(scene)["head"]})
     for bodies in (head, fit_bodies(whole.windows, whole.shapes, scenes.regions(scene))):
-        assert reached_gain(ShapeWarp(scanned, POLES, bodies, whole), 0, 20.0) == pytest.approx(20, rel=0.1)
+        assert measure_gain(ShapeWarp(scanned, POLES, bodies, whole), 0, 20.0) == pytest.approx(20, rel=0.1)

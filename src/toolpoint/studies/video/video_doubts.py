@@ -37,7 +37,7 @@ def video_doubts(scanned: Scan, quality: Quality, field: DisplacementField, deca
     rate = doubt_rate(decay, known.poles) if of_record else ()
     stop = decay.first + len(decay.components)
     doubts += [_broken_at(jump, decay.first, stop) for jump in jumps]
-    if not jumps and not smoothed(scanned, quality):
+    if not jumps and not has_smoothed_frames(scanned, quality):
         doubts += rate or _broken(decay, known)  # poles that do not fit look like a break anywhere
     else:
         doubts += rate
@@ -50,7 +50,7 @@ def video_doubts(scanned: Scan, quality: Quality, field: DisplacementField, deca
     return tuple(dict.fromkeys(doubts))
 
 
-def smoothed(scanned: Scan, quality: Quality) -> bool:
+def has_smoothed_frames(scanned: Scan, quality: Quality) -> bool:
     """Return whether compression took so much that its key frames break every decay."""
     return scanned.clip.is_lossy and not quality.accepts_amplitude
 

@@ -17,7 +17,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.camera_motion import find_camera_motion
 from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.shape_modes import body_modes, window_modes
-from toolpoint.studies.video.video_doubts import SEEN, smoothed, video_doubts
+from toolpoint.studies.video.video_doubts import SEEN, has_smoothed_frames, video_doubts
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.displacement.background import CameraMotion, without_camera
@@ -214,7 +214,7 @@ def study_video(
     camera = find_camera_motion(scanned, shaken, still, regions, side=side, method=method)
     field = _steady(shaken, camera)
     whole = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
-    decay, jumps = _decay(whole, regions, start, stop, is_smoothed=smoothed(scanned, quality))
+    decay, jumps = _decay(whole, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
     lamps = lamps_everywhere(lamp_lines(scanned.survey.brightness, clip.frame_rate), scanned.survey.means, clip.frame_rate)
     known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
     shapes, line = point_shapes(field, known.poles, decay.first, stop=decay.stop), clip.frame_rate / len(decay.components)

@@ -77,10 +77,10 @@ class CameraMotion:
         values, sigma, window, direction = field.measured()
         camera = np.einsum("tmi,mi->tm", self.at(field.windows.centres)[:, window], direction) / sigma
         bell = np.hanning(len(values))[:, None]
-        own, other = (np.fft.rfft((part - part.mean(axis=0)) * bell, axis=0) for part in (camera, values / sigma))
-        power = (np.abs(own) ** 2).sum(axis=1)
+        spectrum, other = (np.fft.rfft((part - part.mean(axis=0)) * bell, axis=0) for part in (camera, values / sigma))
+        power = (np.abs(spectrum) ** 2).sum(axis=1)
         strong = power > STRONG * power.max()
-        return float((own[strong].conj() * other[strong]).sum().real / power[strong].sum())
+        return float((spectrum[strong].conj() * other[strong]).sum().real / power[strong].sum())
 
     def at(self, centres: FloatArray) -> FloatArray:
         """Return the motion (frames, n, 2) that the camera gives places of the picture (n, 2)."""
@@ -115,12 +115,12 @@ def camera_motion(field: DisplacementField) -> CameraMotion:
     variance = np.diag(np.linalg.pinv(weighted.T @ weighted, hermitian=True))
     left = scaled - weighted @ motion
     left -= left.mean(axis=1, keepdims=True)
-    own = float(np.median(np.sqrt((left**2).mean(axis=1))))
+    scatter = float(np.median(np.sqrt((left**2).mean(axis=1))))
     shared = weighted @ (motion - motion.mean(axis=1, keepdims=True))
-    clear = float((shared**2).sum() / (max(int(rank), 1) * len(field.values) * max(own, 1.0) ** 2))
+    clear = float((shared**2).sum() / (max(int(rank), 1) * len(field.values) * max(scatter, 1.0) ** 2))
     whole = np.zeros((3, len(field.values)))
     whole[columns] = smooth_motion(motion, variance)
-    return CameraMotion(whole, variance[:2], middle, length, own, clear)
+    return CameraMotion(whole, variance[:2], middle, length, scatter, clear)
 
 
 def without_camera(field: DisplacementField, camera: CameraMotion) -> DisplacementField:

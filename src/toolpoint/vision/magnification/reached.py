@@ -18,7 +18,7 @@ from toolpoint.vision.magnification.warp import ShapeWarp
 RAMP, FOLLOWED, FASTEST, NEAR = 12, 60, 0.7, 0.1
 
 
-def reached_gain(warp: ShapeWarp, mode: int, factor: float) -> float:
+def measure_gain(warp: ShapeWarp, mode: int, factor: float) -> float:
     """Return the gain that drawn frames reach, followed as a clip is: not a number where no window could be followed."""
     windows, shapes = warp.field.windows, warp.field.shapes
     seen = np.flatnonzero(windows.sight > BLIND)
@@ -45,7 +45,7 @@ def reached_gain(warp: ShapeWarp, mode: int, factor: float) -> float:
 
 def gain_doubt(warp: ShapeWarp, mode: int, factor: float) -> Doubt | None:
     """Return a doubt where the frames do not reach the asked gain within a tenth."""
-    gain = reached_gain(warp, mode, factor)
+    gain = measure_gain(warp, mode, factor)
     if np.isfinite(gain) and abs(gain / factor - 1) <= NEAR:
         return None
     what = f"reaches a gain of {gain:.3g} for {factor:g}" if np.isfinite(gain) else "cannot be checked: no window follows it"
