@@ -106,7 +106,9 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
              f"Method: {result.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, *_lowest(limit, chart)] for name, chart, limit in zip(names, result.charts, result.lowest, strict=True)]
-    return [words, Chart(stability_chart(curves)),
+    finite = any(np.isfinite(chart.limit).any() for chart in result.charts)
+    top = None if finite else max(chart.depth_max for chart in result.charts)
+    return [words, Chart(stability_chart(curves, max_depth=top)),
             Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
                   "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error alone")]
 
