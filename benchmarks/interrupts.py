@@ -3,7 +3,7 @@
     python benchmarks/interrupts.py [--moments 200] [--seed 0]
 
 Every command first runs to its end, for its time; then a SIGINT is sent to it at moments that are spread evenly over that time,
-in a random order. A chatter map with a folder is resumed after four interruptions and must give the numbers of the run that
+in a random order, from the time on that the interpreter takes to start. A chatter map with a folder is resumed after four interruptions and must give the numbers of the run that
 nobody interrupted. The last line is the figure.
 """
 
@@ -26,6 +26,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
 ALLOWED_S = 3.0
+BEGUN_S = 0.15  # s within which the interpreter itself starts: no line of the package has run
 
 
 
@@ -159,7 +160,8 @@ def main() -> None:
         command.seconds = run(command.arguments, folder)
     each = -(-options.moments // len(asked))
     for command in asked:
-        for moment in rng.permutation((np.arange(each) + rng.uniform(size=each)) / each * command.seconds):
+        share = (np.arange(each) + rng.uniform(size=each)) / each
+        for moment in rng.permutation(BEGUN_S + share * (command.seconds - BEGUN_S)):
             interrupt(command, float(moment), folder)
         print(f"{command.name}: {command.seconds:.1f} s, {command.done} interrupted, {command.ended} had ended, "
               f"{len(command.faults)} faults", *command.faults[:5], sep="\n  ", flush=True)

@@ -45,9 +45,8 @@ def end_on_interrupt() -> None:
 
 
 def ignore_interrupts() -> None:
-    """Let a process whose result stands end in peace: Python gives the signal back to the system before it is gone."""
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    """Let a process whose result stands end in peace: while Python ends, it gives every other handler back to the system."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextlib.contextmanager
