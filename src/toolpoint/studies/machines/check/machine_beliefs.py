@@ -16,7 +16,7 @@ from toolpoint.vibration import eigen
 DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal
 STIFFEST, SOFTEST = 1e12, 1e4  # N/m of a joint of a machine tool
 LONGEST_LEVER, SHORTEST_LEVER = 30.0, 1e-3  # m, root of turning over translational stiffness
-SLOWEST, FASTEST = 0.5, 5e3  # Hz of the first elastic mode
+SLOWEST, FASTEST = 3.0, 5e3  # Hz of the first elastic mode
 FURTHEST = 50.0  # m of travel
 
 
