@@ -24,6 +24,7 @@ import yaml
 
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.io.template_files import read_template
 
 TEMPLATES = ("three-axis-vertical", "three-axis-horizontal", "boring-mill", "trunnion", "gantry", "lathe", "grinder", "robot")
@@ -48,8 +49,8 @@ def times(value: Any, factor: float) -> Any:
 
 def random_machine(name: str, rng: np.random.Generator) -> Data:
     """Return a true machine of a template, as the data of its file."""
-    data: Data = yaml.safe_load(re.sub(r"(?<![\w.])(\d+(?:\.\d+)?)e(\d)", r"\1e+\2", re.sub(r"(?<![\w.])(\d+)e(\d)", r"\1.0e+\2",
-                                                                                           read_template("machine", name))))
+    text = re.sub(r"(?<![\w.])(\d+)e(\d)", r"\1.0e\2", read_template("machine", name))  # YAML 1.1 wants 1.0e+9 for a number
+    data: Data = yaml.safe_load(re.sub(r"(?<![\w.])(\d+\.\d+)e(\d)", r"\1e+\2", text))
     scale = float(rng.uniform(0.7, 1.5))
     for body in data["bodies"].values():
         body["mass"] = times(body["mass"], scale**3 * float(rng.uniform(0.7, 1.4)))
@@ -62,14 +63,14 @@ def random_machine(name: str, rng: np.random.Generator) -> Data:
         for way, value in joint.get("stiffness", {}).items():
             joint["stiffness"][way] = times(value, scale ** (3 if "r" in way else 1) * float(rng.uniform(0.6, 1.7)))
         if name == "robot" and joint.get("stiffness"):
-            joint["damping"] = {way: float(f"{value * rng.uniform(3e-4, 1e-3):.4g}") for way, value in joint["stiffness"].items()}
+            joint["damping"] = {way: float(f"{value * rng.uniform(3e-4, 1e-3):.4g}")
+                                for way, value in joint["stiffness"].items()}
     for point in data["points"].values():
         point["at"] = times(point["at"], scale)
     for axis in data["axes"].values():
         if "mm" in str(axis["limits"]) or " m" in str(axis["limits"]):
             axis["limits"] = times(axis["limits"], scale)
-    for pose in data.pop("poses", []):
-        del pose
+    data.pop("poses", None)
     if "guide_x" in data["joints"] and name != "robot" and rng.random() < 0.5:
         joint, along = data["joints"]["guide_x"], str(data["axes"]["X"]["direction"]).lstrip("-")
         low, high = (float(v) for v in NUMBER.findall(str(data["axes"]["X"]["limits"])))
@@ -85,8 +86,7 @@ def random_machine(name: str, rng: np.random.Generator) -> Data:
             "ball_screw": {"nut": f"{rng.uniform(400, 900):.4g} N/um", "bearing": f"{rng.uniform(500, 900):.4g} N/um",
                            "diameter": f"{rng.uniform(25, 50):.3g} mm", "length": f"{1e3 * length:.5g} mm",
                            "nut_at": f"{1e3 * (length - (high + low) * unit) / 2:.5g} mm", "along": along}}
-        if rng.random() < 0.7:
-            joint["law"]["ball_screw"]["follows"] = "away"
+        joint["law"]["ball_screw"]["follows"] = "away"
     return data
 
 
@@ -263,6 +263,16 @@ def law_slip(part: str, key: str, factor: float) -> Slip:
     return slip
 
 
+def screw_still(data: Data, rng: np.random.Generator) -> str | None:
+    """A screw that does not follow its axis."""
+    del rng
+    for name, joint in data["joints"].items():
+        if "law" in joint:
+            joint["law"]["ball_screw"].pop("follows")
+            return f"joints.{name}"
+    return None
+
+
 def carriages_slip(data: Data, rng: np.random.Generator) -> str | None:
     """Carriages in machine coordinates."""
     del rng
@@ -331,13 +341,25 @@ SLIPS: dict[str, Slip] = {
     "screw half as long": law_slip("ball_screw", "length", 0.45), "screw x 1000 long": law_slip("ball_screw", "length", 1e3),
     "nut x 1e-3": law_slip("ball_screw", "nut", 1e-3), "bearing x 1e-3": law_slip("ball_screw", "bearing", 1e-3),
     "nut at x 1000": law_slip("ball_screw", "nut_at", 1e3), "nut at x 1e-3": law_slip("ball_screw", "nut_at", 1e-3),
-    "guideway radial x 1e-3": law_slip("guideway", "radial", 1e-3), "guideway lateral x 1e-3": law_slip("guideway", "lateral", 1e-3),
+    "screw that stands still": screw_still,
+    "guideway radial x 1e-3": law_slip("guideway", "radial", 1e-3),
+    "guideway lateral x 1e-3": law_slip("guideway", "lateral", 1e-3),
     "guideway radial x 1000": law_slip("guideway", "radial", 1e3), "carriages x 1000": law_slip("guideway", "at", 1e3),
     "carriages of the machine": carriages_slip,
     "damping ratio 3": typed("damping_ratio", 0.9), "damping ratio 3e-4": typed("damping_ratio", 3e-4),
     "speeds reversed": cut_slip("speeds", "15000, 4000 rpm"), "diameter of the cut in m": cut_slip("diameter", 25.0),
     "90 deg taken for rad": angle_slip(90.0), "rad taken for deg": angle_slip(math.radians(math.pi / 2)),
 }
+
+
+FINE: dict[str, Slip] = {  # units that are less than 60 apart, places off by a digit
+    **{f"a stiffness along x {f:g}, fine": stiffness_slip(f, False, "any") for f in (0.1, 10.0, 9.80665)},
+    **{f"a stiffness about x {f:.3g}, fine": stiffness_slip(f, True, "any") for f in (0.1, 10.0, math.pi / 180, 180 / math.pi)},
+    "mass in lb": body_slip("mass", 2.2046), "centre x 10": body_slip("centre", 10.0),
+    "place of a joint x 10": place_slip("joints", 10.0), "place of a point x 10": place_slip("points", 10.0),
+    "tip 1 m above": raised_slip(1.0), "travel x 10": limits_slip(10.0),
+}
+SLIPS.update(FINE)
 
 
 def told(data: Data, path: Path) -> tuple[list[str], bool]:
@@ -349,6 +371,13 @@ def told(data: Data, path: Path) -> tuple[list[str], bool]:
             return list(studies.check_machine(io.read_machine(path)).doubts), False
     except ToolpointError as error:
         return str(error).splitlines(), True
+
+
+def names(line: str, part: str) -> bool:
+    """Return whether a line is about a part: a doubt begins with it, a fault has it as a word."""
+    if isinstance(line, Doubt):
+        return line.what == part or line.what.startswith((part + ".", part if part.endswith(".") else part + "."))
+    return re.search(rf"(?<!\w){re.escape(part)}(?!\w)" if not part.endswith(".") else re.escape(part), line) is not None
 
 
 def main() -> int:
@@ -383,7 +412,7 @@ def main() -> int:
                 done += 1
                 counts[kind] += 1
                 more = [line for line in told(changed, path)[0] if line not in before]
-                if any(word in line for line in more for word in part.split("|")):
+                if any(names(line, word) for line in more for word in part.split("|")):
                     hits[kind] += 1
                 else:
                     other[kind] += bool(more)
@@ -391,10 +420,11 @@ def main() -> int:
     for kind in sorted(counts, key=lambda k: hits[k] / counts[k]):
         if hits[kind] < counts[kind]:
             print(f"{kind}: {hits[kind]} of {counts[kind]} told, {other[kind]} under another name; {examples[kind][0]}")
-    total = sum(counts.values())
-    print(f"{len(counts)} kinds, {total} slips of {arguments.machines} true machines: {100 * sum(hits.values()) / total:.1f} % told by "
-          f"name, {100 * sum(other.values()) / total:.1f} % under another name only; true machines doubted "
-          f"{100 * doubted / arguments.machines:.1f} %")
+    for words, kinds in (("fine", [k for k in counts if k in FINE]), ("coarse", [k for k in counts if k not in FINE])):
+        total = sum(counts[k] for k in kinds)
+        print(f"{words}: {len(kinds)} kinds, {total} slips: {100 * sum(hits[k] for k in kinds) / max(total, 1):.1f} % told by name, "
+              f"{100 * sum(other[k] for k in kinds) / max(total, 1):.1f} % under another name only")
+    print(f"true machines doubted: {doubted} of {arguments.machines}")
     return 0
 
 

@@ -73,10 +73,14 @@ def _places(machine: Machine) -> Iterator[Doubt]:
 def _parts(machine: Machine) -> Iterator[Doubt]:
     for name, joint in machine.description.joints.items():
         if joint.law is not None:
-            yield from _law(f"joints.{name}.law", joint.law)
+            links = [machine.link(body) for body in (joint.parent, joint.child) if body != GROUND]
+            halves = [body_span(machine.description.bodies[machine.body_names[i]], machine.body_frames[i],
+                                machine.bodies[i].mass)[1] for i in links]
+            longest = 2 * float(np.max(halves))
+            yield from _law(f"joints.{name}.law", joint.law, longest)
 
 
-def _law(path: str, law: LawDescription) -> Iterator[Doubt]:
+def _law(path: str, law: LawDescription, longest: float) -> Iterator[Doubt]:
     values = list[tuple[str, float | None]]()
     if (screw := law.ball_screw) is not None:
         values += [("ball_screw.nut", screw.nut), ("ball_screw.bearing", screw.bearing), ("ball_screw.bracket", screw.bracket)]
@@ -84,6 +88,10 @@ def _law(path: str, law: LawDescription) -> Iterator[Doubt]:
             yield Doubt(f"{path}.ball_screw", f"{screw.diameter:.3g} m thick and {screw.length:.3g} m long, no ball screw of a "
                         "machine tool", "check the units of diameter and length (numbers without one are m)",
                         figure=screw.diameter)
+        if screw.nut_at < screw.diameter / 2:
+            yield Doubt(f"{path}.ball_screw.nut_at", f"{screw.nut_at:.3g} m from the thrust bearing beside a diameter of "
+                        f"{screw.diameter:.3g} m: the nut is in the bearing", "check its unit (numbers without one are m)",
+                        figure=screw.nut_at)
         if screw.lead is not None and screw.lead > 5 * screw.diameter:
             yield Doubt(f"{path}.ball_screw.lead", f"{screw.lead:.3g} m a turn beside a diameter of {screw.diameter:.3g} m",
                         "check its unit (numbers without one are m)", figure=screw.lead / screw.diameter)
@@ -96,6 +104,9 @@ def _law(path: str, law: LawDescription) -> Iterator[Doubt]:
             yield Doubt(f"{path}.guideway.at", f"the carriages' middle is {away:.3g} m from their joint, they are {reach:.3g} "
                         "m about it", "give their places from the joint's place, not from the machine's origin",
                         figure=away / max(reach, 1e-9))
+        if reach > 2 * longest:
+            yield Doubt(f"{path}.guideway.at", f"carriages {reach:.3g} m from their middle on bodies of {longest:.3g} m",
+                        "check the unit of their places (numbers without one are m)", figure=reach / longest)
     for key, value in values:
         if value is not None and not SOFTEST <= value <= STIFFEST:
             word = "softer" if value < SOFTEST else "stiffer"

@@ -11,22 +11,24 @@ from toolpoint.machine import Machine
 
 FROM_DIRECTIONS = 50.0  # times softer or stiffer than the other directions of a joint
 FROM_JOINTS = {"x": 30.0, "rx": 100.0}  # times below the softest or above the stiffest of all other joints, along and about
-FROM_DAMPERS = 100.0  # times outside the dampers of other joints
+FROM_DAMPERS = 100.0  # times outside those of other joints, damper over spring
 SOFT, SLOW = 3e6, 6.0  # N/m; Hz of what stands on a spring, were it alone
 LOST = 2.0  # damper's force over the spring's at the frequency of what it holds
 WAYS_ALONG, WAYS_ABOUT = ("x", "y", "z"), ("rx", "ry", "rz")
-KINDS = ((WAYS_ALONG, "N/m", "N*s/m"), (WAYS_ABOUT, "N m/rad", "N*m*s/rad"))
+KINDS = ((WAYS_ALONG, "N/m"), (WAYS_ABOUT, "N m/rad"))
 
 
 def question_springs(machine: Machine) -> list[Doubt]:
     """Return doubts about stiffness and damping far from those beside them; the odd one of two is that farther from all."""
     joints = machine.description.joints
     lines = list[Doubt]()
-    for ways, unit, damping_unit in KINDS:
+    for ways, unit in KINDS:
         stiffness = {name: _of(joint.stiffness, ways) for name, joint in joints.items()}
         damping = {name: _of(joint.damping, ways) for name, joint in joints.items()}
         lines += _far("stiffness", stiffness, unit, FROM_JOINTS[ways[0]])
-        lines += _far("damping", damping, damping_unit, FROM_DAMPERS)
+        shares = {name: {way: value / stiffness[name][way] for way, value in row.items() if way in stiffness[name]}
+                  for name, row in damping.items()}
+        lines += _far("damping", shares, "s of damping over stiffness", FROM_DAMPERS)
         lines += _overdamped(stiffness, damping)
     named = {line.what for line in lines}
     return [*lines, *(line for line in _soft(machine) if line.what not in named), *_shares(machine)]

@@ -12,6 +12,7 @@ from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.parts.laws import driven_ways
 from toolpoint.machine.pose.placement import place_machine
+from toolpoint.studies.machines.check.machine_doubts import tearing_axes
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 
 NAMED = {"X": 0, "Y": 1, "Z": 2, "A": 0, "B": 1, "C": 2}  # axes whose name says what they move along or about (ISO 841)
@@ -32,7 +33,7 @@ def describe_signs(machine: Machine) -> list[str]:
 
 def _ends(machine: Machine) -> list[Doubt]:
     lines = list[Doubt]()
-    if not _moves_alone(machine) or any(body.modal_count for body in machine.bodies):
+    if not _moves_alone(machine) or tearing_axes(machine) or any(body.modal_count for body in machine.bodies):
         return lines  # slides of elastic bodies are asked with their reduction
     for axis in machine.chain.axes:
         for end in (axis.lower, axis.upper):
@@ -65,7 +66,7 @@ def _screw_ends(machine: Machine) -> Iterator[Doubt]:
             nut = screw.nut_at
             reaches = [(nut + axis.lower, nut + axis.upper), (nut - axis.upper, nut - axis.lower)]
             if all(low <= 0 or high > screw.length for low, high in reaches):
-                yield Doubt(f"joints.{name}.law.ball_screw", f"{1e3 * screw.length:.4g} mm long with its nut at "
+                yield Doubt(f"joints.{name}.law.ball_screw.nut_at", f"{1e3 * screw.length:.4g} mm long with its nut at "
                             f"{1e3 * nut:.4g} mm, but axis {axis.name} travels {axis.words(axis.lower)} .. "
                             f"{axis.words(axis.upper)}: the nut leaves the screw", "check nut_at, the length and the "
                             "limits of the axis", figure=(axis.upper - axis.lower) / screw.length)
@@ -94,6 +95,8 @@ def _ways(machine: Machine) -> list[tuple[str, FloatArray, bool]]:
     tool = machine.link(description.points[description.tool].body)
     work = -1 if description.table is None else machine.link(description.points[description.table].body)
     result = list[tuple[str, FloatArray, bool]]()
+    if tearing_axes(machine):
+        return result  # an axis that tears a loop open alone is doubted for that
     before = _seen_from(machine, work, tool, {})
     for axis in machine.chain.axes:
         step = STEP if axis.rest + STEP <= axis.upper else -STEP
