@@ -422,8 +422,8 @@ def main() -> int:
             print(f"{kind}: {hits[kind]} of {counts[kind]} told, {other[kind]} under another name; {examples[kind][0]}")
     for words, kinds in (("fine", [k for k in counts if k in FINE]), ("coarse", [k for k in counts if k not in FINE])):
         total = sum(counts[k] for k in kinds)
-        print(f"{words}: {len(kinds)} kinds, {total} slips: {100 * sum(hits[k] for k in kinds) / max(total, 1):.1f} % told by name, "
-              f"{100 * sum(other[k] for k in kinds) / max(total, 1):.1f} % under another name only")
+        print(f"{words}: {len(kinds)} kinds, {total} slips: {100 * sum(hits[k] for k in kinds) / max(total, 1):.1f} % told by "
+              f"name, {100 * sum(other[k] for k in kinds) / max(total, 1):.1f} % under another name only")
     print(f"true machines doubted: {doubted} of {arguments.machines}")
     return 0
 

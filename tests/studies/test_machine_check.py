@@ -94,7 +94,8 @@ def test_a_valid_number_that_is_hardly_meant_is_doubted(change, part, words, tmp
 
 SCREW = ("stiffness: {x: 1.5e8, y: 9e8, z: 1.2e9, rx: 5e7, ry: 8e7, rz: 6e7}",
          "law: {guideway: {at: [[0.2, 0.2, 0], [0.2, -0.2, 0], [-0.2, 0.2, 0], [-0.2, -0.2, 0]], radial: 500 N/um, "
-         "lateral: 500 N/um}, ball_screw: {nut: 600 N/um, bearing: 800 N/um, diameter: 35 mm, length: 900 mm, nut_at: 450 mm, follows: away}}")
+         "lateral: 500 N/um},"
+         " ball_screw: {nut: 600 N/um, bearing: 800 N/um, diameter: 35 mm, length: 900 mm, nut_at: 450 mm, follows: away}}")
 
 
 @pytest.mark.parametrize(("change", "part", "words"), [
