@@ -52,7 +52,8 @@ def check(run: Frame, file: Annotated[SourceFile, Argument()], *,
     """
     if (kind := io.kind_of(file)) != "machine":
         words = io.read_kind(file, kind)
-        odd = studies.question_datasheet(io.read_datasheet(file)) if kind == "datasheet" else ()
+        sheet = io.read_datasheet(file) if kind == "datasheet" else None
+        odd = () if sheet is None else studies.question_datasheet(sheet)
         if run.as_json:
             run.show_json({"ok": True, "kind": kind, "words": words, "doubts": list(odd)})
         run.show_text(*mark_notes(odd), f"{file}: {words}; no faults")

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._doubt import Doubt
 from toolpoint.machine.robot.datasheet import RobotDatasheet
-from toolpoint.studies.machines.check.size_doubts import slipped_angle
+from toolpoint.studies.machines.check.size_doubts import angle_slip
 
 BENDS_LEAST, BENDS_MOST = 0.3, 200.0  # times a reducer's torsion, that its bending is
 FROM_OTHERS = 100.0  # times below the least or above the largest of the other reducers
@@ -25,7 +25,7 @@ def _table(sheet: RobotDatasheet) -> Iterator[Doubt]:
     for axis in sheet.axes:
         for key in ("alpha", "theta"):
             angle = float(getattr(axis, key))
-            if words := slipped_angle(abs(angle)):
+            if words := angle_slip(abs(angle)):
                 yield Doubt(f"axes.{axis.name}.{key}", f"{angle:.5g} rad ({np.degrees(angle):.5g} degrees), {words}",
                             "write its unit: -90 deg", figure=angle)
         if axis.upper - axis.lower < np.radians(10):

@@ -118,8 +118,8 @@ def _angles(machine: Machine) -> Iterator[Doubt]:
     """Doubt angles between axes that follow each other, and turns of joints, that are quarter turns in the other unit."""
     for name, joint in machine.description.joints.items():
         turns = [float(np.linalg.norm(joint.frame.rotation)), *(abs(float(v)) for v in joint.frame.rotation)]
-        if (turn := next((t for t in turns if slipped_angle(t)), None)) is not None:
-            yield Doubt(f"joints.{name}.rotation", f"{turn:.5g} rad, {slipped_angle(turn)}", "check the unit of its angles",
+        if (turn := next((t for t in turns if angle_slip(t)), None)) is not None:
+            yield Doubt(f"joints.{name}.rotation", f"{turn:.5g} rad, {angle_slip(turn)}", "check the unit of its angles",
                         figure=turn)
     before: tuple[str, FloatArray] | None = None
     for i, name in enumerate(machine.joint_names):
@@ -132,13 +132,13 @@ def _angles(machine: Machine) -> Iterator[Doubt]:
         if machine.chain.parents[i] >= 0 and before is not None:
             cosine = np.clip(float(across @ before[1]), -1, 1)
             angle = float(np.arctan2(np.linalg.norm(np.cross(across, before[1])), cosine))
-            if (words := slipped_angle(angle)):
+            if (words := angle_slip(angle)):
                 yield Doubt(f"joints.{name}", f"its axis is {np.degrees(angle):.5g} degrees from that of {before[0]}, {words}",
                             "check the unit of the angles (alpha, theta)", figure=angle)
         before = (name, across)
 
 
-def slipped_angle(angle: float) -> str:
+def angle_slip(angle: float) -> str:
     """Return what an angle (rad, >= 0) would be in the other unit where that is a quarter or half turn, else an empty text."""
     for quarter in (90, 180):
         if abs(angle - np.radians(np.radians(quarter))) < ALIKE:
