@@ -1,9 +1,13 @@
 """What `check` says of a machine: the drawing in words, and doubts that a slip of a unit gives away."""
 
+from importlib import resources
+
 import pytest
 
-from toolpoint.io import read_machine, write_machine
+from toolpoint._check import ToolpointError
+from toolpoint.io import read_datasheet, read_machine, write_machine
 from toolpoint.io.template_files import read_template
+from toolpoint.studies.machines.check.datasheet_doubts import question_datasheet
 from toolpoint.studies.machines.check.machine_check import check_machine
 
 TEXT = read_template("machine", "three-axis-vertical")
@@ -67,3 +71,73 @@ def test_a_place_survives_writing(tmp_path):
     assert not machine.description.joints["feet"].placed
     write_machine(machine.description, tmp_path / "again.yaml")
     assert read_machine(tmp_path / "again.yaml").description.joints["feet"].placed
+
+
+@pytest.mark.parametrize(("change", "part", "words"), [
+    (("{x: 9e8, y: 1.5e8, z: 1.2e9,", "{x: 700000, y: 1.5e8, z: 1.2e9,"), "joints.guide_y.stiffness.x",
+     "times below the least"),
+    (("{x: 4e8, y: 4e8, z: 9e8,", "{x: 3e5, y: 3e5, z: 3e5,"), "joints.feet.stiffness.x", "times below the least"),
+    (("rx: 5e7, ry: 8e7", "rx: 5e4, ry: 8e7"), "joints.guide_x.stiffness.rx", "along ry of the same joint"),
+    (("mass: 2200 kg", "density: 7.2"), "bodies.bed.density", "lighter than foam"),
+    (("tip: {body: spindle, at: [0, -0.25, 1.1]}", "tip: {body: spindle, at: [0, -0.25, 11]}"), "points.tip", "off its body"),
+    (("direction: -x", "direction: x"), "axes.X", "+X moves the tool along -x relative to the work"),
+    (("direction: -x", "direction: -y"), "axes.X", "not its own direction"),
+    (("tool: tip", "# tool: tip"), "cutting", "no point is the tool"),
+    (("damping_ratio: 3 %", "damping_ratio: 0.9"), "damping_ratio", "90 %"),
+    (("at: [0, -0.25, 0.85],", "at: [0, -0.25, 0.85], rotation: [0, 0, 0.0274156],"), "joints.guide_x.rotation",
+     "read as degrees"),
+])
+def test_a_valid_number_that_is_hardly_meant_is_doubted(change, part, words, tmp_path):
+    doubts = checked(tmp_path, change).doubts
+    assert any(line.startswith(part) and words in line for line in doubts), doubts
+
+
+SCREW = ("stiffness: {x: 1.5e8, y: 9e8, z: 1.2e9, rx: 5e7, ry: 8e7, rz: 6e7}",
+         "law: {guideway: {at: [[0.2, 0.2, 0], [0.2, -0.2, 0], [-0.2, 0.2, 0], [-0.2, -0.2, 0]], radial: 500 N/um, "
+         "lateral: 500 N/um},"
+         " ball_screw: {nut: 600 N/um, bearing: 800 N/um, diameter: 35 mm, length: 900 mm, nut_at: 450 mm, follows: away}}")
+
+
+@pytest.mark.parametrize(("change", "part", "words"), [
+    (("35 mm", "35 mm"), "", ""),
+    (("diameter: 35 mm", "diameter: 28"), "joints.guide_x.law.ball_screw", "no ball screw of a machine tool"),
+    (("nut_at: 450 mm", "nut_at: 700 mm"), "axes.X", "an end of its travel"),
+    (("radial: 500 N/um", "radial: 700000"), "joints.guide_x.law.guideway.radial", "softer than any"),
+    (("[[0.2, 0.2, 0], [0.2, -0.2, 0], [-0.2, 0.2, 0], [-0.2, -0.2, 0]]", "[[0.2, -0.05, 0.85], [0.2, -0.45, 0.85], "
+      "[-0.2, -0.05, 0.85], [-0.2, -0.45, 0.85]]"), "joints.guide_x.law.guideway.at", "not from the machine's origin"),
+])
+def test_slips_of_parts_of_a_catalogue(change, part, words, tmp_path):
+    doubts = checked(tmp_path, SCREW, change).doubts
+    assert not doubts if not part else any(line.startswith(part) and words in line for line in doubts), doubts
+
+
+def test_parent_and_child_exchanged_are_named(tmp_path):
+    with pytest.raises(ToolpointError, match=r"guide_z: parent and child are the wrong way round") as caught:
+        checked(tmp_path, ("guide_z: {parent: column, child: head", "guide_z: {parent: head, child: column"))
+    assert "closes_loop" not in str(caught.value) and "hangs on no joint" not in str(caught.value)
+
+
+def test_which_way_plus_moves_the_tool(tmp_path):
+    assert "+X moves the tool along +x relative to the work" in checked(tmp_path).motion
+
+
+SHEET = (resources.files("toolpoint") / "app/machines/milling_robot_datasheet.yaml").read_text()
+
+
+@pytest.mark.parametrize(("changes", "part"), [
+    ([], ""),
+    ([("bending: 39.2e4", "bending: 392")], "catalogue.SHG-25-80.bending"),
+    ([("torsion: [2.5e4]", "torsion: [25]")], "catalogue.SHG-25-80.torsion"),
+    ([("bending: 39.2e4", "bending: 39.2e7")], "catalogue.SHG-25-80.bending"),
+    ([("damping: 14", "damping: 14000")], "catalogue.SHG-25-80.damping"),
+    ([("alpha: -90 deg", "alpha: -1.5708 deg")], "axes.q1.alpha"),
+    ([("alpha: 180 deg", "alpha: 3.14159 deg")], "axes.q2.alpha"),
+])
+def test_slips_of_a_datasheet(changes, part, tmp_path):
+    text = SHEET
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "robot.yaml").write_text(text)
+    doubts = question_datasheet(read_datasheet(tmp_path / "robot.yaml"))
+    assert [doubt.what for doubt in doubts] == ([part] if part else []), doubts

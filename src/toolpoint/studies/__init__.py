@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.machines.campbell import map_speeds
+    from toolpoint.studies.machines.check.datasheet_doubts import question_datasheet
     from toolpoint.studies.machines.check.machine_check import check_machine
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -85,8 +86,8 @@ __all__ = [
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
     "pair_measurements", "place_grid", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
-    "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan", "run_robot_demo",
-    "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
+    "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
+    "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_reach", "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity",
@@ -137,6 +138,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
     "robots.datasheet_study": ("study_datasheet",),
+    "machines.check.datasheet_doubts": ("question_datasheet",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_reach",),
     "robots.regions": ("plane_directions", "search_regions", "study_region"),

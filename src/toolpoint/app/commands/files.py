@@ -11,6 +11,7 @@ import click
 
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command, list_given
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Files, Naming, Quantity
@@ -51,9 +52,11 @@ def check(run: Frame, file: Annotated[SourceFile, Argument()], *,
     """
     if (kind := io.kind_of(file)) != "machine":
         words = io.read_kind(file, kind)
+        sheet = io.read_datasheet(file) if kind == "datasheet" else None
+        odd = () if sheet is None else studies.question_datasheet(sheet)
         if run.as_json:
-            run.show_json({"ok": True, "kind": kind, "words": words})
-        run.show_text(f"{file}: {words}; no faults")
+            run.show_json({"ok": True, "kind": kind, "words": words, "doubts": list(odd)})
+        run.show_text(*mark_notes(odd), f"{file}: {words}; no faults")
         return
     inertias = io.read_robot(file, mass).doubts if file.suffix.lower() == ".urdf" else ()
     machine = io.read_machine(file)

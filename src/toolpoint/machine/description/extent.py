@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.description.machine import ShapeDescription
+from toolpoint.machine.description.machine import BodyDescription, ShapeDescription
 
 
 def shape_size(shape: ShapeDescription) -> FloatArray:
@@ -25,3 +25,15 @@ def equal_box(mass: FloatArray) -> FloatArray:
     about_centre = np.diag(mass[3:6, 3:6] + total * first @ first)
     squares = 6 / total * (about_centre.sum() - 2 * about_centre)
     return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))
+
+
+def body_span(body: BodyDescription, frame: FloatArray, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return centre and half size (m) of the box around a body in the machine frame: as drawn, else that of its mass."""
+    if body.mesh is not None:
+        corners = body.mesh.corners.reshape(-1, 3) + np.array(body.centre)
+        centre, size = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0)
+    else:
+        shape = body.draw or body.shape
+        centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+        size = equal_box(mass) if shape is None else shape_size(shape)
+    return frame[:3, :3] @ centre + frame[:3, 3], np.abs(frame[:3, :3]) @ size / 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,13 @@ def tree_faults(description: MachineDescription) -> list[tuple[str, str]]:
                                f"joint {name}: there is no body {body!r}" + (f"; {hint}" if hint else "")))
         if joint.child == GROUND and not joint.closes_loop:
             faults.append((f"joints.{name}.child", f"joint {name}: the ground cannot be a child; swap parent and child"))
+    turned = _turned_round(tree)
+    for name in turned:
+        joint = tree[name]
+        faults.append((f"joints.{name}.parent", f"joint {name}: parent and child are the wrong way round: {joint.child} is "
+                       f"carried already, {joint.parent} by nothing; write parent: {joint.child} and child: {joint.parent}"))
+    tree = {name: replace(joint, parent=joint.child, child=joint.parent) if name in turned else joint
+            for name, joint in tree.items()}
     for name, joint in tree.items():
         if joint.child in parent_of:
             faults.append((f"joints.{name}.child",
@@ -32,6 +40,13 @@ def tree_faults(description: MachineDescription) -> list[tuple[str, str]]:
                            "mark one of them with closes_loop: true, or change its child"))
         parent_of.setdefault(joint.child, name)
     return faults + _circle_faults(description, tree, parent_of)
+
+
+def _turned_round(tree: Mapping[str, JointDescription]) -> list[str]:
+    """Return the joints with parent and child exchanged: the child hangs on another too, nothing carries the parent."""
+    carried = [joint.child for joint in tree.values()]
+    return [name for name, joint in tree.items()
+            if carried.count(joint.child) > 1 and joint.parent != GROUND and joint.parent not in carried]
 
 
 def _circle_faults(

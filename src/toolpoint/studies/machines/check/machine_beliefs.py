@@ -16,8 +16,10 @@ from toolpoint.vibration import eigen
 DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal
 STIFFEST, SOFTEST = 1e12, 1e4  # N/m of a joint of a machine tool
 LONGEST_LEVER, SHORTEST_LEVER = 30.0, 1e-3  # m, root of turning over translational stiffness
-SLOWEST, FASTEST = 0.5, 5e3  # Hz of the first elastic mode
-FURTHEST = 50.0  # m of travel
+SLOWEST, FASTEST = 2.0, 5e3  # Hz of the first elastic mode
+FURTHEST, SHORTEST = 50.0, 2e-3  # m of travel
+LEAST_SHARE = 0.02  # of the longest travel of the machine
+MOST_TURNS, LEAST_TURN = 20, 5.0  # full turns, degrees of a rotary axis
 
 
 def question_units(machine: Machine) -> list[Doubt]:
@@ -68,9 +70,18 @@ def _springs(machine: Machine) -> list[Doubt]:
 
 
 def _travels(machine: Machine) -> list[Doubt]:
-    return [Doubt(f"axes.{axis.name}", f"travels {axis.upper - axis.lower:.4g} m", "check the unit of its limits",
-                  figure=axis.upper - axis.lower)
-            for axis in machine.chain.axes if not axis.is_rotary and FURTHEST < axis.upper - axis.lower < np.inf]
+    spans = {axis: axis.upper - axis.lower for axis in machine.chain.axes if np.isfinite([axis.lower, axis.upper]).all()}
+    longest = max((span for axis, span in spans.items() if not axis.is_rotary), default=0.0)
+    lines = list[Doubt]()
+    for axis, span in spans.items():
+        if axis.is_rotary:
+            odd = not np.radians(LEAST_TURN) <= span <= MOST_TURNS * 2 * np.pi
+            words = f"{np.degrees(span):.4g} degrees"
+        else:
+            odd, words = not max(SHORTEST, LEAST_SHARE * longest) <= span <= FURTHEST, f"{span:.4g} m"
+        if odd:
+            lines.append(Doubt(f"axes.{axis.name}", f"travels {words}", "check the unit of its limits", figure=span))
+    return lines
 
 
 def _frequencies(machine: Machine) -> list[Doubt]:

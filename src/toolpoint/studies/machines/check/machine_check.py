@@ -15,6 +15,9 @@ from toolpoint.studies.machines.check.machine_doubts import question_machine
 from toolpoint.studies.machines.check.machine_drawing import describe_assumed, describe_travel, draw_chain
 from toolpoint.studies.machines.check.machine_words import describe_motion
 from toolpoint.studies.machines.check.reduced_bodies import question_reduction
+from toolpoint.studies.machines.check.size_doubts import question_sizes
+from toolpoint.studies.machines.check.spring_doubts import question_springs
+from toolpoint.studies.machines.check.travel_doubts import describe_signs, question_travel
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,10 @@ def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedM
     cut = machine.description.cutting
     beyond, reduction = question_reduction(machine)
     stated = dict.fromkeys((*machine.description.doubts, *question_reference(machine)))
-    doubts = (*stated, *further, *question_machine(machine), *question_units(machine), *beyond)
+    first = (*stated, *further, *question_machine(machine), *question_units(machine))
+    said = {doubt.what for doubt in first}
+    more = (*question_springs(machine), *question_sizes(machine), *question_travel(machine))
+    doubts = (*first, *(doubt for doubt in more if doubt.what not in said), *beyond)  # the plainer one of two about a part
     return CheckedMachine(machine.name, machine.size, doubts,
-                        draw_chain(machine), describe_travel(machine), describe_motion(machine),
+                        draw_chain(machine), describe_travel(machine), (*describe_motion(machine), *describe_signs(machine)),
                         None if cut is None else words(cut), describe_assumed(machine), reduction)

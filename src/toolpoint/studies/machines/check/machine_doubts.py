@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, JointDescription
-from toolpoint.machine.description.extent import equal_box, shape_size
+from toolpoint.machine.description.extent import body_span
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.check.elastic_doubts import question_elastic_bodies
 from toolpoint.studies.machines.check.law_doubts import question_laws
@@ -34,6 +33,9 @@ def question_machine(machine: Machine) -> tuple[Doubt, ...]:
     lines += question_laws(machine)
     lines += question_elastic_bodies(machine)
     cut = description.cutting
+    if cut is not None and description.tool is None:
+        lines.append(Doubt("cutting", "given, but no point is the tool, so no lobes and no responses of the tool follow",
+                           "write 'tool: POINT'"))
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
         lines.append(Doubt("cutting.speeds", f"from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty",
                            "write the lower speed first"))
@@ -82,10 +84,11 @@ def far_interfaces(machine: Machine) -> list[Doubt]:
 
 def far_joints(machine: Machine) -> list[Doubt]:
     """Return doubts about joints that lie farther from both of their bodies than the larger one is long."""
-    lines: list[Doubt] = []
-    for name, joint in machine.description.joints.items():
+    lines, description = list[Doubt](), machine.description
+    for name, joint in description.joints.items():
         place = np.array(joint.frame.at)
-        spans = [_span(machine, body) for body in (joint.parent, joint.child) if body != GROUND]
+        spans = [body_span(description.bodies[body], machine.body_frames[link := machine.link(body)], machine.bodies[link].mass)
+                 for body in (joint.parent, joint.child) if body != GROUND]
         if joint.parent_interface or joint.child_interface or not joint.placed or not _gives_way(joint) or not spans:
             continue
         gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
@@ -94,20 +97,6 @@ def far_joints(machine: Machine) -> list[Doubt]:
             lines.append(Doubt(f"joints.{name}", f"at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from "
                                "both of its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
     return lines
-
-
-def _span(machine: Machine, name: str) -> tuple[FloatArray, FloatArray]:
-    """Centre and half size of the box around a body, machine frame at the reference pose."""
-    link, body = machine.link(name), machine.description.bodies[name]
-    frame, mass = machine.body_frames[link], machine.bodies[link].mass
-    if body.mesh is not None:
-        corners = body.mesh.corners.reshape(-1, 3) + np.array(body.centre)
-        centre, size = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0)
-    else:
-        shape = body.draw or body.shape
-        centre = np.array(body.centre if body.draw_at is None else body.draw_at)
-        size = equal_box(mass) if shape is None else shape_size(shape)
-    return tf.move(frame, centre[None])[0], np.abs(frame[:3, :3]) @ size / 2
 
 
 def _gives_way(joint: JointDescription) -> bool:
