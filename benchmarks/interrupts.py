@@ -3,8 +3,8 @@
     python benchmarks/interrupts.py [--moments 200] [--seed 0]
 
 Every command first runs to its end, for its time; then a SIGINT is sent to it at moments that are spread evenly over that time,
-in a random order, from the time on that the interpreter takes to start. A chatter map with a folder is resumed after four interruptions and must give the numbers of the run that
-nobody interrupted. The last line is the figure.
+in a random order, from the time on that the interpreter takes to start. A chatter map with a folder is resumed after four
+interruptions and must give the numbers of the run that nobody interrupted. The last line is the figure.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Union, get_args, get_origin, get_type_hints
 
 import click
 from click.core import ParameterSource
@@ -84,7 +84,14 @@ class Group(Protocol):
         ...
 
 
-class Reading(click.ParamType[Any]):
+if TYPE_CHECKING:
+    _ParameterType = click.ParamType[Any]
+else:
+    _ParameterType = click.ParamType  # generic from click 8.3 on only
+
+
+
+class Reading(_ParameterType):
     """A value made from a text by `read`; a text that it refuses by a bare ValueError ends with how to write it."""
 
     name = "text"
