@@ -69,7 +69,7 @@ def test_limits_of_a_tap_are_those_of_the_tip(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("slip", "words"), [
     ("analyser's window not said", "exponential window"), ("x and y exchanged", "exchanged"), ("V/N said for mV/N", "no blow"),
-    ("sign of the response turned", "sign of one channel"), ("sensor at another point", "not a driving point"),
+    ("sign of the response turned", "sign of one channel"), ("sensor at another point", "driving point"),
     ("one channel 0.1 ms late", "only with a delay")])
 def test_slips_that_spoil_limits_are_red_and_named(tmp_path, slip, words):
     result = studied(SLIPS[slip](a_tap(SOFT_AND_FAST)), tmp_path)

@@ -30,7 +30,8 @@ LONGEST_DELAY, MAX_DELAYS = 0.05, 401  # as a share of the record 1 / df; tried 
 MIN_FILE_LINES = 100  # of a response that is judged even where few of its lines can be believed
 MIN_LOUD = 0.05  # share of the lines that stand out of the noise
 PHASE_ERROR = np.radians(2.0)  # of a peak's residue whose neighbours are near or whose shape is complex, one deviation
-DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.5, 4.0, 0.7  # of a delay seen at peaks, at one alone, at all but one
+DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.8, 4.0, 0.7  # of a delay seen at peaks, at one alone, at all but one
+ADVANCE_FACTOR = 1.7  # on those of a response that is ahead of its force: near modes that overlap turn a peak as much
 EXPLAINED = 0.5  # share of the peaks' turn that a delay may leave
 REVERSED = np.radians(100)  # turn of a peak beyond which response and force are of different points
 _NOT_ONE_POINT = "not a driving point (response and force are not at one point and direction) or very noisy"
@@ -98,7 +99,8 @@ def _explanations(name: str, frf: Frf, lines: BandLines) -> list[tuple[str, str,
     away = "the driving point gives off power at nearly all lines"
     explained = [
         (f"{away}: the sign of one channel is wrong (sensor or force cell mounted the other way round)",
-         f"check the mounting, then read it with its direction turned ({_opposite(frf.outputs[0])})", lines.turned(-1)),
+         f"check the mounting, then read it with its direction turned ({_opposite(frf.outputs[0])}); a receptance read as an "
+         "accelerance turns its sign too: check `quantity`", lines.turned(-1)),
         (f"{away}: its phase is that of the other time factor, exp(-i w t)", "turn the sign of the imaginary part",
          lines.conjugated()),
         ("the driving point is passive only with real and imaginary part exchanged", "check the order of the columns",
@@ -154,6 +156,8 @@ def _turned_peaks(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
     delay, deviations = _delay_of(omega, phase, error)
     left = float((((phase + omega * delay) / error) ** 2).sum() / max(float(((phase / error) ** 2).sum()), 1e-300))
     least = DELAY_DEVIATIONS if len(peaks) > 1 else LONE_DEVIATIONS
+    if delay < 0:
+        least *= ADVANCE_FACTOR
     if deviations < least or left > EXPLAINED or not _is_shared(omega, phase, error, delay):
         return []
     return [_late(name, delay, 1, abs(float(phase[0])))]

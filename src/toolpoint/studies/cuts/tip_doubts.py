@@ -31,7 +31,8 @@ MODAL_NOISE = 0.02  # of a response of identified modes, as a share of it, and a
 WITHHELD = "withheld"
 
 
-def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mass: float | None = None) -> list[Doubt]:
+def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mass: float | None = None,
+                 measured_from: float | None = None) -> list[Doubt]:
     """Return the doubts about measured responses of a tip; each label that is output and input is a direction of it.
 
     Parameters
@@ -40,9 +41,12 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
         What the responses of a direction are called in the doubts.
     sensor_mass : float, optional
         kg, of the sensor that was on the tip while it was struck.
+    measured_from : float, optional
+        Hz, the lowest line that was measured, where lower ones than those given were left out as noise or drift.
     """
     called = names or {}
     doubts: list[Doubt] = []
+    first = _first(frf) if measured_from is None else 2 * np.pi * measured_from
     for dof in frf.outputs:
         if dof in frf.inputs:
             name = called.get(dof, str(dof))
@@ -50,7 +54,7 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
             said = question_driving_point(direct, name)
             lines = select_lines(direct)
             # What is no driving point has no stiffness and no band to be asked for.
-            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, _first(direct))])
+            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, first)])
             if sensor_mass and lines is not None and not said:
                 doubts += _sensor(name, lines, sensor_mass)
     return doubts or question_mixes(frf)

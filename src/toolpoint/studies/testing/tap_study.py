@@ -234,7 +234,9 @@ def _response_light(direction: TappedDirection) -> Light:
     step = f"response along {direction.name}"
     inside = direction.tip.between(*direction.band.ends)
     band = f"from {direction.band.low:.4g} to {direction.band.high:.4g} Hz"
-    if doubts := sorted(question_tip(inside), key=lambda doubt: not doubt.grave):
+    # What lies below the band was measured, and is drift.
+    lowest = float(direction.tip.frequency[direction.tip.frequency > 0][0])
+    if doubts := sorted(question_tip(inside, measured_from=lowest), key=lambda doubt: not doubt.grave):
         worst = doubts[0]
         return Light(step, "red" if worst.grave else "amber", f"{worst.why} ({band})",
                      f"along {direction.name}: {worst.remedy}")
