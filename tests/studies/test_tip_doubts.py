@@ -36,6 +36,15 @@ SLIPS = {"delay": (turned(3e-5), "delay of about +0.03"), "advance": (turned(-2e
          "a mobility": (WHOLE * 2j * np.pi * LINES * 1e-3, "passive as mobility")}
 
 
+@pytest.mark.parametrize("first", [1.0, 12.0])
+def test_structural_damping_is_not_taken_for_modes_below_the_band(first):
+    """Its loss at low lines has no real part that follows from it; the closed form of three modes with loss factors."""
+    lines = np.arange(first, 400.0, 0.1)
+    resonances, stiffness, loss = np.array([24.0, 61.0, 110.0]), np.array([4e7, 9e7, 6e7]), np.array([0.07, 0.09, 0.06])
+    values = (1 / (stiffness * (1 + 1j * loss - (lines[:, None] / resonances) ** 2))).sum(axis=1)
+    assert question_tip(response(values, lines=lines)) == []
+
+
 @pytest.mark.parametrize("name", list(SLIPS))
 def test_a_slip_is_grave_and_named(name):
     values, words = SLIPS[name]

@@ -16,15 +16,7 @@ from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_line
 from toolpoint.vision.modes.projection import decay_basis, point_shapes
 from toolpoint.vision.modes.views import join_views
 
-OMEGA = 2 * np.pi * np.array(scenes.FREQUENCIES)
-POLES = OMEGA * (-np.array(scenes.RATIOS) + 1j * np.sqrt(1 - np.array(scenes.RATIOS) ** 2))
-
-
-@pytest.fixture(scope="module")
-def case():
-    rng = np.random.default_rng(11)
-    scene = scenes.c_frame(rng)
-    return scene, scan(scenes.filmed(scene, rng))
+OMEGA, POLES = scenes.OMEGA, scenes.POLES
 
 
 def test_the_transform_of_a_decay_is_one_pole_on_every_line():

@@ -24,15 +24,7 @@ from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, decay_basis
 
 RATE, FRAMES = 480.0, 400
-OMEGA = 2 * np.pi * np.array(scenes.FREQUENCIES)
-POLES = OMEGA * (-np.array(scenes.RATIOS) + 1j * np.sqrt(1 - np.array(scenes.RATIOS) ** 2))
-
-
-@pytest.fixture(scope="module")
-def case():
-    rng = np.random.default_rng(11)
-    scene = scenes.c_frame(rng)
-    return scene, scan(scenes.filmed(scene, rng))
+POLES = scenes.POLES
 
 
 def grid(rows, columns, side=12):

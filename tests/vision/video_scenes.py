@@ -8,6 +8,9 @@ from toolpoint.vision.rendering.texture import plain, random_texture
 
 SHAPE, FRAMES, RATE = (176, 208), 384, 480.0
 FREQUENCIES, RATIOS = (22.0, 71.0), (0.02, 0.015)
+OMEGA = 2 * np.pi * np.array(FREQUENCIES)
+POLES = OMEGA * (-np.array(RATIOS) + 1j * np.sqrt(1 - np.array(RATIOS) ** 2))
+
 COLUMN, HEAD = (40, 24, 56, 128), (96, 40, 84, 60)
 
 
