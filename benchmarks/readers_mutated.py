@@ -1,6 +1,6 @@
 """Damaged files: valid ones of our own writers, mutated; every reader must answer with a result or a ToolpointError, in time.
 
-    python benchmarks/readers_mutated.py --inputs 20000
+    python benchmarks/readers_mutated.py --inputs 20000 [--only lvm,wav,tdms]
 
 Every input is one valid file with some bytes changed, cut, doubled, swapped with those of another file or replaced by nasty
 words, given to a reader. Counted are foreign exceptions, readings over 5 s of CPU time (by the clock a busy machine makes any
@@ -21,6 +21,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat, wavfile
 
 from toolpoint._check import ToolpointError
@@ -101,6 +102,9 @@ def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
         put(source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), *readers)
     tone = (1e4 * rng.normal(size=(50, 2))).astype(np.int16)
     put("tone.wav", lambda path: wavfile.write(path, 1000, tone), record_files.read)
+    for number, sections in enumerate((1, 2)):
+        put(f"blows{number}.lvm", lambda path, n=sections: path.write_text(_lvm_text(n, rng)), record_files.read)
+    put("blows.tdms", lambda path: _write_tdms(path, tone), record_files.read)
     for name, text in PROGRAMS.items():
         put(name, lambda path, text=text: path.write_text(text), gcode.read)
     put("plane.bdf", lambda path: path.write_text(MESH), mesh_files.read_nodes, matrix_files.read_labelled)
@@ -109,6 +113,21 @@ def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
             if source.stat().st_size < LARGEST:
                 put("real_" + source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), reader)
     return files
+
+
+def _lvm_text(sections: int, rng: np.random.Generator) -> str:
+    head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\n"
+    section = ("Channels\t2\t\nSamples\t6\t6\t\nY_Unit_Label\tN\tm/s^2\t\nDelta_X\t0.001\t0.001\t\n***End_of_Header***\t\n"
+               "X_Value\tHammer\tTip\tComment\n")
+    rows = ["".join(f"{k * 0.001:.3f}\t{force:.5f}\t{acceleration:.5f}\n" for k, (force, acceleration) in
+                    enumerate(rng.normal(size=(6, 2)))) for _ in range(sections)]
+    return head + "\n".join(section + values for values in rows)
+
+
+def _write_tdms(path: Path, samples: np.ndarray) -> None:
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject("blow", name, samples[:, i] * 1.0, {"wf_increment": 0.001, "unit_string": unit})
+                            for i, (name, unit) in enumerate((("hammer", "N"), ("tip", "m/s^2")))])
 
 
 def _write_73(path: Path, frf: Frf) -> None:
@@ -144,7 +163,7 @@ def mutated(data: bytes, other: bytes, chance: random.Random) -> bytes:
     return bytes(out)
 
 
-def run(inputs: int, seed: int, seconds: float) -> dict[str, object]:
+def run(inputs: int, seed: int, seconds: float, only: tuple[str, ...] = ()) -> dict[str, object]:
     """Return counts of all that was seen."""
     chance = random.Random(seed)
     faults: Counter[str] = Counter()
@@ -152,7 +171,7 @@ def run(inputs: int, seed: int, seconds: float) -> dict[str, object]:
     worst, waited, begin = (0.0, ""), 0.0, time.perf_counter()
     with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        files = sources(Path(name))
+        files = [f for f in sources(Path(name)) if not only or any(word in f[0].name for word in only)]
         whole = {path: path.read_bytes() for path, _ in files}
         at_start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
         for _ in range(inputs):
@@ -198,9 +217,12 @@ if __name__ == "__main__":
     parser.add_argument("--inputs", type=int, default=20000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--only", default="", help="parts of file names, commas between")
     options = parser.parse_args()
-    result = run(options.inputs, options.seed, options.seconds)
+    result = run(options.inputs, options.seed, options.seconds, tuple(word for word in options.only.split(",") if word))
     for name, value in result.items():
         print(f"{name}: {value}")
+    print(f"{result['foreign exceptions']} foreign exceptions in {result['inputs']} inputs, slowest {result['slowest s']} s, "
+          f"growth {result['growth MB']} MB")
     if result["foreign exceptions"] or result["slowest s"] > SECONDS or result["growth MB"] * 1e6 > GROWTH:
         raise SystemExit(1)

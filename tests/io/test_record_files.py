@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from toolpoint import Dof, Record, ToolpointError
+from toolpoint import Dof, Record, ToolpointError, ToolpointWarning
 from toolpoint.io import read_frf, read_record, read_records, uff
 from toolpoint.io.binary import hdf5
 from toolpoint.io.measured.channels import parse_channel
@@ -130,6 +130,20 @@ def test_tdms(tmp_path):
                               nptdms.ChannelObject("hits", "Acc 1", MOTION / 9.80665, {**step, "unit_string": "g"})])
     record = read_records(tmp_path / "hit.tdms").records[0]
     assert record.quantities == ("force", "acceleration") and np.abs(record.samples - SI).max() < 1e-6
+
+
+def test_a_torn_tdms_file_is_said_by_us_and_not_by_its_library(tmp_path, capfd):
+    nptdms = pytest.importorskip("nptdms")
+    channel = nptdms.ChannelObject("hits", "Hammer", FORCE, {"wf_increment": 1e-3, "unit_string": "N"})
+    with nptdms.TdmsWriter(tmp_path / "whole.tdms") as writer:
+        writer.write_segment([channel])
+        writer.write_segment([channel])
+    (tmp_path / "torn.tdms").write_bytes((tmp_path / "whole.tdms").read_bytes()[:-5])
+    with pytest.warns(ToolpointWarning, match="torn.tdms: the file is not whole"):
+        record = read_records(tmp_path / "torn.tdms").records[0]
+    assert FORCE.size <= len(record.samples) < 2 * FORCE.size
+    assert not capfd.readouterr().err
+
 
 
 def test_a_sensitivity_of_another_quantity_is_refused(tmp_path):
