@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from random_systems import random_system
+from toolpoint.io import read_geometry
 from toolpoint.io.binary import hdf5
-from toolpoint.vibration import Dof, Frf, Record, eigen, state_space
+from toolpoint.vibration import Dof, Frf, Modes, Record, eigen, state_space
 from toolpoint.vibration import frequency_response as fr
+from toolpoint.vibration.geometry import Geometry
 
 
 def nouns():
@@ -32,6 +34,17 @@ def same(a, b):
             np.testing.assert_array_equal(one, two)
         else:
             assert one == two, field.name
+
+
+def test_places_are_kept_beside_modes(tmp_path):
+    """Numbers stay numbers, names names, and the file of modes is a file of points."""
+    places = {1: np.array([0.1, 0.2, -0.3]), "tool": np.zeros(3), 12: np.array([1e-9, 2.0, 1 / 3])}
+    hdf5.write({"modes": nouns()["modes"], "places": Geometry(places, [(1, "tool")])}, tmp_path / "modes.h5")
+    geometry = read_geometry(tmp_path / "modes.h5")
+    assert list(geometry.points) == list(places) and geometry.lines == [(1, "tool")]
+    for name, place in places.items():
+        np.testing.assert_array_equal(geometry.points[name], place)
+    same(hdf5.read(tmp_path / "modes.h5", Modes), nouns()["modes"])
 
 
 @pytest.mark.parametrize("name", list(nouns()))

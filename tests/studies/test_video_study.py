@@ -69,6 +69,9 @@ def test_shapes_at_places_are_in_metres(frames, study):
     assert [str(dof) for dof in modes.dofs] == ["tip:+x", "tip:-z"]
     with pytest.raises(ToolpointError, match="no body 'table'"):
         scaled.modes_at({"t": ("table", place)})
+    places = scaled.places.points
+    assert {dof.point for dof in scaled.modes.dofs} <= set(places) and study.places is None
+    np.testing.assert_allclose(view.project(np.array(list(places.values()))), study.points.windows.centres, atol=1e-6)
 
 
 def test_poles_of_a_record_serve_above_half_the_frame_rate(frames):

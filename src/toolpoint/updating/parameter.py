@@ -89,8 +89,9 @@ class Parameter:
         return -np.inf if value <= 0 else float(np.log(value / self.value))
 
     def at(self, x: float) -> float:
-        """Return the value at x."""
-        return float(self.value * np.exp(x)) if self.log else self.value + self.scale * x
+        """Return the value at x; infinite where a trial step goes beyond the largest number, which no model takes."""
+        with np.errstate(over="ignore"):
+            return float(self.value * np.exp(x)) if self.log else self.value + self.scale * x
 
     def slope(self, x: float) -> float:
         """Return dp/dx."""

@@ -82,8 +82,9 @@ def video(run: Frame, files: Files, filming: Filming, *,
           written: Annotated[NewFile | None, Help("Update the machine to the videos and write it here.", name="--update",
                                                   needs="--machine, the machine to be updated")] = None,
           magnification: Magnification,
-          modes: Annotated[NewFile | None, Help("Save the modes of the first video (HDF5): at the machine's points where there "
-                                                "is one, else at the windows.", name="-m --modes")] = None) -> None:
+          modes: Annotated[NewFile | None, Help("Save the modes of the first video with the places of their points (HDF5): at "
+                                                "the machine's points where there is one, else at the windows.",
+                                                name="-m --modes")] = None) -> None:
     """Mode shapes, frequencies and damping from videos of a machine that rings after a blow.
 
     Videos (.mp4 .mov .avi .mkv, extra 'video'), folders of images, .npy or raw frames. Two videos of orthogonal planes and a
@@ -103,5 +104,5 @@ def video(run: Frame, files: Files, filming: Filming, *,
         run.write("Magnified clip", magnification.file, vision.write_frames, studies.magnify_motion(
             result.videos[0], magnification.factor, mode=magnification.which, band=magnification.magnify_band,
             attenuation=magnification.attenuation))
-    run.write("Modes", modes, io.write_nouns, result.modes)
+    run.write("Modes", modes, io.write_nouns, result.nouns)
     run.show(result, result.notes)

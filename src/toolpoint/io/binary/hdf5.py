@@ -16,17 +16,18 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.binary import reader_process
 from toolpoint.io.door import door
 from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
+from toolpoint.vibration.geometry import Geometry
 
 if TYPE_CHECKING:
     import h5py  # loaded where something is written; a process of its own reads
 
 FORMAT, VERSION = "toolpoint", 1
-NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace)}
-Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace
+NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace, Geometry)}
+Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace | Geometry
 FOLDER = "nouns/"
 # Path of every group and dataset: its attributes and its value.
 Tree = dict[str, tuple[dict[str, Any], Any]]
-T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace)
+T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace, Geometry)
 
 
 def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
@@ -60,6 +61,8 @@ def _put(group: h5py.Group, noun: Any) -> None:
     group.attrs["noun"] = kind
     for field in fields(noun):
         value = getattr(noun, field.name)
+        if isinstance(noun, Geometry) and field.name == "points":
+            value = [[name, *map(float, place)] for name, place in noun.points.items()]
         if value is None:
             continue
         if isinstance(value, np.ndarray):
@@ -121,6 +124,8 @@ def _get(group: str, tree: Tree, path: Path) -> Any:
             if name not in known:
                 raise ToolpointError(f"{path}: {kind} has no {name!r}; the file was written by another version")
             values[name] = json.loads(value, object_hook=_dof) if isinstance(value, str) else value
+    if kind == "Geometry":
+        return Geometry({name: np.array(place, float) for name, *place in values["points"]}, list(map(tuple, values["lines"])))
     return NOUNS[kind](**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()})
 
 

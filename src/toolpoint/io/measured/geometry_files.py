@@ -8,17 +8,21 @@ from pathlib import Path
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io import point_table, uff
+from toolpoint.io.binary import hdf5
 from toolpoint.io.door import door
 from toolpoint.io.point_table import FORMATS, is_number
-from toolpoint.io.suffixes import UNIVERSAL, YAML
+from toolpoint.io.suffixes import HDF5, UNIVERSAL, YAML
 from toolpoint.vibration.geometry import Geometry
 
 
 @door("file of points")
 def read(path: str | Path) -> Geometry:
     """Return the geometry of a universal file (sets 15 or 2411, 82, edges of the elements of 2412), of a CSV file with
-    columns point, x, y, z (m), or the points of a machine file (YAML) at its reference pose."""
+    columns point, x, y, z (m), the points of a machine file (YAML) at its reference pose, or those that an HDF5 file of
+    toolpoint keeps beside its modes."""
     path = Path(path)
+    if path.suffix.lower() in HDF5:
+        return hdf5.read(path, Geometry)
     if path.suffix.lower() in UNIVERSAL:
         measured = uff.read_geometry(path)
         pairs: list[tuple[str | int, str | int]] = [pair for line in measured.lines for pair in pairwise(line)]

@@ -16,6 +16,7 @@ from toolpoint.studies.video.record_poles import poles_of
 from toolpoint.studies.video.video_study import VideoStudy, study_video
 from toolpoint.studies.video.video_update import VideoUpdate, seen_places, update_from_videos
 from toolpoint.vibration import Frf, Modes, Record
+from toolpoint.vibration.geometry import Geometry
 from toolpoint.vision.clip import Clip, Frames
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.magnification.phase_based import PhaseMagnification
@@ -42,6 +43,21 @@ class FilmedMachine(NotebookText):
         """The modes of the first video: at the machine's points that it shows, without a machine at its windows."""
         first = self.videos[0]
         return first.modes if self.machine is None else first.modes_at(seen_places(self.machine, first))
+
+    @property
+    def places(self) -> Geometry | None:
+        """Where the points of `modes` are, m: those of the machine, else the windows in the picture's plane; None without a
+        scale."""
+        first = self.videos[0]
+        if self.machine is None:
+            return first.places
+        return Geometry({name: place for name, (_, place) in seen_places(self.machine, first).items()}, [])
+
+    @property
+    def nouns(self) -> dict[str, Modes | Geometry]:
+        """The modes and, where they are known, the places of their points: what a file of modes keeps."""
+        places = self.places
+        return {"modes": self.modes} if places is None else {"modes": self.modes, "places": places}
 
     @property
     def updated(self) -> Machine:

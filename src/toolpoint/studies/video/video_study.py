@@ -19,6 +19,7 @@ from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.shape_modes import body_modes, window_modes
 from toolpoint.studies.video.video_doubts import SEEN, has_smoothed_frames, video_doubts
 from toolpoint.vibration import Dof, Modes
+from toolpoint.vibration.geometry import Geometry
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.displacement.background import CameraMotion, without_camera
 from toolpoint.vision.displacement.measure import Method, Scan, measure, scan
@@ -115,6 +116,13 @@ class VideoStudy(NotebookText):
         """The modes at the measured directions of the points, labels 1, 2, ..; metres where the scale is known, else pixels."""
         modes = window_modes(self.poles, self.points, self.shapes, view=self.view)
         return modes.selected(np.flatnonzero(self.is_mode).tolist())
+
+    @property
+    def places(self) -> Geometry | None:
+        """Where the labels of `modes` are, in the plane of the picture through the machine's origin; None without a scale."""
+        if self.view.scale is None:
+            return None
+        return Geometry(dict(enumerate(self.view.locate(self.points.windows.centres), start=1)), [])
 
     def modes_at(self, places: Mapping[str | int, tuple[str, FloatArray]]) -> Modes:
         """Return the modes at places (3,) in m on bodies, by the motion of each: name to (body, place)."""
