@@ -29,6 +29,7 @@ def test_no_speed_between_the_charted_ones_has_a_lower_limit_than_stated(seed) -
     if np.isfinite(fine.limit).any():
         assert lowest.depth - lowest.error <= fine.limit.min() * (1 + 1e-9)
         assert lowest.depth <= coarse.limit.min()
+        assert lowest.error <= 2e-3 * lowest.depth
 
 
 def test_the_lowest_limit_does_not_move_with_the_grid() -> None:
