@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter
 
 from toolpoint import ToolpointError
 from toolpoint.vision.clip import Region, clip_of
-from toolpoint.vision.displacement.background import background_windows, smooth_motion, without_shake
+from toolpoint.vision.displacement.background import smooth_motion, windows_inside, without_shake
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, choose_points, windows_at
 from toolpoint.vision.displacement.quality import judge_quality
@@ -118,7 +118,7 @@ def test_shake_is_taken_off_by_the_background():
     scanned = scan(scenes.filmed(scene, rng, shake=shake))
     windows = windows_at(scanned.reference, np.array([[60, 55], [10, 8], [10, 150], [150, 10], [148, 140], [150, 170]]), 21)
     field = measure(scanned, windows)
-    still = background_windows(field, [Region(0, 0, 208, 24), Region(0, 140, 38, 36), Region(110, 120, 98, 56)])
+    still = windows_inside(field.windows, [Region(0, 0, 208, 24), Region(0, 140, 38, 36), Region(110, 120, 98, 56)])
     steady = without_shake(field, still)
     error, _, covariance = errors(steady, scene)
     assert np.sqrt((error**2).mean()) < 1.5 * np.sqrt(np.trace(covariance, axis1=1, axis2=2).mean() / 2)

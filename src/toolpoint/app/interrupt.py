@@ -92,7 +92,7 @@ def _descendants(root: int) -> list[int]:
         import multiprocessing
 
         return [child.pid for child in multiprocessing.active_children() if child.pid]
-    found, last = list[int](), {root}
+    children, last = list[int](), {root}
     while last := {process for process, parent in parents.items() if parent in last}:
-        found += last
-    return found
+        children += last
+    return children

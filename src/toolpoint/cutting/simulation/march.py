@@ -55,7 +55,7 @@ def begin(march: March, start: ComplexArray) -> MarchState:
     return MarchState(start.copy(), _empty(march, march.history + 1))
 
 
-def advance(march: March, state: MarchState, steps: int, kept: int | None) -> None:
+def advance(march: March, state: MarchState, steps: int, *, kept: int | None) -> None:
     """March on; keep about the last `kept` steps (all where None). Only the last of several calls may end within a repeat."""
     if state.steps % march.repeat:
         fail("steps", str(state.steps), f"a cut goes on from a whole number of {march.repeat} steps alone")

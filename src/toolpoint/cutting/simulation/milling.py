@@ -263,7 +263,7 @@ class RunningCut:
     @on_one_thread
     def advance(self, revolutions: int) -> None:
         """Go on by some revolutions (with a varied speed the last of them may be part of its period)."""
-        advance(self.march, self.state, revolutions * self.steps_per_revolution, self.kept)
+        advance(self.march, self.state, revolutions * self.steps_per_revolution, kept=self.kept)
         if self.state.stopped:
             warnings.warn(self._status(), ToolpointWarning, stacklevel=3)
 

@@ -41,8 +41,8 @@ def lowest_limit(problem: Problem, chart: StabilityChart, method: StabilityMetho
     """Return the least limit between the first and the last speed of a chart, refined about its lowest local minima.
 
     The stated error holds what the last round still changed, and what the minima that a round left out would gain if they
-    gained in it and the later ones as much as the one that gained most. A lobe narrower than the steps of the chart that shows in none of its speeds is not
-    seen.
+    gained in it and the later ones as much as the one that gained most. A lobe narrower than the steps of the chart that shows
+    in none of its speeds is not seen.
 
     problem, method : those of the chart; chart : the chart, whose `depth_max` is the largest depth looked at here too.
     """

@@ -289,7 +289,7 @@ class MachineModel(Part):
     modal_damping: Literal["energy"] | tuple[Annotated[float, Scalar(units.RATIO, ge=0, lt=1)], ...] = ()
 
     @model_validator(mode="after")
-    def one_damping(self) -> MachineModel:
+    def _one_damping(self) -> MachineModel:
         """Refuse two ratios for one mode."""
         if self.damping_ratio is not None and self.modal_damping:
             raise fault(UnitError("damping_ratio: one for all modes, beside modal_damping; leave one of them out"))

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import BoolArray, fail
 from toolpoint.vision.clip import Region
-from toolpoint.vision.displacement.background import FEWEST_DIRECTIONS, CameraMotion, camera_motion
+from toolpoint.vision.displacement.background import FEWEST_DIRECTIONS, CameraMotion, camera_motion, windows_inside
 from toolpoint.vision.displacement.measure import Method, Scan, measure
 from toolpoint.vision.displacement.points import BLIND, Windows, grid_windows
 from toolpoint.vision.displacement.result import DisplacementField
@@ -21,7 +21,7 @@ CLEARANCE = 6
 SPAN, SHARED = 0.6, 0.25
 
 
-def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequence[Region], bodies: Mapping[str, Region], *,
+def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequence[Region], *, bodies: Mapping[str, Region],
                        side: int, method: str | Method) -> CameraMotion | None:
     """Return how the camera moved by the stated background, else by what lies around the bodies.
 
@@ -36,7 +36,7 @@ def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequenc
     windows = grid_windows(scanned.reference, scanned.survey, side)
     windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
     if stated:
-        seen = windows.selected(np.flatnonzero(_inside(windows, stated)))
+        seen = windows.selected(np.flatnonzero(windows_inside(windows, stated)))
         if len(seen.corners) == 0:
             fail("background", "no texture in it", "must show whether the camera moves",
                  remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
@@ -51,7 +51,7 @@ def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequenc
     if not camera.stands_out or camera.fades:
         return None
     for body in bodies.values():
-        on = points.selected(np.flatnonzero(_inside(points.windows, [body]) & (points.windows.sight > BLIND)))
+        on = points.selected(np.flatnonzero(windows_inside(points.windows, [body]) & (points.windows.sight > BLIND)))
         if len(on.windows.corners) and abs(camera.shared_by(on) - 1) > SHARED:
             return None
     return camera
@@ -60,13 +60,6 @@ def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequenc
 def _spans(windows: Windows, shape: tuple[int, int]) -> bool:
     """Return whether windows lie on both sides of a picture, and above and below."""
     return bool((np.ptp(windows.centres, axis=0) > SPAN * np.array(shape[::-1])).all())
-
-
-def _inside(windows: Windows, regions: Sequence[Region]) -> BoolArray:
-    inside = np.zeros(len(windows.corners), bool)
-    for region in regions:
-        inside |= region.holds(windows.centres - windows.side / 2) & region.holds(windows.centres + windows.side / 2)
-    return inside
 
 
 def _clear_of(windows: Windows, bodies: Mapping[str, Region]) -> BoolArray:

@@ -29,7 +29,7 @@ CLEAR, SURE, APART = 50.0, 6.0, 3.0
 LEAST_DELAY, LEAST_ALONE = 0.1, 0.25
 
 
-def video_doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
+def video_doubts(scanned: Scan, quality: Quality, field: DisplacementField, *, decay: FreeDecay, known: Modes,
                  shapes: PointShapes, bodies: tuple[BodyMotion, ...], unseen: Sequence[int], of_record: bool,
                  jumps: tuple[Jump, ...]) -> tuple[Doubt, ...]:
     """Return what may not be believed of a video's modes; unseen : those that do not stand out of the noise."""

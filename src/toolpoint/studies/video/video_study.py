@@ -219,7 +219,7 @@ def study_video(
     regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
     still = [region.within(scanned.clip.shape, "background") for region in background]
     shaken = measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress)
-    camera = find_camera_motion(scanned, shaken, still, regions, side=side, method=method)
+    camera = find_camera_motion(scanned, shaken, still, bodies=regions, side=side, method=method)
     field = _steady(shaken, camera)
     whole = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
     decay, jumps = _decay(whole, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
@@ -241,7 +241,7 @@ def study_video(
                        counted=np.array([not name for name in names]), loss=quality.loss)
     if poles is None:
         names = _with_incoherent(names, moved)
-    doubts = video_doubts(scanned, quality, field, decay, known=known, shapes=shapes, bodies=moved,
+    doubts = video_doubts(scanned, quality, field, decay=decay, known=known, shapes=shapes, bodies=moved,
                           unseen=[i for i, name in enumerate(names) if seen[i] < SEEN and name in ("", FAINT)],
                           of_record=poles is not None, jumps=jumps)
     notes = (*quality.notes, *field.doubts,
@@ -271,7 +271,7 @@ def _decay(whole: DisplacementField, bodies: Mapping[str, Region], start: float 
             reason = error
     pooled = pool_windows(whole, bodies)
     try:
-        return find_unbroken(lambda low, high: decay_of(pooled.copy(), whole.frame_rate, low, high), start, stop,
+        return find_unbroken(lambda low, high: decay_of(pooled.copy(), whole.frame_rate, start=low, stop=high), start, stop,
                              smoothed=is_smoothed)
     except ToolpointError as error:
         raise error if is_smoothed else reason from None

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from toolpoint._check import BoolArray, FloatArray, fail
 from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Region
-from toolpoint.vision.displacement.points import BLIND
+from toolpoint.vision.displacement.points import Windows
 from toolpoint.vision.displacement.result import DisplacementField
 
 FEWEST_DIRECTIONS = 6
@@ -30,14 +30,13 @@ LINES, ABOVE = 5, 3.0
 END, CLEAR = 24, 4.0
 
 
-def background_windows(field: DisplacementField, regions: Sequence[Region]) -> BoolArray:
-    """Return which windows lie wholly in regions that stand still, and see motion."""
-    half = field.windows.side / 2
-    centres = field.windows.centres
-    inside = np.zeros(len(centres), bool)
+def windows_inside(windows: Windows, regions: Sequence[Region]) -> BoolArray:
+    """Return which windows lie wholly in a region."""
+    half = windows.side / 2
+    inside = np.zeros(len(windows.centres), bool)
     for region in regions:
-        inside |= region.holds(centres - half) & region.holds(centres + half)
-    return inside & (field.windows.sight > BLIND)
+        inside |= region.holds(windows.centres - half) & region.holds(windows.centres + half)
+    return inside
 
 
 @dataclass(frozen=True, eq=False)

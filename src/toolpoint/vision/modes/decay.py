@@ -96,10 +96,10 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     if values.shape[1] == 0:
         fail("field", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
     # In place: of a long clip this is the largest array.
-    return decay_of(np.divide(values, sigma, out=values), field.frame_rate, start, stop)
+    return decay_of(np.divide(values, sigma, out=values), field.frame_rate, start=start, stop=stop)
 
 
-def decay_of(scaled: FloatArray, rate: float, start: float | None = None, stop: float | None = None) -> FreeDecay:
+def decay_of(scaled: FloatArray, rate: float, *, start: float | None = None, stop: float | None = None) -> FreeDecay:
     """Return the free decay of histories (frames, m) in units of their noise, changed in place; see `find_decay`."""
     scaled -= scaled.mean(axis=0)
     last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * rate))
