@@ -44,3 +44,25 @@ def test_a_joint_forty_times_softer_than_its_file_is_found_within_its_interval()
         for name in NAMES:
             low, high = result.interval(name, 3.3)
             assert low < TRUTH.get(name, machine.value(name)) < high
+
+
+@pytest.mark.parametrize("factor", [5.0, 0.2])
+def test_a_damper_left_alone_widens_the_one_that_makes_up_for_it(factor):
+    """One mode has one damping: the data tell the sum of two dampers, and the one not fitted is five times off its file."""
+    names = ("joints.floor_base.damping.ry", "joints.base_column.damping.ry")
+    machine = read_machine(MILL)
+    soft = machine.with_values({"joints.floor_base.stiffness.ry": 1.2e6, "joints.base_column.stiffness.ry": 1.2e6,
+                                names[0]: 500.0})
+    truth = soft.with_values({names[1]: factor * machine.value(names[1])})
+    modes = eigen.solve_damped(assemble(truth, None, ("spindle_nose:+x", "spindle_nose:+z", "column_top:+x", "column_top:+z")))
+    sees = np.flatnonzero(np.linalg.norm(modes.shape, axis=0) > 1e-6)[:1]
+    first = modes.selected(sees.tolist())
+    covariance = np.array([np.diag([(1e-3 * first.frequency[0]) ** 2, (0.01 * first.damping_ratio[0]) ** 2])])
+    targets = Targets(Modes(first.frequency, first.damping_ratio, first.shape.real, first.dofs, "unscaled",
+                            covariance=covariance), damping=True, shape=False)
+    near = update(soft, names, targets=targets, restarts=0)
+    result = search_widely(near.problem, near.fit)
+    assert len(result.free) == 1
+    low, high = result.interval(result.free[0])
+    assert low < truth.value(result.free[0]) < high
+    assert not (near.fit.interval(result.free[0])[0] < truth.value(result.free[0]) < near.fit.interval(result.free[0])[1])

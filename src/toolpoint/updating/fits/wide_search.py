@@ -29,8 +29,10 @@ LOWEST, HIGHEST, POINTS, EVALUATIONS, REFINED = -4.5, 2.0, 40, 60, 4
 FREQUENCY_SD, SHAPE_SD = 0.02, 0.1
 # Chi-square, in its own scale, within which two minima are alike, and standard deviations by which their values differ.
 ALIKE, APART = 9.0, 3.0
-# Logarithm by which a number that is left alone may be off.
+# Logarithm by which a number that is left alone may be off, and what it moves then over its slope: an effect goes with the
+# number itself or with its inverse (a damper, a compliance), so at two deviations it is exp(2) - 1 of it, for 2 by the slope.
 LEFT_ALONE_SD = 1.0
+BEYOND_SLOPE = (np.exp(2 * LEFT_ALONE_SD) - 1) / (2 * LEFT_ALONE_SD)
 
 
 @on_one_thread
@@ -66,7 +68,7 @@ def _with_left_alone(problem: Problem, best: ParameterFit) -> ParameterFit:
         return best
     jacobian = problem.evaluated(best.x, slopes=True).jacobian
     assert jacobian is not None
-    moved = np.linalg.lstsq(jacobian[:, at], jacobian[:, rest], rcond=None)[0] * LEFT_ALONE_SD
+    moved = np.linalg.lstsq(jacobian[:, at], jacobian[:, rest], rcond=None)[0] * LEFT_ALONE_SD * BEYOND_SLOPE
     return replace(best, covariance=best.covariance + moved @ moved.T)
 
 
