@@ -85,6 +85,7 @@ def main() -> None:
     options = parser.parse_args()
     machine = read_machine(MILL)
     held, values, wrong, doubted, silent, found = 0, 0, [], 0, 0, {"scale": [], "views": []}
+    named = {"scale": 0, "views": 0}
     for seed in range(options.seed, options.seed + options.runs):
         rng = np.random.default_rng([seed, 290])
         truth = random_truth(machine, rng)
@@ -110,9 +111,11 @@ def main() -> None:
                 except ToolpointError as error:
                     slipped = [str(error)]
                 found[name].append(bool(slipped))
+                named[name] += bool(slipped) and str(slipped[0]).startswith(name)
                 print("  ", name, [str(d)[:140] for d in slipped], flush=True)
     print(f"{options.runs} updates: {held} of {values} values in their intervals, {doubted} doubted, outside and not doubted: "
-          f"{wrong}" + (f"; scale found {sum(found['scale'])}, exchanged views {sum(found['views'])}" if options.slips else ""))
+          f"{wrong}" + (f"; scale doubted {sum(found['scale'])}, by name {named['scale']}; exchanged views "
+                      f"{sum(found['views'])}, by name {named['views']}" if options.slips else ""))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from toolpoint._check import ToolpointWarning, fail
@@ -13,6 +13,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import MachineDescription
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.record_poles import poles_of
+from toolpoint.studies.video.stated_views import question_views
 from toolpoint.studies.video.video_study import VideoStudy, study_video
 from toolpoint.studies.video.video_update import VideoUpdate, seen_places, update_from_videos
 from toolpoint.vibration import Frf, Modes, Record
@@ -112,11 +113,20 @@ def study_videos(
         if progress is not None:
             progress(name, done, max(total, done))  # a clip may say too few frames
 
-    videos = tuple(study_video(clip, view=shown[min(number, len(shown) - 1)], machine=machine, band=band, poles=poles,
-                               progress=report, **how) for number, clip in enumerate(clips))
+    def studied(clip: Clip, view: View | None) -> VideoStudy:
+        return study_video(clip, view=view, machine=machine, band=band, poles=poles, progress=report, **how)
+
+    videos = tuple(studied(clip, shown[min(number, len(shown) - 1)]) for number, clip in enumerate(clips))
     if machine is None:
         return FilmedMachine(videos)
-    return FilmedMachine(videos, machine, (update_from_videos if update else rank_interfaces)(machine, videos))
+    if not update:
+        return FilmedMachine(videos, machine, rank_interfaces(machine, videos))
+    answer = update_from_videos(machine, videos)
+
+    def repeat(others: Sequence[View]) -> VideoUpdate:
+        return update_from_videos(machine, [studied(video.scan.clip, view) for video, view in zip(videos, others, strict=True)])
+
+    return FilmedMachine(videos, machine, replace(answer, stated=question_views(answer, repeat)))
 
 
 def shape_warp(video: VideoStudy) -> ShapeWarp:

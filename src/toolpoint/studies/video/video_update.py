@@ -32,11 +32,15 @@ SHAPE_FLOOR = 0.005
 
 @dataclass(frozen=True, eq=False)
 class VideoUpdate(NotebookText):
-    """The ranking of the interfaces and, where any of them moves, the machine updated to the videos."""
+    """The ranking of the interfaces and, where any of them moves, the machine updated to the videos.
+
+    stated : doubts of what was stated of the views, where others explain the videos (`question_views`).
+    """
 
     ranking: InterfaceRanking
     update: MachineUpdate
     videos: tuple[VideoStudy, ...]
+    stated: tuple[Doubt, ...] = ()
 
     @property
     def machine(self) -> Machine:
@@ -48,7 +52,7 @@ class VideoUpdate(NotebookText):
         """What may not be believed: of the fit, of modes that the updated machine does not have, of the videos."""
         status = self.update.fit.status
         fitted = [] if status == "converged" else [Doubt("update", status.removeprefix("doubtful: "))]
-        return tuple(dict.fromkeys((*fitted, *self._unlike, *self.ranking.doubts)))
+        return tuple(dict.fromkeys((*self.stated, *fitted, *self._unlike, *self.ranking.doubts)))
 
     @property
     def _unlike(self) -> list[Doubt]:
