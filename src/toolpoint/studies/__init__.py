@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
+    from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
@@ -85,7 +86,7 @@ __all__ = [
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
-    "pair_measurements", "place_grid", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
+    "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
     "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
@@ -132,6 +133,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.sensitivity_study": ("study_sensitivity",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
+    "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),

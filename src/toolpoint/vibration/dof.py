@@ -73,6 +73,22 @@ class Dof(NotebookText):
             twist[AXES.index(self.direction[1:])] = -1.0 if self.direction[0] == "-" else 1.0
         return twist
 
+    def turned(self, rotation: FloatArray, point: str | int | None = None) -> Dof:
+        """Return the Dof with its direction turned by a rotation (3, 3), at another point where one is given.
+
+        A direction within 1e-6 of an axis becomes that axis. Raises ToolpointError for a rotational Dof that is turned off the
+        axes, which no label can hold.
+        """
+        name = self.point if point is None else point
+        turn = "r" if self.is_rotation else ""
+        vector = rotation @ (self.unit[3:] if turn else self.unit[:3])
+        k = int(np.argmax(np.abs(vector)))
+        if abs(vector[k]) > 1 - 1e-6:
+            return Dof(name, ("+" if vector[k] > 0 else "-") + turn + "xyz"[k])
+        if turn:
+            fail("Dof", f"{self} turned off the axes", "a rotation must be about an axis", remedy="leave rotational Dofs out")
+        return Dof(name, f"test {self.direction}", (float(vector[0]), float(vector[1]), float(vector[2])))
+
     def __str__(self) -> str:
         return f"{self.point}:{self.direction}"
 
