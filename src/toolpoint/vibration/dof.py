@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -12,6 +13,7 @@ from toolpoint._notebook import NotebookText
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 DIRECTIONS = tuple(sign + axis for sign in "+-" for axis in AXES)
+_OBLIQUE = re.compile(r"(.*)<([^<>]*)>")
 
 
 @dataclass(frozen=True, order=True)
@@ -52,11 +54,27 @@ class Dof(NotebookText):
 
     @classmethod
     def parse(cls, text: str) -> Dof:
-        """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number."""
+        """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number.
+
+        A direction off the axes comes with its unit vector, ``"tool:slant<0.6,0,0.8>"``, as `text` writes it.
+        """
         point, separator, direction = text.rpartition(":")
         if not separator or not point:
             fail("Dof", repr(text), "must read point:direction", remedy="for example tool:+x")
-        return cls(int(point) if point.lstrip("-").isdigit() else point, direction)
+        name = int(point) if re.fullmatch(r"-?[0-9]+", point) else point
+        oblique = _OBLIQUE.fullmatch(direction)
+        if oblique is None:
+            return cls(name, direction)
+        try:
+            x, y, z = (float(number) for number in oblique[2].split(","))
+        except ValueError:
+            fail("Dof", repr(text), "must give three numbers of a unit vector", remedy="for example tool:slant<0.6,0,0.8>")
+        return cls(name, oblique[1], (x, y, z))
+
+    @property
+    def text(self) -> str:
+        """The label as text that `parse` reads back, with the vector of a direction off the axes."""
+        return str(self) if self.vector is None else f"{self}<{','.join(map(repr, self.vector))}>"
 
     @property
     def is_rotation(self) -> bool:
