@@ -16,7 +16,7 @@ from toolpoint.machine.components import Components
 from toolpoint.machine.description import BodyDescription
 from toolpoint.machine.description.frames import describe_frame
 from toolpoint.machine.description.frames import frame as frame_transform
-from toolpoint.machine.parts.mass import mass_properties
+from toolpoint.machine.parts.mass import equivalent_cuboid
 from toolpoint.spatial import registration, rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured.point_pairing import ALIKE, axis_turns
@@ -102,11 +102,9 @@ def _check_unit(used: Mapping[str, FloatArray], boxes: Mapping[str, FloatArray])
 
 def _body_box(body: BodyDescription) -> FloatArray:
     """Return the corners (8, 3) of the uniform cuboid of a body's inertia, in the machine frame, m."""
-    known = mass_properties(body)
-    moments, axes = np.linalg.eigh(known.inertia)
-    half = np.sqrt(np.maximum(12.0 * (moments.sum() / 2 - moments) / known.mass, 0.0)) / 2
-    signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    return np.asarray(tf.move(frame_transform(body.frame), known.centre + (signs * half) @ axes.T))
+    centre, axes, edges = equivalent_cuboid(body)
+    signs = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
+    return np.asarray(tf.move(frame_transform(body.frame), centre + (signs * edges) @ axes.T))
 
 
 def _extents(places: FloatArray) -> FloatArray:
