@@ -92,7 +92,7 @@ def test_two_turns_that_fit_alike_are_refused_until_the_frame_is_told():
     components = Components("column", ("ground", "column"), {"column": list(points)}, {"column": body})
     with pytest.raises(ToolpointError, match="fit alike"):
         place_test(points, components)
-    moved = dict(enumerate(at + (5.0, 0.0, 0.0)))
+    moved = dict(enumerate(at + np.array([5.0, 0.0, 0.0])))
     placement = place_test(moved, components)
     np.testing.assert_allclose(placement.transform[:3, 3], (-5.0, 0.0, 0.0), atol=0.1)
     assert "turned by 0 deg and moved by" in placement.doubts[0]

@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
+    from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
-    from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
@@ -86,7 +86,8 @@ __all__ = [
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
-    "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
+    "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
+    "propose_speeds",
     "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",

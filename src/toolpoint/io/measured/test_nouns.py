@@ -65,7 +65,8 @@ def read_test_nouns(paths: Paths, *, quantity: str | None = None, **naming: Any)
     responses = [path for path in paths if path not in saved]
     if len(saved) > 1:
         raise ToolpointError(f"{saved[1]}: modes beside those of {saved[0]}; must be one file of modes")
-    return mode_files.read(saved[0]) if saved else None, frf_files.read(responses, quantity=quantity, **naming) if responses else None
+    frf = frf_files.read(responses, quantity=quantity, **naming) if responses else None
+    return mode_files.read(saved[0]) if saved else None, frf
 
 
 def read_hammer_test(paths: str | Path | Paths) -> tuple[RecordSet, HammerTestDescription]:

@@ -254,7 +254,8 @@ def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, 
             labels: NumberedLabels | None = None) -> bytes:
     """Return one function as bytes of a set 58 (`text`) or 58b in double precision, exact to the last bit.
 
-    labels : numbers of Dofs that the format cannot hold; they stand in words in the second line. Text holds 13 significant digits, as the format has no more.
+    labels : numbers of Dofs that the format cannot hold; they stand in words in the second line.
+    Text holds 13 significant digits, as the format has no more.
     """
     rule = _even(abscissa, text)
     even = rule is not None

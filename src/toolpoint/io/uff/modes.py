@@ -40,8 +40,9 @@ def modes(file: UniversalFile) -> Modes:
     table = table / np.sqrt(scales) if scaled else table
     kind = ("unit modal mass" if real else "modal A") if scaled else "unscaled"
     array: Array = table.real if real else table
-    return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array,
-                 tuple(file.labels.labelled(Dof(point, DIRECTIONS[way])) for point, way in keys), kind, notes=tuple(file.repairs))
+    dofs = tuple(file.labels.labelled(Dof(point, DIRECTIONS[way])) for point, way in keys)
+    return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array, dofs,
+                 kind, notes=tuple(file.repairs))
 
 
 def written(noun: Modes, labels: NumberedLabels | None = None) -> bytes:

@@ -128,8 +128,8 @@ def _distance_doubts(matrix: FloatArray, used: Mapping[str, FloatArray], boxes: 
         return ()
     gaps = {name: _distance(matrix, used, {name: box}) for name, box in boxes.items()}
     worst = max(gaps, key=lambda name: gaps[name])
-    return (Doubt("frame", f"the points of {worst} lie {1e3 * gaps[worst]:.3g} mm from the box of its body (root mean square of "
-                  "the ends): the test's frame, its points or the body's centre may be wrong",
+    return (Doubt("frame", f"the points of {worst} lie {1e3 * gaps[worst]:.3g} mm from the box of its body (root mean square "
+                  "of the ends): the test's frame, its points or the body's centre may be wrong",
                   "check centre and points, or say the test's frame with `frame: {at: .., rotation: ..}`",
                   figure=gaps[worst] / _machine_size(boxes)),)
 
@@ -157,7 +157,7 @@ def _find_frame(points: Mapping[Point, FloatArray], used: Mapping[str, FloatArra
         raise ToolpointError(
             f"`frame`: the points lie {1e3 * stays:.3g} mm from the boxes of their bodies, so the test's frame is another than "
             f"the machine's; {_frame_text(matrix)} ({1e3 * best:.3g} mm) and {_frame_text(fits[1][2])} ({1e3 * fits[1][0]:.3g} "
-            "mm) fit alike; write the right one into the component file, or give three points of the test a place under points:")
+            "mm) fit alike; write the right one into the component file, or place three points of the test under points:")
     return TestPlacement(matrix, _frame_doubts(matrix, f"{1e3 * best:.3g} mm from the bodies' boxes, {1e3 * stays:.3g} mm as "
                                                "measured"))
 

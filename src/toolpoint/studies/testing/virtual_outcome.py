@@ -14,7 +14,7 @@ from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups
 from toolpoint.studies.machines.virtual_test import Hammer, Imperfections, hammer_records
 from toolpoint.studies.testing.point_choice import expand
-from toolpoint.vibration import Dof, Modes
+from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import mac
 
 WAYS = ("+x", "+y", "+z")
@@ -56,7 +56,7 @@ def run_virtual_test(modes: Modes, points: Sequence[str | int], struck: Sequence
 
     progress : of set-ups that were struck, of all; the identification behind them counts as much as all of them.
     """
-    parts = []
+    parts: list[Frf] = []
     count = len(struck) * len(points)
     for force in struck:
         for point in points:
