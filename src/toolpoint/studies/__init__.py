@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
+    from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.datasheet_doubts import question_datasheet
     from toolpoint.studies.machines.check.machine_check import check_machine
@@ -90,7 +91,7 @@ __all__ = [
     "propose_speeds",
     "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
-    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
+    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet", "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_reach", "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity",
     "study_tap", "study_tool",
@@ -123,6 +124,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
+    "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
     "machines.machine_modes": ("solve_modes",),
