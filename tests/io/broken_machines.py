@@ -76,7 +76,8 @@ CHANGED = {
     "pose beyond the limits": ("{Z: 0.1}", "{Z: 0.5}", [(29, "beyond the limits")]),
     "pose of no axis": ("{Z: 0.1}", "{Q: 0.1}", [(29, "no axis 'Q'")]),
     "point on no body": ("{body: head", "{body: spindle", [(26, "no body 'spindle'")]),
-    "damping ratio in per cent without its sign": ("tool: tool\n", "tool: tool\ndamping_ratio: 3\n", [(28, "must be below 1 (3 %?)")]),
+    "damping ratio in per cent without its sign": ("tool: tool\n", "tool: tool\ndamping_ratio: 3\n", [
+        (28, "must be below 1 (3 %?)")]),
     "old version": ("toolpoint: 1", "toolpoint: 7", [(1, "reads version 1")]),
     "no version": ("toolpoint: 1\n", "", [(1, "toolpoint: 1")]),
     "damping of a locked direction": ("    loss_factor: 4 %\n", "    damping: {x: 300 N*s/m}\n",

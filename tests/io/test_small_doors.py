@@ -25,7 +25,8 @@ def test_lists_may_be_parted_by_commas_semicolons_and_blanks(text, values):
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("0,5, 1,2 m", "4 values.*must be 2.*decimal points"), ("0,5; 1,2 m", "decimal comma.*0.5"), ("5", r"1 value in '5'.*\[0, 0\]"),
+    ("0,5, 1,2 m", "4 values.*must be 2.*decimal points"), ("0,5; 1,2 m", "decimal comma.*0.5"),
+    ("5", r"1 value in '5'.*\[0, 0\]"),
     ("5 mm", "1 value "), ("1 2 3", "3 values")])
 def test_lists_of_another_length_are_told_how_they_are_written(text, words):
     with pytest.raises(units.UnitError, match=words):
@@ -44,8 +45,9 @@ def test_slips_are_answered_with_what_was_meant(tmp_path, old, new, words):
         machine(tmp_path, old, new)
 
 
-@pytest.mark.parametrize(("text", "vector"), [("9.8 m/s^2", (0, 0, -9.8)), ("9.8", (0, 0, -9.8)), ("[0, -9.8, 0]", (0, -9.8, 0)),
-                                              ('"0, 0, -9.8 m/s^2"', (0, 0, -9.8))])
+@pytest.mark.parametrize(("text", "vector"), [
+    ("9.8 m/s^2", (0, 0, -9.8)), ("9.8", (0, 0, -9.8)), ("[0, -9.8, 0]", (0, -9.8, 0)),
+    ('"0, 0, -9.8 m/s^2"', (0, 0, -9.8))])
 def test_gravity_is_a_vector_or_its_size_downwards(tmp_path, text, vector):
     described = machine(tmp_path, "damping_ratio: 3 %", f"damping_ratio: 3 %\ngravity: {text}").description
     np.testing.assert_allclose(described.gravity, vector)

@@ -32,5 +32,5 @@ def test_a_factorisation_that_fails_anywhere_is_no_foreign_error(monkeypatch, ch
 
     frf = responses(np.linspace(40, 90, 101))
     monkeypatch.setattr(refinement.np.linalg, "cholesky" if cholesky else "inv", fail)
-    with pytest.raises(ToolpointError, match="modes apart|normal matrix of the poles|must determine the fit"):
+    with pytest.raises(ToolpointError, match=r"modes apart|normal matrix of the poles|must determine the fit"):
         identify(Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "accelerance"))

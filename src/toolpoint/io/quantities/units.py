@@ -37,7 +37,8 @@ _POSITIONS = "known: " + ", ".join((*LENGTHS, *ANGLES))
 _IMPERIAL = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg", "lbf": "4.4482 N",
              "psi": "6894.8 Pa"}
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
-_ROW = re.compile(rf"((?:{_NUMBER.pattern}\s+)+{_NUMBER.pattern})\s*([^\s\d,;.+-][^,;]*)?")  # numbers parted by blanks, then a unit
+# Numbers parted by blanks, then a unit.
+_ROW = re.compile(rf"((?:{_NUMBER.pattern}\s+)+{_NUMBER.pattern})\s*([^\s\d,;.+-][^,;]*)?")
 _COMMA = re.compile(r"^[-+]?\d+,\d+")
 
 

@@ -210,9 +210,10 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
     elif kind == "quantity":
         document.fault(where, error["ctx"]["message"])
     else:
-        near = suggestion(str(error["input"]), re.findall(r"'([^']*)'", str(error["ctx"]["expected"]))) \
-            if kind == "literal_error" else ""
-        document.fault(where, f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}" + (f" ({near})" if near else ""))
+        words = re.findall(r"'([^']*)'", str(error["ctx"]["expected"])) if kind == "literal_error" else []
+        meant = suggestion(str(error["input"]), words)
+        text = f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
+        document.fault(where, f"{text} ({meant})" if meant else text)
 
 
 def _keys(model: type[BaseModel], place: Key) -> list[str]:

@@ -49,7 +49,7 @@ class Scalar:
             number = float(bare)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             return
-        if top < number <= PERCENT or (number == top and self.lt is not None):
+        if 1 <= number <= PERCENT and (number > top or (number == top and self.lt is not None)):
             raise UnitError(f"{number:g} is a ratio; must be {'below' if self.lt is not None else 'at most'} {top:g} "
                             f"({number:g} %?)")
 
@@ -91,8 +91,8 @@ class Gravity:
             if not isinstance(value, (list, tuple)) and not (isinstance(value, str) and len(units.split_list(value)) > 1):
                 size = units.quantity(value, units.ACCELERATION)
                 if size < 0:
-                    raise UnitError(f"{value!r}: one number is its size along -z; must not be negative; write three numbers for "
-                                    "another direction")
+                    raise UnitError(f"{value!r}: one number is its size along -z; must not be negative; write three numbers "
+                                    "for another direction")
                 return (0.0, 0.0, -size)
             return units.quantities(value, units.ACCELERATION, 3)
         except UnitError as error:

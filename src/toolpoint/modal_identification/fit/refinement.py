@@ -124,8 +124,9 @@ def evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, we
     except np.linalg.LinAlgError:
         lines = data.frf.frequency
         raise Indistinguishable(
-            f"band: {lines[0]:.4g} to {lines[-1]:.4g} Hz, {lines.size} lines; the responses within it do not tell the shapes of "
-            f"{poles.size} modes apart (their normal matrix is singular); take a wider band, finer lines or another reference"
+            f"band: {lines[0]:.4g} to {lines[-1]:.4g} Hz, {lines.size} lines; the responses within it do not tell the shapes "
+            f"of {poles.size} modes apart (their normal matrix is singular); take a wider band, finer lines or another "
+            "reference"
         ) from None
 
 

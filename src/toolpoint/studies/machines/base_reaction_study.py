@@ -58,7 +58,8 @@ def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] 
         Those of the description, or the reference pose, where left out.
     """
     chosen = tuple(check_poses(poses) if poses else machine.description.poses) or ({},)
-    gravity, notes = machine.description.gravity, ()
+    gravity = machine.description.gravity
+    notes: tuple[str, ...] = ()
     if gravity is None:
         gravity = (0.0, 0.0, -STANDARD_GRAVITY)
         notes = (f"the file states no gravity: {STANDARD_GRAVITY} m/s^2 along -z of the machine is taken; write gravity: "

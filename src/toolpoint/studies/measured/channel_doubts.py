@@ -16,7 +16,8 @@ ALIKE = 0.8  # correlation of a channel with the model below which nothing is sa
 UNLIKE = 3.0  # factor from the scale of the other channels
 DELAYED, CERTAIN = 0.5, 0.9  # FRAC of a response that is late, and without its delay
 GAIN = 0.1  # of the mean MAC or FRAC that a proposal must bring
-GROSS_UNITS = {1e3: "mm instead of m (or kN instead of N)", 1e-3: "m instead of mm", 1e6: "um instead of m", 1e-6: "m instead of um"}
+GROSS_UNITS = {1e3: "mm instead of m (or kN instead of N)", 1e-3: "m instead of mm", 1e6: "um instead of m",
+               1e-6: "m instead of um"}
 GROSS_RANGE = 4.0  # either way of a factor of units: what a machine's stiffnesses may be off beside it
 MOST = 60  # Dofs among which swaps are searched
 
@@ -137,7 +138,8 @@ def question_unit(measured: Frf, predicted: Frf) -> tuple[Doubt, ...]:
     words = next((text for scale, text in GROSS_UNITS.items() if 1 / GROSS_RANGE < factor / scale < GROSS_RANGE), None)
     return () if words is None else (
         Doubt("responses", f"they are {factor:.3g} times those of the machine before its update, as {words} makes them",
-              "state the unit in the file, or give its `quantity`; an update makes up for it with wrong numbers", figure=factor),)
+              "state the unit in the file, or give its `quantity`; an update makes up for it with wrong numbers",
+              figure=factor),)
 
 
 def _factors(a: ComplexArray, b: ComplexArray) -> tuple[ComplexArray, FloatArray]:

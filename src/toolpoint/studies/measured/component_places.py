@@ -77,11 +77,11 @@ def place_test(points: Mapping[Point, FloatArray], components: Components) -> Te
         return TestPlacement(np.eye(4))
     _check_span(np.concatenate(list(used.values())))
     boxes = {name: _body_box(components.bodies[name]) for name in used if name in components.bodies}
-    told = None if components.frame is None else frame_transform(components.frame)
     if boxes:
         _check_unit({name: used[name] for name in boxes}, boxes)
-    if told is not None:
-        return TestPlacement(told, _distance_doubts(told, used, boxes))
+    if components.frame is not None:
+        stated = frame_transform(components.frame)
+        return TestPlacement(stated, _distance_doubts(stated, used, boxes))
     return _find_frame(points, used, boxes, components)
 
 

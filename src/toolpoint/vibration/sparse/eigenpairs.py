@@ -9,7 +9,6 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 
-
 RIGID_SHARE = 1e-5  # of the shift: squares that the solution itself leaves of rigid motions
 _ROUNDING_SHARE = 1e-5  # of the first elastic square: most that the digits of matrices may leave of rigid motions
 _ROUNDING_RANGE = 10.0  # times the most negative square: range in which squares are rigid motions as it is
