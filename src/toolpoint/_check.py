@@ -174,7 +174,15 @@ def one_of(name: str, value: str, allowed: Iterable[str]) -> str:
     return value
 
 
+# Words of the shop floor for words of files.
+SYNONYMS = {"climb": "down", "climb milling": "down", "conventional": "up", "slotting": "slot", "full": "slot",
+            "centered": "centred", "center": "centred", "symmetric": "centred"}
+
+
 def suggestion(word: str, words: Iterable[str]) -> str:
-    """Return 'did you mean ...?' for the nearest word, or nothing where none is near."""
-    near = difflib.get_close_matches(word, list(words), n=1, cutoff=0.5)
+    """Return 'did you mean ...?' for the word of the same meaning or else the nearest, or nothing where none is near."""
+    words = list(words)
+    if (same := SYNONYMS.get(str(word).lower())) in words:
+        return f"did you mean {same!r}?"
+    near = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
     return f"did you mean {near[0]!r}?" if near else ""

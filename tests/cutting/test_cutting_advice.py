@@ -51,6 +51,22 @@ def test_probability_tends_to_the_chart_and_names_what_matters() -> None:
     assert (varied.depth_at(0.95) <= varied.depth_at(0.5)).all()
 
 
+def test_samples_of_coefficients_share_charts_and_differ_little_from_their_own() -> None:
+    """A straight edge: K_t times c is c times the depth; a chart of the nearest K_n/K_t serves in place of each sample's."""
+    problem = benchmark(Engagement.down(0.5), 2)
+    depths, charts = np.linspace(2e-5, 2e-3, 60), []
+    shared = probability(problem, coefficient_parameters(0.1), SPEEDS[::6], depths=depths, rng=np.random.default_rng(4),
+                         samples=40, progress=lambda done, total: charts.append(total))
+    assert charts[-1] < 25
+    for s in range(0, 40, 4):
+        kt, kn = shared.factors[s]
+        k = problem.coefficients
+        alone = stability.chart(problem.changed(coefficients=replace(k, kt=kt * k.kt, kn=kn * k.kn)), SPEEDS[::6],
+                                depth_max=2e-3)
+        np.testing.assert_allclose(shared.limit[s], np.minimum(alone.limit, 2e-3), rtol=0.03)
+        assert (shared.stable[s] != alone.stable(depths)).mean() < 0.02
+
+
 def test_uncertain_stiffness_scales_the_limit() -> None:
     """All stiffnesses times c (with the masses) multiply the limit by c: the parameters enter as they say."""
     problem = benchmark(Engagement.down(0.05), 2)

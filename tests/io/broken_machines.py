@@ -65,7 +65,7 @@ CHANGED = {
     "infinite": ("{z: 1e8}", "{z: .inf}", [(22, "not a finite")]),
     "absurd magnitude": ("800 kg", "800e9 kg", [(5, "no mass of a machine tool")]),
     "length in mm without its unit": ("at: [0.3, 0, 1.5]", "at: [300, 0, 1500]", [(21, "is in SI")]),
-    "too few coordinates": ("centre: [0, 0, 1]", "centre: [0, 0]", [(6, "2 values; must be 3")]),
+    "too few coordinates": ("centre: [0, 0, 1]", "centre: [0, 0]", [(6, "2 values in [0, 0]; must be 3")]),
     "text for a number": ("800 kg", "heavy", [(5, "does not begin with a number")]),
     "nothing for a number": ("mass: 800 kg", "mass:", [(6, "mass: missing")]),
     "mass and density": ("mass: 200 kg", "mass: 200 kg\n    density: 7200", [(9, "exactly one of them")]),
@@ -76,7 +76,8 @@ CHANGED = {
     "pose beyond the limits": ("{Z: 0.1}", "{Z: 0.5}", [(29, "beyond the limits")]),
     "pose of no axis": ("{Z: 0.1}", "{Q: 0.1}", [(29, "no axis 'Q'")]),
     "point on no body": ("{body: head", "{body: spindle", [(26, "no body 'spindle'")]),
-    "damping ratio in per cent without its sign": ("tool: tool\n", "tool: tool\ndamping_ratio: 3\n", [(28, "less than 1")]),
+    "damping ratio in per cent without its sign": ("tool: tool\n", "tool: tool\ndamping_ratio: 3\n", [
+        (28, "must be below 1 (3 %?)")]),
     "old version": ("toolpoint: 1", "toolpoint: 7", [(1, "reads version 1")]),
     "no version": ("toolpoint: 1\n", "", [(1, "toolpoint: 1")]),
     "damping of a locked direction": ("    loss_factor: 4 %\n", "    damping: {x: 300 N*s/m}\n",

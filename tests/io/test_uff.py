@@ -237,10 +237,48 @@ def test_incomplete_and_contradicting_files_are_refused(path):
         uff.read_frf(path)
 
 
-def test_names_and_directions_off_the_axes_cannot_be_written(path):
-    frf = Frf([1.0, 2.0], np.ones((2, 1, 1)), ["tool:+x"], ["tool:+x"])
-    with pytest.raises(ToolpointError, match="numbered points"):
-        uff.write(path, frf)
+ANY_LABELS = ["tool:+x", "tip-work:-y", 7, "Größe 3:+rz", Dof("tool", "test +x", (0.6, 0.0, 0.8)), Dof(900001, "-z"),
+              Dof(-4, "+y"), Dof(7, "slant", (0.0, 0.6, -0.8)), Dof(10**12, "+x")]
+
+
+def any_dofs():
+    return [label if isinstance(label, Dof) else Dof.parse(str(label) if ":" in str(label) else f"{label}:+x")
+            for label in ANY_LABELS]
+
+
+@pytest.mark.parametrize("text", [False, True])
+def test_labels_of_every_kind_are_read_back(path, text):
+    """Named, relative and negative points, numbers beyond ten columns, directions off the axes: functions, records, shapes."""
+    rng, dofs = np.random.default_rng(1), any_dofs()
+    frf = Frf([1.0, 2.0, 3.0], rng.normal(size=(3, len(dofs), 2)) + 0j, dofs, dofs[:2])
+    uff.write(path, frf, text=text)
+    back = uff.read_frf(path)
+    assert back.outputs == frf.outputs and back.inputs == frf.inputs
+    np.testing.assert_allclose(back.values, frf.values, rtol=1e-12)
+    modes = Modes([5.0, 9.0], 0.01, rng.normal(size=(len(dofs), 2)), dofs, "unscaled")
+    uff.write(path, modes)
+    read = uff.read_modes(path)
+    assert set(read.dofs) == {d if d.direction[0] != "-" else Dof(d.point, "+" + d.direction[1:]) for d in dofs}
+    np.testing.assert_allclose(read.shape_at([dofs[4], dofs[7]]), modes.shape_at([dofs[4], dofs[7]]), rtol=1e-4)
+    record = Record(rng.normal(size=(8, len(dofs))), 100.0, dofs, ("acceleration",) * len(dofs))
+    uff.write(path, record, text=text)
+    assert uff.read_record(path).channels == record.channels
+
+
+def test_what_is_appended_later_keeps_labels_apart(path):
+    first, second = (Frf([1.0, 2.0], k * np.ones((2, 1, 1)), [f"{name}:+x"], ["tip:+x"]) for k, name in ((1, "a"), (2, "b")))
+    uff.write(path, first)
+    uff.write(path, second, append=True)
+    back = uff.read_frf(path)
+    assert [str(dof) for dof in back.outputs] == ["a:+x", "b:+x"] and back.inputs == first.inputs
+    np.testing.assert_array_equal(back.values[0, :, 0], [1, 2])
+
+
+def test_a_damaged_table_of_labels_is_refused(path):
+    uff.write(path, Frf([1.0, 2.0], np.ones((2, 1, 1)), ["tool:+x"], ["tool:+x"]))
+    path.write_bytes(path.read_bytes().replace(b'"tool"]', b'"to'))
+    with pytest.raises(ToolpointError, match="table of labels"):
+        uff.read_frf(path)
 
 
 def test_a_value_that_is_not_finite_is_refused(path):

@@ -9,6 +9,7 @@ from toolpoint.io import read_machine
 from toolpoint.machine import assemble, build
 from toolpoint.machine.description import PointDescription, parameters
 from toolpoint.signals.doubts import question
+from toolpoint.studies.measured.channel_doubts import question_unit
 from toolpoint.studies.measured.measured_update import Measurement, update_machine
 from toolpoint.vibration import Dof, Frf, Modes, eigen, frequency_response
 
@@ -74,3 +75,13 @@ def test_a_real_driving_point_with_a_turned_or_late_channel_is_named(measured, d
         assert "1:+z" in doubts[0] and word in doubts[0]
         if delay:
             assert float(doubts[0].split("delay of about ")[1].split()[0]) == pytest.approx(1e3 * delay, abs=0.05)
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1000.0, "mm instead of m"), (1e-3, "m instead of mm"), (1.0, ""), (3.0, "")])
+def test_responses_in_another_unit_are_named_with_it(truth, factor, words):
+    """The machine before its update is some stiffnesses away: a thousand is a unit, three may be a machine."""
+    machine, true = truth
+    measured, predicted = (frequency_response.direct(assemble(m, None, DOFS[:6], inputs=["p1:+x"]), LINES)
+                           for m in (true, machine))
+    doubts = question_unit(replace(measured, values=factor * measured.values).converted_to("accelerance"), predicted)
+    assert len(doubts) == bool(words) and all(words in doubt for doubt in doubts)

@@ -182,6 +182,18 @@ def test_a_bound_and_an_unexplained_measurement_are_said():
     assert found.at_bounds and "at a bound" in found.status and "does not explain" in found.status
 
 
+def test_a_damper_found_to_be_none_is_an_answer_and_no_bound():
+    """Zero is the least that a damper can be; a limit of the search that is not nature's is said."""
+    truth, _ = chain(damping=(20.0, 15.0, 10.0, 1e-9))
+    model, parameters = chain()
+    last = replace(parameters[7], low=0.0, high=100.0, log=False)
+    targets = Targets(measured(truth).modes, damping=True)
+    found = fit(Problem(model, [*parameters[4:7], last], targets), limit=None)
+    assert found.values[last.name] < 1e-2 and found.at_bounds == () and found.status == "converged"
+    short = replace(last, low=2.0)
+    assert fit(Problem(model, [*parameters[4:7], short], targets), limit=None).at_bounds == (last.name,)
+
+
 def test_modes_are_followed_through_a_crossing():
     shape = np.eye(3)[:, :2]
     measured_modes = Modes([10.0, 11.0], 0.01, shape, ("1:x", "2:x", "3:x"))

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import click
 
-from toolpoint.app.declare import Reading
+from toolpoint.app.declare import Reading, WordChoice
 from toolpoint.app.values import NUMBERS
 from toolpoint.cutting.description import PARAMETERS, PLACES, VARIATION, CutParameter, SpeedVariationDescription, check_values
 
@@ -34,7 +34,7 @@ class CutOptions:
 
 
 def _option_of(parameter: CutParameter) -> click.Option:
-    kinds: dict[str, Any] = {"count": int, "text": str, "choice": click.Choice(list(parameter.choices)), "variation": Reading(
+    kinds: dict[str, Any] = {"count": int, "text": str, "choice": WordChoice(list(parameter.choices)), "variation": Reading(
         _variation, "SHARE,REVOLUTIONS or SHARE,REVOLUTIONS,PHASE (degrees), for example 0.1,4")}
     kind = kinds.get(parameter.kind, float if parameter.several == 1 else NUMBERS)
     return click.Option([f"--{parameter.option}", _argument(parameter)], type=kind, help=parameter.help,

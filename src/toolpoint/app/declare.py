@@ -21,11 +21,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Union, get_
 import click
 from click.core import ParameterSource
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, suggestion
 from toolpoint.app import console
 from toolpoint.app.frame import Frame
 
 REPLACE = "toolpoint.replace"
+
+
+
+class WordChoice(click.Choice[str]):
+    """One of a few words; a word of the same meaning, or a near one, is proposed."""
+
+    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
+        """Return what is wrong, with the word that was meant."""
+        near = suggestion(str(value), map(str, self.choices))
+        return super().get_invalid_choice_message(value, ctx) + (f" ({near})" if near else "")
 
 
 @dataclass(frozen=True)
@@ -263,7 +273,7 @@ class _Kind:
         if (reader := self.mark(click.ParamType)) is not None:
             return reader
         if get_origin(self.base) is Literal:
-            return click.Choice(list(get_args(self.base)))
+            return WordChoice(list(get_args(self.base)))
         limits = self.mark(Help)
         if self.base not in (int, float) or not limits or (limits.least is limits.above is limits.most is None
                                                            and limits.scale == 1):

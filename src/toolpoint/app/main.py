@@ -21,7 +21,7 @@ _MODULES = {
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
     "files": ("new", "check", "convert", "schema", "doctor", "completion"),
-    "machines": ("report", "modes", "map", "campbell"),
+    "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),

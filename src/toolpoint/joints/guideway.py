@@ -67,7 +67,7 @@ class GuidewayDescription:
 
     at: tuple[Place, ...]
     along: Literal["x", "y", "z"] = "x"
-    up: Literal["x", "y", "z"] = "z"
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     carriage: GuidewayCarriage | None = None
     radial: Annotated[float, Quantity("stiffness", "N/m", above=0)] | None = None
     lateral: Annotated[float, Quantity("stiffness", "N/m", above=0)] | None = None
@@ -80,7 +80,8 @@ class GuidewayDescription:
         else:
             single = np.diag([0.0, self.lateral or 0.0, self.radial or 0.0, 0.0, 0.0, 0.0])
         frame = np.zeros((3, 3))
-        frame[AXES[self.along], 0] = frame[AXES[self.up], 2] = 1.0
+        frame[AXES[self.along], 0] = 1.0
+        frame[AXES[self.up[-1]], 2] = -1.0 if self.up[0] == "-" else 1.0
         frame[:, 1] = np.cross(frame[:, 2], frame[:, 0])
         return sum((move_stiffness(single, frame, np.array(place)) for place in self.at), np.zeros((6, 6)))
 

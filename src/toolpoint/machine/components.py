@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from toolpoint.machine.description.machine import BodyDescription, PointDescription, Vector
+from toolpoint.machine.description.machine import BodyDescription, FrameDescription, PointDescription, Vector
 
 if TYPE_CHECKING:  # as in the description of a machine
     from toolpoint.cutting.description import CuttingDescription
@@ -47,7 +47,8 @@ class Components:
     bodies : component to its mass properties in the machine frame, empty where they are not known; deviations : how well these
     are known; axes : by name; places : further named points of bodies, as in a machine file; tool, table : the points between
     which is cut; tool_axis : the direction of the tool, away from the work; coordinate_deviation : of the measured points'
-    coordinates, m; calibration_deviation : of the gain common to all responses, as a share of it, None where not told. """
+    coordinates, m; calibration_deviation : of the gain common to all responses, as a share of it, None where not told;
+    frame : place and orientation of the test's frame (points and directions) in the machine frame, None where not told. """
 
     name: str
     chain: tuple[str, ...] | Mapping[str, str]
@@ -62,6 +63,7 @@ class Components:
     tool_axis: Vector = (0.0, 0.0, 1.0)
     coordinate_deviation: float = 0.0
     calibration_deviation: float | None = None
+    frame: FrameDescription | None = None
 
     @property
     def parents(self) -> dict[str, str]:

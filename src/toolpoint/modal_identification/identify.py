@@ -11,6 +11,7 @@ from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
 from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.band import cut, noise_level
 from toolpoint.modal_identification.fit import estimate as _estimate
+from toolpoint.modal_identification.fit.refinement import Indistinguishable
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
 from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
 from toolpoint.modal_identification.judgement.parting import parting_remarks
@@ -109,10 +110,20 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     Raises
     ------
     ToolpointError
-        For responses without measurement, a band without lines or outside the data, or no mode found.
+        For responses without measurement, a band without lines or outside the data, no mode found, or modes that the lines
+        cannot tell apart.
     """
     chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     inside, dead = _alive(cut(frf, band))
+    try:
+        return _identified_either_way(inside, chosen, dead, choice)
+    except np.linalg.LinAlgError as error:
+        fail("frf", f"{inside.frequency.size} lines from {inside.frequency[0]:.4g} to {inside.frequency[-1]:.4g} Hz "
+             f"({error})", "must determine the fit of the modes", remedy="widen the band, take finer lines, or check the "
+             "responses for repeated or corrupt values")
+
+
+def _identified_either_way(inside: Frf, chosen: PoleMethod, dead: list[str], choice: PoleChoice | None) -> Identification:
     if len(inside.inputs) > len(inside.outputs):
         # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles.
         return _turned(_judged(_with_choice(_identified_deeper(_transposed(inside), chosen, dead), chosen, choice), chosen))
@@ -170,7 +181,10 @@ def _identified_deeper(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Iden
         if not (isinstance(chosen, PolyReference) and chosen.refine and _leaves_resonances(result)):
             break
         chosen = replace(chosen, order=2 * chosen.order)
-        deeper = _identified(inside, chosen, dead)
+        try:
+            deeper = _identified(inside, chosen, dead)
+        except Indistinguishable:  # more modes than the lines tell apart: what was found stands
+            break
         if deeper.modes.count <= result.modes.count or 1 - deeper.fit > LESS * (1 - result.fit):
             break
         note = (f"order {chosen.order // 2} left resonances in the residual; order {chosen.order} explains "

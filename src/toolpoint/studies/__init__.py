@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
+    from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.datasheet_doubts import question_datasheet
     from toolpoint.studies.machines.check.machine_check import check_machine
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
+    from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
     from toolpoint.studies.measured.joint_study import study_joints
@@ -85,10 +87,12 @@ __all__ = [
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
-    "pair_measurements", "place_grid", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
+    "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
+    "propose_speeds",
     "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
-    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
+    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
+    "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_reach", "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity",
     "study_tap", "study_tool",
@@ -121,6 +125,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
+    "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
     "machines.machine_modes": ("solve_modes",),
@@ -132,6 +137,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.sensitivity_study": ("study_sensitivity",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
+    "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),

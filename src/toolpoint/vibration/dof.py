@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -12,6 +13,7 @@ from toolpoint._notebook import NotebookText
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 DIRECTIONS = tuple(sign + axis for sign in "+-" for axis in AXES)
+_OBLIQUE = re.compile(r"(.*)<([^<>]*)>")
 
 
 @dataclass(frozen=True, order=True)
@@ -52,11 +54,27 @@ class Dof(NotebookText):
 
     @classmethod
     def parse(cls, text: str) -> Dof:
-        """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number."""
+        """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number.
+
+        A direction off the axes comes with its unit vector, ``"tool:slant<0.6,0,0.8>"``, as `text` writes it.
+        """
         point, separator, direction = text.rpartition(":")
         if not separator or not point:
             fail("Dof", repr(text), "must read point:direction", remedy="for example tool:+x")
-        return cls(int(point) if point.lstrip("-").isdigit() else point, direction)
+        name = int(point) if re.fullmatch(r"-?[0-9]+", point) else point
+        oblique = _OBLIQUE.fullmatch(direction)
+        if oblique is None:
+            return cls(name, direction)
+        try:
+            x, y, z = (float(number) for number in oblique[2].split(","))
+        except ValueError:
+            fail("Dof", repr(text), "must give three numbers of a unit vector", remedy="for example tool:slant<0.6,0,0.8>")
+        return cls(name, oblique[1], (x, y, z))
+
+    @property
+    def text(self) -> str:
+        """The label as text that `parse` reads back, with the vector of a direction off the axes."""
+        return str(self) if self.vector is None else f"{self}<{','.join(map(repr, self.vector))}>"
 
     @property
     def is_rotation(self) -> bool:
@@ -72,6 +90,22 @@ class Dof(NotebookText):
         else:
             twist[AXES.index(self.direction[1:])] = -1.0 if self.direction[0] == "-" else 1.0
         return twist
+
+    def turned(self, rotation: FloatArray, point: str | int | None = None) -> Dof:
+        """Return the Dof with its direction turned by a rotation (3, 3), at another point where one is given.
+
+        A direction within 1e-6 of an axis becomes that axis. Raises ToolpointError for a rotational Dof that is turned off the
+        axes, which no label can hold.
+        """
+        name = self.point if point is None else point
+        turn = "r" if self.is_rotation else ""
+        vector = rotation @ (self.unit[3:] if turn else self.unit[:3])
+        k = int(np.argmax(np.abs(vector)))
+        if abs(vector[k]) > 1 - 1e-6:
+            return Dof(name, ("+" if vector[k] > 0 else "-") + turn + "xyz"[k])
+        if turn:
+            fail("Dof", f"{self} turned off the axes", "a rotation must be about an axis", remedy="leave rotational Dofs out")
+        return Dof(name, f"test {self.direction}", (float(vector[0]), float(vector[1]), float(vector[2])))
 
     def __str__(self) -> str:
         return f"{self.point}:{self.direction}"

@@ -1,4 +1,4 @@
-"""Commands about a machine file: report, modes, map, campbell."""
+"""Commands about a machine file: report, modes, map, campbell, base."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.app.declare import Argument, Help, Reading, command, list_given
 from toolpoint.app.dynamics import read_responses
 from toolpoint.app.frame import Frame
-from toolpoint.app.options import Axes, Band, Count, Folder, MachineFile, Naming, Pose, Quantity, Workers
+from toolpoint.app.options import Axes, Band, Count, Folder, MachineFile, Naming, Pose, Poses, Quantity, Workers
 from toolpoint.app.values import Lines, SourceFile, SpeedsFromRest
 from toolpoint.io.quantities.written import read_two_names
 from toolpoint.io.suffixes import MATRICES
@@ -69,6 +69,13 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
         raise ToolpointError(f"{of_matrices[0]}: is of files of matrices; {machine} is a machine file")
     built = io.read_machine_at(machine, pose)
     run.show(studies.solve_modes(built, pose, count))
+
+
+@command(page=False)
+def base(run: Frame, machine: MachineFile, *, poses: Poses = ()) -> None:
+    """Force and moment of the ground on a machine at rest, at one pose or several: what its feet and its floor carry."""
+    built = io.read_machine_at(machine, *poses)
+    run.show(studies.study_base_reactions(built, poses))
 
 
 @command("map", page_beside_json=False)

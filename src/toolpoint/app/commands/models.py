@@ -98,11 +98,12 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
            written: Annotated[NewFile | None, Help("Write the identified machine here.", name="--machine")] = None,
            coordinate_deviation: Annotated[float | None, Help("Standard deviation of the points' coordinates, mm, in place of "
                                                               "that of the component file.", scale=1e-3)] = None,
-           band: Band = None) -> None:
+           band: Band = None, quantity: Quantity = None, naming: Naming) -> None:
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
     shape, described = io.read_geometry(geometry), io.read_components(components)
+    studies.place_test(shape.points, described)  # Unit and frame are questioned before the long fit of modes.
+    saved, responses = io.read_test_nouns(files, quantity=quantity, **naming.keywords)
     run.step("modes")
-    saved, responses = io.read_test_nouns(files)
     modes, doubts = studies.modes_of_test(saved, responses, band=band)
     run.step("joints")
     result = studies.study_joints(modes, shape, described, coordinate_deviation=coordinate_deviation, channel_doubts=doubts)
@@ -131,14 +132,16 @@ def update(run: Frame, machine: MachineFile, *,
            samples: Annotated[int, Help("Sample the posterior by so many steps of every walker, for example 2000 (extra "
                                         "'bayes').", metavar="STEPS", shown="none", least=0)] = 0,
            seed: Annotated[int, Help("Seed of the samples.")] = 1,
-           written: Annotated[NewFile | None, Help("Write the updated machine here.", name="--machine")] = None) -> None:
+           written: Annotated[NewFile | None, Help("Write the updated machine here.", name="--machine")] = None,
+           quantity: Quantity = None, naming: Naming) -> None:
     """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named.
 
     Measurements at several poses: --modes a.h5 --pose X=0 --modes b.h5 --pose X=0.2
     """
     built = io.read_machine_at(machine, *poses)
     # One pose: all files of responses are one measurement; several poses: a file for each.
-    responses = [io.read_frf(file) for file in frf] if len(poses) > 1 else [io.read_frf(frf)] if frf else []
+    groups = [[file] for file in frf] if len(poses) > 1 else [list(frf)] if frf else []
+    responses = [io.read_frf(group, quantity=quantity, **naming.keywords) for group in groups]
     saved = [io.read_modes(file) for file in modes]
     measured = studies.pair_measurements(saved, responses, poses)
     run.step("updating")
@@ -158,10 +161,10 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
               furthest: Annotated[float, Help("Points further apart stay single, mm.", scale=1e-3)] = 50.0,
               before: Annotated[SourceFile | None, Help("The machine before updating, shown beside.")] = None,
               lowest_mac: Annotated[float, Help("Modes below are not paired.")] = 0.5, band: Band = None,
-              pose: Pose = None) -> None:
+              pose: Pose = None, quantity: Quantity = None, naming: Naming) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
     built, first = io.read_machine_at(machine, pose), None if before is None else io.read_machine_at(before, pose)
-    saved, responses = io.read_test_nouns(files)
+    saved, responses = io.read_test_nouns(files, quantity=quantity, **naming.keywords)
     shape = None if geometry is None else io.read_geometry(geometry)
     owner = None if components is None else io.read_components(components).points
     run.step("correlation")

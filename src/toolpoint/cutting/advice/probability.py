@@ -16,6 +16,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
 
+RATIO_STEP = 0.04  # of the stated K_n/K_t: between charted ratios; half of it moves a limit by less than a step of its depths
 RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
 Perturb = Callable[[MillingProblem, float], MillingProblem]
 
@@ -195,24 +196,49 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     rng : numpy.random.Generator
     samples : int
     progress : callable, optional
-        Called with (done, all) after every sample.
+        Called with (done, all) after every chart.
+
+    Notes
+    -----
+    Where nothing but the coefficients is uncertain and the cut has the same shape at every depth, the force is K_t times the
+    depth times a function of K_n/K_t: samples share charts of few ratios (`RATIO_STEP` apart, taken at the nearest), whose
+    depths are stretched by their K_t.
     """
     w = floats("depths", np.atleast_1d(depths))
     n = floats("speeds", np.atleast_1d(speeds))
     deviation = np.array([p.deviation for p in parameters])
     factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
+    names = tuple(p.name for p in parameters)
     stable = np.empty((samples, n.size, w.size), bool)
     frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
-    for s in range(samples):
+    groups = _equal_ratios(factors) if names == ("kt", "kn") and _is_scaled(problem) else [
+        (row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
+    for done, (row, members, stretches) in enumerate(groups, start=1):
         varied = problem
-        for parameter, factor in zip(parameters, factors[s]):
+        for parameter, factor in zip(parameters, row):
             varied = parameter.change(varied, float(factor))
-        sample: StabilityChart = chart(varied, n, method, depth_max=float(w.max()))
-        stable[s] = sample.stable(w)
-        limit[s] = np.minimum(sample.limit, w.max())
+        sample: StabilityChart = chart(varied, n, method, depth_max=float(w.max() * stretches.max()))
         first = sample.limit_points()
-        frequency[s, first >= 0] = sample.frequency[first[first >= 0]]
+        for s, stretch in zip(members.tolist(), stretches.tolist()):
+            stable[s] = sample.stable(w * stretch)
+            limit[s] = np.minimum(sample.limit / stretch, w.max())
+            reached = (first >= 0) & (sample.limit / stretch <= w.max())
+            frequency[s, reached] = sample.frequency[first[reached]]
         if progress is not None:
-            progress(s + 1, samples)
-    return ProbabilityChart(n, w, stable, factors, tuple(p.name for p in parameters), frequency, limit,
+            progress(done, len(groups))
+    return ProbabilityChart(n, w, stable, factors, names, frequency, limit,
                             np.full(samples, 1 / samples))
+
+
+def _is_scaled(problem: MillingProblem) -> bool:
+    """Whether a cut of K_t times so much is the cut of so many times the depth, at the same K_n/K_t."""
+    tool = problem.tool
+    return (not tool.has_helix and tool.corner_radius == 0 and tool.tilt == 0 and problem.z is None
+            and problem.process_damping == 0)
+
+
+def _equal_ratios(factors: FloatArray) -> list[tuple[FloatArray, Array, FloatArray]]:
+    """Return the factors (K_t unchanged) of every charted ratio K_n/K_t, its samples, and what stretches their depths."""
+    steps = np.rint((factors[:, 1] / factors[:, 0] - 1) / RATIO_STEP)
+    return [(np.array([1.0, max(1 + RATIO_STEP * step, 0.05)]), np.flatnonzero(steps == step), factors[steps == step, 0])
+            for step in np.unique(steps)]

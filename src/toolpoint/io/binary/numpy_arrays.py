@@ -102,8 +102,8 @@ def write_frf(frf: Frf, path: str | Path) -> None:
     """Write the responses of one pose to an .npz file that reads back to the same values and labels."""
     if frf.values.ndim != 3:
         raise ToolpointError(f"frf: {frf!r}; must be one pose; use frf.at_pose(i)")
-    np.savez(path, frequency=frf.frequency, values=frf.values, outputs=np.array([str(dof) for dof in frf.outputs]),
-             inputs=np.array([str(dof) for dof in frf.inputs]), quantity=np.array(frf.quantity))
+    np.savez(path, frequency=frf.frequency, values=frf.values, outputs=np.array([dof.text for dof in frf.outputs]),
+             inputs=np.array([dof.text for dof in frf.inputs]), quantity=np.array(frf.quantity))
 
 
 def _load(path: Path) -> Array | dict[str, Array]:

@@ -105,7 +105,7 @@ def states_quantity(path: str | Path) -> bool:
 
 def _labels(files: Sequence[Path], names: Sequence[str] | None) -> dict[int, _Label]:
     """Return the labels of every file of one response, by its place among the files."""
-    tables = [k for k, file in enumerate(files) if _is_one_response(file)]
+    tables = [k for k, file in enumerate(files) if _is_one_response(file) and (names is not None or not _names_points(file))]
     if names is not None and len(names) != len(tables):
         raise ToolpointError(f"names: {len(names)} names for {len(tables)} files of one response; must be one for each")
     stems = [files[k].stem for k in tables] if names is None else list(names)
@@ -120,6 +120,11 @@ def _is_one_response(file: Path) -> bool:
     """Return whether a file holds one response, which its name labels."""
     kind = file.suffix.lower()
     return kind == ".npy" or (kind not in _READERS and frf_table.count_responses(file) == 1)
+
+
+def _names_points(file: Path) -> bool:
+    """Return whether a text file labels its response itself, in the names of its columns."""
+    return file.suffix.lower() not in (".npy", *_READERS) and frf_table.names_points(file)
 
 
 def _labels_by_pattern(files: Sequence[Path], pattern: str, struck: str | None) -> dict[int, _Label]:

@@ -11,6 +11,7 @@ from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.io import uff
 from toolpoint.io.binary import hdf5, numpy_arrays
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
+from toolpoint.io.text.column_labels import column_label
 from toolpoint.vibration import Frf
 
 KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
@@ -55,8 +56,8 @@ def _write_mat(frf: Frf, path: Path) -> None:
     from scipy.io import savemat
 
     savemat(path, {"frequency": frf.frequency, "values": frf.values, "quantity": frf.quantity,
-                   "outputs": np.array([str(dof) for dof in frf.outputs], object),
-                   "inputs": np.array([str(dof) for dof in frf.inputs], object)})
+                   "outputs": np.array([dof.text for dof in frf.outputs], object),
+                   "inputs": np.array([dof.text for dof in frf.inputs], object)})
 
 
 def _write_csv(frf: Frf, path: Path) -> None:
@@ -64,7 +65,7 @@ def _write_csv(frf: Frf, path: Path) -> None:
     head = ["frequency [Hz]"]
     columns = [frf.frequency]
     for i, j in pairs:
-        name = f"{frf.outputs[i]} / {frf.inputs[j]} [{frf.unit}]"
+        name = f"{column_label(frf.outputs[i])} / {column_label(frf.inputs[j])} [{frf.unit}]"
         head += [f"real {name}", f"imaginary {name}"]
         columns += [frf.values[:, i, j].real, frf.values[:, i, j].imag]
     rows = (",".join(map(repr, row)) for row in np.stack(columns, axis=1).tolist())

@@ -54,7 +54,7 @@ def write_modes(modes: Modes, path: str | Path) -> None:
         deviation = np.full((modes.count, 2), np.nan) if modes.covariance is None else np.sqrt(
             np.maximum(np.diagonal(modes.covariance, axis1=1, axis2=2), 0))
         _write_arrays(path, {"frequency": modes.frequency, "damping_ratio": modes.damping_ratio, "shape": modes.shape,
-                             "dofs": [str(dof) for dof in modes.dofs], "scaling": modes.scaling, "deviation": deviation})
+                             "dofs": [dof.text for dof in modes.dofs], "scaling": modes.scaling, "deviation": deviation})
 
 
 def _write_modes_table(modes: Modes, path: Path) -> None:

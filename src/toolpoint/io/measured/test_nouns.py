@@ -51,8 +51,10 @@ def read_measured(paths: Paths, *, quantity: str | None = None, **naming: Any) -
     return frf_files.read(files, quantity=quantity, **naming)
 
 
-def read_test_nouns(paths: Paths) -> tuple[Modes | None, Frf | None]:
+def read_test_nouns(paths: Paths, *, quantity: str | None = None, **naming: Any) -> tuple[Modes | None, Frf | None]:
     """Return the saved modes and the responses that the files of a test hold, None where there are none.
+
+    quantity, naming : for responses, see `frf_files.read`.
 
     Raises
     ------
@@ -63,18 +65,21 @@ def read_test_nouns(paths: Paths) -> tuple[Modes | None, Frf | None]:
     responses = [path for path in paths if path not in saved]
     if len(saved) > 1:
         raise ToolpointError(f"{saved[1]}: modes beside those of {saved[0]}; must be one file of modes")
-    return mode_files.read(saved[0]) if saved else None, frf_files.read(responses) if responses else None
+    frf = frf_files.read(responses, quantity=quantity, **naming) if responses else None
+    return mode_files.read(saved[0]) if saved else None, frf
 
 
-def read_hammer_test(paths: Paths) -> tuple[RecordSet, HammerTestDescription]:
+def read_hammer_test(paths: str | Path | Paths) -> tuple[RecordSet, HammerTestDescription]:
     """Return the records that a test file (YAML) names, with its decisions about hits, and the description of the test.
+
+    paths : of the test file, or a sequence of this one path.
 
     Raises
     ------
     ToolpointError
         For anything beside the test file, and for its faults.
     """
-    path, *others = (Path(path) for path in paths)
+    path, *others = (Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths))
     if others:
         raise ToolpointError(f"{others[0]}: beside the test file {path}; a test file names its records itself")
     description = test_file.read(path)

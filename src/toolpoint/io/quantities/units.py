@@ -37,6 +37,8 @@ _POSITIONS = "known: " + ", ".join((*LENGTHS, *ANGLES))
 _IMPERIAL = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg", "lbf": "4.4482 N",
              "psi": "6894.8 Pa"}
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
+# Numbers parted by blanks, then a unit.
+_ROW = re.compile(rf"((?:{_NUMBER.pattern}\s+)+{_NUMBER.pattern})\s*([^\s\d,;.+-][^,;]*)?")
 _COMMA = re.compile(r"^[-+]?\d+,\d+")
 
 
@@ -207,15 +209,34 @@ def _shown(value: object) -> str:
 def quantities(value: object, kind: Kind, length: int) -> tuple[float, ...]:
     """Return `length` values in SI: a list of numbers or quantities, or one text ``"0, 1063, -1500 mm"``."""
     if isinstance(value, str):
-        parts = value.strip().strip("[]").split(",")
-        unit = _NUMBER.sub("", parts[-1].strip(), count=1).strip()
-        items: list[object] = [p.strip() if i == len(parts) - 1 or not unit or not _NUMBER.fullmatch(p.strip())
-                               else f"{p.strip()} {unit}" for i, p in enumerate(parts)]
+        items: list[object] = list(split_list(value))
     elif isinstance(value, (list, tuple)):
         items = list(value)
     else:
-        raise UnitError(f"{_shown(value)} is not a list of {length} {kind.name}s; write for example "
-                        f"[{', '.join(['0'] * length)}] or \"{', '.join(['0'] * length)} {kind.unit}\"")
+        raise UnitError(f"{_shown(value)} is not a list of {length} {kind.name}s; write for example {_example(kind, length)}")
     if len(items) != length:
-        raise UnitError(f"{len(items)} values; must be {length}")
+        comma = "; a comma parts values: write decimal points (1.5, not 1,5)" if len(items) > length else ""
+        raise UnitError(f"{len(items)} value{'s' if len(items) != 1 else ''} in {_shown(value)}; must be {length}, for example "
+                        f"{_example(kind, length)}{comma}")
     return tuple(quantity(item, kind) for item in items)
+
+
+def split_list(text: str) -> tuple[str, ...]:
+    """Return the values of a text parted by commas or semicolons, or by blanks where there are none: ``0 1063 -1500 mm``.
+
+    A unit behind the last value is that of all bare numbers before it.
+    """
+    bare = text.strip().strip("[]").strip()
+    mark = ";" if ";" in bare else ","
+    parts = [part.strip() for part in bare.split(mark)]
+    if len(parts) == 1 and (row := _ROW.fullmatch(bare)):
+        numbers = row[1].split()
+        parts = [*numbers[:-1], f"{numbers[-1]} {row[2] or ''}".strip()]
+    unit = _NUMBER.sub("", parts[-1], count=1).strip()
+    return tuple(f"{part} {unit}" if unit and k < len(parts) - 1 and _NUMBER.fullmatch(part) else part
+                 for k, part in enumerate(parts))
+
+
+def _example(kind: Kind, length: int) -> str:
+    zeros = ", ".join(["0"] * length)
+    return f'[{zeros}] or "{zeros} {kind.unit}"'

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from toolpoint.io.quantities.sensitivities import MEASURED, motion_over_force
+from toolpoint.io.text.column_labels import column_pair, without_pair
 from toolpoint.vibration import Dof
 
 QUANTITIES = {"receptance": "receptance", "compliance": "receptance", "flexibility": "receptance", "mobility": "mobility",
@@ -25,7 +26,6 @@ _WORDS = {part: rf"(?<![a-z])(?:{words})(?![a-z])" for part, words in {  # also 
 _WORDS["magnitude"] += r"|\|h\|"
 _FREQUENCY = r"freq|\bf\b|\bhz\b|\bkhz\b|omega|\bw\b|rad/s"
 _CELL = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(]\s*((?:[^()\[\]]|\([^()]*\))*)\s*[\])])?\s*\"?\s*$")
-_PAIR = re.compile(r"(\S+:[-+]?r?[xyz])\s*/\s*(\S+:[-+]?r?[xyz])", re.IGNORECASE)
 
 
 class HeaderError(ValueError):
@@ -68,6 +68,7 @@ def read_layout(head: Sequence[Sequence[str]], remarks: str, *, count: int, is_c
     """
     names, units = _names_and_units(head, count)
     stated = next((QUANTITIES[word] for word in re.findall(r"[a-z]+", remarks.lower()) if word in QUANTITIES), None)
+    pairs = _pairs(head, count)
     parts = [_part(name, unit, is_complex) for name, unit in zip(names[1:], units[1:], strict=True)]
     if not any(part for part in parts if part != "complex"):
         return _unnamed(units, is_complex, stated, any(names))
@@ -75,7 +76,7 @@ def read_layout(head: Sequence[Sequence[str]], remarks: str, *, count: int, is_c
     if missing:
         raise HeaderError(f"column {missing[0]!r} is not understood; columns are frequency, then real and imaginary, or "
                           "magnitude and phase, for each response, and coherence; name them so, or take the column out")
-    columns = [_column(part, name, unit) for part, name, unit in zip(parts, names[1:], units[1:], strict=True) if part]
+    columns = [_column(part, pair, unit) for part, pair, unit in zip(parts, pairs[1:], units[1:], strict=True) if part]
     _check_pairs(columns, names[1:])
     quantities = {column.quantity for column in columns if column.quantity} | ({stated} if stated else set())
     if len(quantities) > 1:
@@ -92,7 +93,7 @@ def _names_and_units(head: Sequence[Sequence[str]], count: int) -> tuple[list[st
     fitting = [list(line) for line in head if len(line) == count][-2:]
     if not fitting:
         return [""] * count, [""] * count
-    cells = [_CELL.match(cell) for cell in fitting[-1]]
+    cells = [_CELL.match(without_pair(cell)) for cell in fitting[-1]]
     names, units = [m[1].lower() if m else "" for m in cells], [(m[2] or "").strip() if m else "" for m in cells]
     for k, unit in enumerate(units[1:], start=1):
         if unit and not _is_unit(unit):  # Re(H), Phase (unwrapped): words of the name
@@ -102,6 +103,13 @@ def _names_and_units(head: Sequence[Sequence[str]], count: int) -> tuple[list[st
         if any(_part(cell.lower(), "", False) for cell in above[1:]):  # a line of names, and one of units below it
             return [cell.strip().strip('"').lower() for cell in above], bare
     return names, units
+
+
+def _pairs(head: Sequence[Sequence[str]], count: int) -> list[tuple[Dof, Dof] | None]:
+    """Return the labels that the name of every column holds, as they are spelled."""
+    fitting = [list(line) for line in head if len(line) == count][-2:]
+    pairs = [[column_pair(cell) for cell in line] for line in fitting]
+    return next((line for line in reversed(pairs) if any(line)), [None] * count)
 
 
 def _is_unit(text: str) -> bool:
@@ -122,9 +130,7 @@ def _part(name: str, unit: str, is_complex: bool) -> str | None:
     return "complex" if is_complex else None
 
 
-def _column(part: str, name: str, unit: str) -> Column:
-    pair = _PAIR.search(name)
-    labels = (Dof.parse(pair[1]), Dof.parse(pair[2])) if pair else None
+def _column(part: str, labels: tuple[Dof, Dof] | None, unit: str) -> Column:
     if part == "coherence":
         return Column(part)
     if part == "phase":
@@ -184,7 +190,7 @@ def _unnamed(units: Sequence[str], is_complex: bool, stated: str | None, has_nam
         raise HeaderError(f"{count} columns, and no line before them names them; must be three (Hz, real, imaginary), or "
                           "named: frequency, real, imaginary, magnitude, phase, coherence")
     parts = ["complex"] * (count - 1) if is_complex else ["real", "imaginary"]
-    columns = tuple(_column(part, "", unit) for part, unit in zip(parts, units[1:], strict=True))
+    columns = tuple(_column(part, None, unit) for part, unit in zip(parts, units[1:], strict=True))
     quantities = {column.quantity for column in columns if column.quantity} | ({stated} if stated else set())
     if len(quantities) > 1:
         raise HeaderError(f"the units say {' and '.join(sorted(map(str, quantities)))}; must be one quantity")

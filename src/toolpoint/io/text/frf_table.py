@@ -105,6 +105,14 @@ def count_responses(path: Path) -> int:
         return 1
 
 
+def names_points(path: Path) -> bool:
+    """Return whether the names of a text file's columns label its responses; no where it cannot be read."""
+    try:
+        return None not in read_table(path).labels
+    except ToolpointError:
+        return False
+
+
 def write(frf: Frf, path: str | Path) -> None:
     """Write one response (one output, one input, one pose) as three columns that read back to the same numbers."""
     if frf.values.ndim != 3 or frf.values.shape[1:] != (1, 1):

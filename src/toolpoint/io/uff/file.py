@@ -16,6 +16,7 @@ from toolpoint.io.door import door
 from toolpoint.io.uff import functions, geometry, modes
 from toolpoint.io.uff.functions import COHERENCE, KINDS, RESPONSE, TIME, FunctionHeader
 from toolpoint.io.uff.geometry import MeasuredGeometry
+from toolpoint.io.uff.labels import NumberedLabels
 from toolpoint.io.uff.responses import NUMERATOR, read_frf
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.io.uff.spectra import UniversalFunction, read_functions
@@ -105,33 +106,44 @@ def write(path: str | Path, *items: Frf | Record | Modes | MeasuredGeometry, tex
     ----------
     path : path
     items : Frf, Record, Modes or MeasuredGeometry
-        Points must be numbered. Several Frf may share a file if their Dofs differ.
+        Several Frf may share a file if their Dofs differ. Named and relative points and directions off the axes are written at
+        numbers of their own, with a table that gives their labels back (`labels`).
     text : bool
         Functions as text (set 58, 13 digits) instead of binary (58b, exact to the last bit).
     append : bool
         Behind what the file holds, instead of in its place.
     """
     parts = [] if append else [_title(), _si()]
+    labels = NumberedLabels.of([dof for item in items for dof in _dofs(item)], UniversalFile(path).labels if append else None)
+    parts.append(labels.written())
     for item in items:
-        parts += _parts(item, text)
+        parts += _parts(item, text, labels)
     with Path(path).open("ab" if append else "wb") as file:
         file.writelines(parts)
 
 
-def _parts(item: Frf | Record | Modes | MeasuredGeometry, text: bool) -> Iterable[bytes]:
+def _dofs(item: Frf | Record | Modes | MeasuredGeometry) -> tuple[Dof, ...]:
     if isinstance(item, Frf):
-        return _responses(item, text)
+        return (*item.outputs, *item.inputs)
+    if isinstance(item, Record):
+        return item.channels
+    return item.dofs if isinstance(item, Modes) else tuple(Dof(point, "+x") for point in item.points)
+
+
+def _parts(item: Frf | Record | Modes | MeasuredGeometry, text: bool, labels: NumberedLabels) -> Iterable[bytes]:
+    if isinstance(item, Frf):
+        return _responses(item, text, labels)
     if isinstance(item, Record):
         return [functions.written(TIME, dof, None, numerator=CODES.get(kind, 0), denominator=0, abscissa=item.time,
                                   data=item.samples[:, i], text=text,
-                                      units=(unit or "NONE", "NONE"))
+                                  units=(unit or "NONE", "NONE"), labels=labels)
                 for i, (dof, kind, unit) in enumerate(zip(item.channels, item.quantities, item.units, strict=True))]
     if isinstance(item, Modes):
-        return [modes.written(item)]
+        return [modes.written(item, labels)]
     return [geometry.written(item)]
 
 
-def _responses(frf: Frf, text: bool) -> Iterable[bytes]:
+def _responses(frf: Frf, text: bool, labels: NumberedLabels) -> Iterable[bytes]:
     if frf.values.ndim != 3:
         raise ToolpointError(f"frf: {frf!r}; must be one pose; use frf.at_pose(i)")
     values = np.ascontiguousarray(frf.values.transpose(1, 2, 0))
@@ -139,12 +151,10 @@ def _responses(frf: Frf, text: bool) -> Iterable[bytes]:
     for i, output in enumerate(frf.outputs):
         for j, source in enumerate(frf.inputs):
             yield functions.written(RESPONSE, output, source, numerator=NUMERATOR[frf.quantity], denominator=13,
-                                    abscissa=frf.frequency,
-                                        data=values[i, j], text=text, units=label)
+                                    abscissa=frf.frequency, data=values[i, j], text=text, units=label, labels=labels)
             if frf.coherence is not None:
                 yield functions.written(COHERENCE, output, source, numerator=0, denominator=0, abscissa=frf.frequency,
-                                        data=frf.coherence[:, i, j],
-                                            text=text)
+                                        data=frf.coherence[:, i, j], text=text, labels=labels)
 
 
 def _title() -> bytes:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
+from toolpoint.io.uff.labels import NumberedLabels
 from toolpoint.io.uff.numbers import regular, twenty_wide
 from toolpoint.io.uff.sets import HEADER_LINES, UniversalFile, UniversalSet
 from toolpoint.vibration.dof import Dof
@@ -225,7 +226,7 @@ def _dof(file: UniversalFile, point: int, code: int) -> Dof:
         file.repaired(f"point {point} without a direction (scalar): +x is assumed")
         code = 1
     name = DIRECTIONS[abs(code)]
-    return Dof(point, name if code > 0 else "-" + name[1:])
+    return file.labels.labelled(Dof(point, name if code > 0 else "-" + name[1:]))
 
 
 def _axis(line: str, start: float, step: float) -> tuple[str, float, float]:
@@ -249,13 +250,17 @@ def _even(axis: FloatArray, text: bool) -> tuple[str, float, float] | None:
 
 
 def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, denominator: int, abscissa: FloatArray,
-            data: Array, text: bool, units: tuple[str, str] = ("NONE", "NONE")) -> bytes:
+            data: Array, text: bool, units: tuple[str, str] = ("NONE", "NONE"),
+            labels: NumberedLabels | None = None) -> bytes:
     """Return one function as bytes of a set 58 (`text`) or 58b in double precision, exact to the last bit.
 
+    labels : numbers of Dofs that the format cannot hold; they stand in words in the second line.
     Text holds 13 significant digits, as the format has no more.
     """
     rule = _even(abscissa, text)
     even = rule is not None
+    known = labels or NumberedLabels.of([dof for dof in (response, reference) if dof is not None])
+    numbered = (known.numbered(response), None if reference is None else known.numbered(reference))
     is_complex = np.iscomplexobj(data)
     numbers = np.ascontiguousarray(data, complex if is_complex else float).view(float).reshape(abscissa.size, -1)
     if not even:
@@ -266,8 +271,8 @@ def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, 
     form = f"{6 if is_complex else 4:10d}{abscissa.size:10d}{int(even):10d}"
     abscissa_kind = (17, "Time", "s") if kind == TIME else (18, "Frequency", "Hz")
     head = [
-        TITLES[kind], "NONE", "NONE", "NONE", axis,
-        f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{_point(response)} {'NONE':10s}{_point(reference)}",
+        TITLES[kind], "NONE" if numbered == (response, reference) else _words(response, reference), "NONE", "NONE", axis,
+        f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{_point(numbered[0])} {'NONE':10s}{_point(numbered[1])}",
         form + f"{spread[0]:13.5E}{spread[1]:13.5E}{0.0:13.5E}",
         _described(*abscissa_kind), _described(numerator, "NONE", units[0]), _described(denominator, "NONE", units[1]),
         _described(0, "NONE", "NONE")]
@@ -289,11 +294,13 @@ def _point(dof: Dof | None) -> str:
     return f"{dof.point:10d}{code:4d}"
 
 
+def _words(response: Dof, reference: Dof | None) -> str:
+    text = str(response) if reference is None else f"{response} / {reference}"
+    return text.encode("ascii", "replace").decode("ascii")[:80]
+
+
 def code_of(dof: Dof) -> int:
-    """Return the direction code of a Dof; the format knows only numbered points and axes."""
-    if dof.vector is not None or not isinstance(dof.point, int) or dof.point < 0:
-        raise ToolpointError(f"{dof}: a universal file holds numbered points and the directions +x .. -rz only; "
-                             "number the points")
+    """Return the direction code of a Dof along an axis."""
     return CODES["+" + dof.direction[1:]] * (-1 if dof.direction[0] == "-" else 1)
 
 

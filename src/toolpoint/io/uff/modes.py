@@ -7,6 +7,7 @@ import numpy as np
 from toolpoint._check import Array, ToolpointError
 from toolpoint.io.uff import analysis, shape_records
 from toolpoint.io.uff.functions import DIRECTIONS
+from toolpoint.io.uff.labels import NumberedLabels
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.io.uff.shape_records import NORMAL
 from toolpoint.vibration import Dof, Modes
@@ -39,24 +40,25 @@ def modes(file: UniversalFile) -> Modes:
     table = table / np.sqrt(scales) if scaled else table
     kind = ("unit modal mass" if real else "modal A") if scaled else "unscaled"
     array: Array = table.real if real else table
-    return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array,
-                 tuple(Dof(point, DIRECTIONS[way]) for point, way in keys), kind, notes=tuple(file.repairs))
+    dofs = tuple(file.labels.labelled(Dof(point, DIRECTIONS[way])) for point, way in keys)
+    return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array, dofs,
+                 kind, notes=tuple(file.repairs))
 
 
-def written(noun: Modes) -> bytes:
-    """Return the modes as sets 55 (six digits, as the format has no more)."""
+def written(noun: Modes, labels: NumberedLabels | None = None) -> bytes:
+    """Return the modes as sets 55 (six digits, as the format has no more); labels : numbers of Dofs that it cannot hold."""
     is_complex = np.iscomplexobj(noun.shape)
-    points = list(dict.fromkeys(dof.point for dof in noun.dofs))
-    rotations = any(dof.is_rotation for dof in noun.dofs)
+    known = labels or NumberedLabels.of(noun.dofs)
+    dofs = [known.numbered(dof) for dof in noun.dofs]
+    points = list(dict.fromkeys(dof.point for dof in dofs))
+    rotations = any(dof.is_rotation for dof in dofs)
     each = 6 if rotations else 3
     parts: list[str] = []
     unit = noun.scaling != "unscaled"
     for i in range(noun.count):
         table: dict[object, list[complex]] = {point: [0j] * each for point in points}
-        for dof, value in zip(noun.dofs, noun.shape[:, i].tolist(), strict=True):
-            axis = int(np.flatnonzero(dof.unit)[0]) if dof.vector is None else -1
-            if axis < 0 or not isinstance(dof.point, int):
-                raise ToolpointError(f"{dof}: a universal file holds numbered points and the axes x .. rz only")
+        for dof, value in zip(dofs, noun.shape[:, i].tolist(), strict=True):
+            axis = int(np.flatnonzero(dof.unit)[0])
             table[dof.point][axis] = complex(value) * float(dof.unit[axis])
         parts.append(_head(noun, i, is_complex, each, unit))
         for point, row in table.items():

@@ -6,9 +6,11 @@ import mmap
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
+from toolpoint.io.uff.labels import LABELS, NumberedLabels, parse_labels
 
 # The literal start lets the search skip through gigabytes of numbers; what stands before it is looked at afterwards.
 MARK = re.compile(rb"-1[ \t]*(?=[\r\n]|$)")
@@ -71,6 +73,12 @@ class UniversalFile:
     def size(self) -> int:
         """Bytes of the file."""
         return len(self._map)
+
+    @cached_property
+    def labels(self) -> NumberedLabels:
+        """Labels that tables of this package give to numbers of the file; none in files of other programs."""
+        return parse_labels([line for dataset in self.sets if dataset.number == LABELS
+                             for line in self.text(dataset).splitlines()], str(self.path))
 
     def text(self, dataset: UniversalSet) -> str:
         """Return the text records of a set (for a binary one, its header records)."""

@@ -16,11 +16,11 @@ from toolpoint.io.quantities import units
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import body_of, cutting_of
-from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, PointModel
+from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, FrameModel, PointModel
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Vector
 from toolpoint.machine.components import Components, DrivenAxis, MassDeviation
-from toolpoint.machine.description import GROUND, BodyDescription, PointDescription
+from toolpoint.machine.description import GROUND, BodyDescription, FrameDescription, PointDescription
 
 VERSION = 1
 _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
@@ -73,6 +73,7 @@ class ComponentFile(Part):
     tool_axis: _Letter | tuple[float, float, float] = "z"
     coordinate_deviation: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
     calibration_deviation: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] | None = None
+    frame: FrameModel | None = None
 
     def measured_points(self) -> dict[str, list[int | str]]:
         """Return the points of every component, ranges written out."""
@@ -118,7 +119,8 @@ def _components(part: ComponentFile, document: Document) -> Components | None:
         part.name, dict(part.parents) if part.parents is not None else part.chain or (), part.measured_points(), bodies,
         {name: MassDeviation(**c.uncertainty.model_dump()) for name, c in part.components.items()}, axes,
         {name: PointDescription(p.body, p.at) for name, p in part.points.items()}, part.tool, part.table, cutting,
-        tool_axis, part.coordinate_deviation, part.calibration_deviation)
+        tool_axis, part.coordinate_deviation, part.calibration_deviation,
+        None if part.frame is None else FrameDescription(part.frame.at, part.frame.rotation))
 
 
 def _check_known(key: Key, name: str, known: list[str], document: Document) -> None:

@@ -22,7 +22,7 @@ from toolpoint.io.quantities.electrical import electrical_type
 from toolpoint.io.yaml.document import Key, parse, validate
 from toolpoint.io.yaml.key_meanings import add_meanings
 from toolpoint.io.yaml.part import Part
-from toolpoint.io.yaml.quantity_fields import quantity_type
+from toolpoint.io.yaml.quantity_fields import AxisPosition, quantity_type
 
 Described = TypeVar("Described")
 
@@ -128,6 +128,8 @@ def _file_type(hint: Any) -> Any:
 
 
 def _quantity_type(quantity: Quantity) -> Any:
+    if quantity.name == "axis position":
+        return Annotated[float, AxisPosition()]
     if quantity.name in _KINDS:
         return quantity_type(_KINDS[quantity.name], **quantity.limits)
     name, *symbols = _ELECTRICAL.get(quantity.name, (quantity.name, quantity.unit))

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 
@@ -25,6 +25,7 @@ KEPT_TEXT = 100_000  # longer texts are parsed each time: their trees are not wo
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
 DEEPEST = 100  # brackets in brackets
 _TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
+MERGE = "<<"
 LARGEST_INTEGER = 10**15  # no count or quantity of a machine is larger, and floats hold whole numbers up to here exactly
 
 
@@ -124,20 +125,38 @@ def _plain(node: Node, key: Key, document: Document, above: set[int]) -> Any:
 
 
 def _mapping(node: MappingNode, key: Key, document: Document, above: set[int]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
+    given: dict[str, Any] = {}
+    merged: dict[str, Any] = {}
+    for name_node, value_node in node.value:
+        if isinstance(name_node, ScalarNode) and name_node.value == MERGE:
+            merged = {**_merged(value_node, key, document, above), **merged}
     for name_node, value_node in node.value:
         name = str(name_node.value) if isinstance(name_node, ScalarNode) else "?"
         inner = (*key, name)
         place = (name_node.start_mark.line + 1, name_node.start_mark.column + 1)
-        if name in result:
+        if name == MERGE:
+            continue
+        if name in given:
             first = document.places[inner][0]
             document.faults.append(Fault(*place, ".".join(map(str, inner)),
                                          f"key {name!r} is already given in line {first}; keep one of the two"))
             continue
         document.places[inner] = place
-        result[name] = _plain(value_node, inner, document, above)
+        given[name] = _plain(value_node, inner, document, above)
         if isinstance(value_node, ScalarNode):
             document.places[inner] = (value_node.start_mark.line + 1, value_node.start_mark.column + 1)
+    return {**merged, **given}
+
+
+def _merged(node: Node, key: Key, document: Document, above: set[int]) -> dict[str, Any]:
+    """Return the keys that a merge key (``<<: *anchor``) brings; of several mappings the first that has a key counts."""
+    result: dict[str, Any] = {}
+    for part in node.value if isinstance(node, SequenceNode) else [node]:
+        brought = _plain(part, key, document, above) if isinstance(part, MappingNode) else None
+        if isinstance(brought, dict):
+            result = {**brought, **result}
+        elif not isinstance(part, MappingNode):
+            document.fault((*key, MERGE), f"{MERGE}: must be an alias of a mapping (*name), or a list of them")
     return result
 
 
@@ -191,7 +210,10 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
     elif kind == "quantity":
         document.fault(where, error["ctx"]["message"])
     else:
-        document.fault(where, f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}")
+        words = re.findall(r"'([^']*)'", str(error["ctx"]["expected"])) if kind == "literal_error" else []
+        meant = suggestion(str(error["input"]), words)
+        text = f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
+        document.fault(where, f"{text} ({meant})" if meant else text)
 
 
 def _keys(model: type[BaseModel], place: Key) -> list[str]:

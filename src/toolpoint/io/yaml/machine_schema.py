@@ -15,7 +15,7 @@ from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.yaml.description_schema import file_schema, model_of
 from toolpoint.io.yaml.part import Part
-from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
+from toolpoint.io.yaml.quantity_fields import Gravity, Scalar, Several, Vector, fault, quantity_type
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description import InertiaDescription
 from toolpoint.machine.description.beam import BeamDescription
@@ -268,7 +268,7 @@ class MachineModel(Part):
     joints: dict[str, JointModel]
     axes: dict[str, AxisModel] = {}
     points: dict[str, PointModel] = {}
-    gravity: Annotated[tuple[float, float, float], Vector(units.ACCELERATION)] | None = None
+    gravity: Annotated[tuple[float, float, float], Gravity()] | None = None
     loads: tuple[LoadModel, ...] = ()
     tool: str | None = None
     table: str | None = None

@@ -11,6 +11,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import Kind, UnitError
 
+PERCENT = 100.0  # largest bare number of a ratio that may be meant in percent
 NUMBER = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 
 
@@ -33,9 +34,24 @@ class Scalar:
     def read(self, value: object) -> float:
         """Return a number or a text with unit as its SI value."""
         try:
+            self._question_percent(value)
             return units.quantity(value, self.kind)
         except UnitError as error:
             raise fault(error) from None
+
+    def _question_percent(self, value: object) -> None:
+        """Refuse a bare number above the limit of a ratio as the percentage that it may be: damping_ratio: 3."""
+        top = self.lt if self.lt is not None else self.le
+        bare = value.strip() if isinstance(value, str) else value
+        if self.kind is not units.RATIO or top is None or isinstance(value, bool):
+            return
+        try:
+            number = float(bare)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            return
+        if 1 <= number <= PERCENT and (number > top or (number == top and self.lt is not None)):
+            raise UnitError(f"{number:g} is a ratio; must be {'below' if self.lt is not None else 'at most'} {top:g} "
+                            f"({number:g} %?)")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         limited = core_schema.float_schema(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)
@@ -45,6 +61,50 @@ class Scalar:
         limits = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
         bounds = [f"{word} {value:g}" for word, value in limits.items() if value is not None]
         return {**NUMBER, "description": "; ".join([self.kind.name, f"a bare number is in {self.kind.unit}", *bounds])}
+
+
+@dataclass(frozen=True)
+class AxisPosition:
+    """A position of an axis, m or rad, as a number or with its unit: ``200 mm``, ``30 deg``."""
+
+    def read(self, value: object) -> object:
+        """Return a text with unit as its SI value; what is no text stays."""
+        try:
+            return units.length_or_angle(value)[0] if isinstance(value, str) else value
+        except UnitError as error:
+            raise fault(error) from None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, core_schema.float_schema())
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {**NUMBER, "description": "position of an axis; a bare number is in m or rad"}
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Gravity: three accelerations in the machine frame, or one, which acts along -z of the machine."""
+
+    def read(self, value: object) -> tuple[float, ...]:
+        """Return the SI vector."""
+        try:
+            if not isinstance(value, (list, tuple)) and not (isinstance(value, str) and len(units.split_list(value)) > 1):
+                size = units.quantity(value, units.ACCELERATION)
+                if size < 0:
+                    raise UnitError(f"{value!r}: one number is its size along -z; must not be negative; write three numbers "
+                                    "for another direction")
+                return (0.0, 0.0, -size)
+            return units.quantities(value, units.ACCELERATION, 3)
+        except UnitError as error:
+            raise fault(error) from None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        array = {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3}
+        return {"anyOf": [array, {"type": "string"}, {"type": "number"}],
+                "description": "3 of acceleration, or one along -z of the machine; bare numbers are in m/s^2"}
 
 
 @dataclass(frozen=True)
@@ -80,9 +140,10 @@ class Several:
     def read(self, value: object) -> float | tuple[float, ...]:
         """Return the SI values."""
         try:
-            if self.or_one and not isinstance(value, (list, tuple)) and not (isinstance(value, str) and "," in value):
+            if self.or_one and not isinstance(value, (list, tuple)) and not (
+                    isinstance(value, str) and len(units.split_list(value)) > 1):
                 return units.quantity(value, self.kind)
-            length = len(value) if isinstance(value, (list, tuple)) else str(value).count(",") + 1
+            length = len(value) if isinstance(value, (list, tuple)) else len(units.split_list(str(value)))
             return units.quantities(value, self.kind, length)
         except UnitError as error:
             raise fault(error) from None

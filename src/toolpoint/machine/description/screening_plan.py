@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from toolpoint._quantity import Key, Quantity, limit_faults
 from toolpoint.machine.description.variation import Factor, Swap
 
+AxisPosition = Annotated[float, Quantity("axis position", "m or rad")]
 PathLength = Annotated[float, Quantity("length", "m", above=0)]
 PathPlace = Annotated[float, Quantity("length", "m")]
 PathFeed = Annotated[float, Quantity("speed", "m/s", above=0)]
@@ -57,7 +58,7 @@ class ScreeningPlan:
     seed: int = 1
     draws: int = 0
     metrics: tuple[str, ...] = ()
-    pose: Mapping[str, float] = field(default_factory=dict)
+    pose: Mapping[str, AxisPosition] = field(default_factory=dict)
     square: MilledSquare | None = None
     source: str = ""
 

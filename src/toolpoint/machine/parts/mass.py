@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from toolpoint._check import fail, suggestion, within
+from toolpoint._check import FloatArray, fail, suggestion, within
 from toolpoint.bodies import mesh, shapes
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
@@ -64,6 +64,15 @@ def mass_properties(body: BodyDescription) -> MassProperties:
     if body.density is not None:
         fail("density", "given beside mass and inertia", "serves a shape or a mesh only", remedy="remove it")
     return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
+
+
+def equivalent_cuboid(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return centre (3,), principal axes (3, 3) as columns and edges (3,), m, of the uniform cuboid of a body's mass and
+    inertia, in its own frame: I_x = m (b^2 + c^2) / 12."""
+    known = mass_properties(body)
+    moments, axes = np.linalg.eigh(known.inertia)
+    edges = np.sqrt(np.maximum(12.0 * (moments.sum() / 2 - moments) / known.mass, 0.0))
+    return known.centre, axes, edges
 
 
 def _mass_of_solid(part: ElasticDescription | SolidBody) -> MassProperties:

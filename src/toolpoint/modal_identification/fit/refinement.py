@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import ComplexArray, FloatArray, ToolpointError
 from toolpoint.modal_identification.basis import (
     factor,
     laplace,
@@ -74,6 +74,10 @@ class Data:
         return rows - self.outside @ (self.outside.T @ rows)
 
 
+class Indistinguishable(ToolpointError):
+    """Modes whose shapes the responses within the band cannot tell apart."""
+
+
 @dataclass(frozen=True, eq=False)
 class PoleFit:
     """Poles (in units of `Data.scale`), participation (n_inputs, n_modes), shapes, and what they explain.
@@ -111,7 +115,22 @@ class PoleFit:
 
 
 def evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
-    """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there."""
+    """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there.
+
+    Raises Indistinguishable where the responses do not tell the shapes of the modes apart.
+    """
+    try:
+        return _evaluated(data, poles, participation, weight=weight)
+    except np.linalg.LinAlgError:
+        lines = data.frf.frequency
+        raise Indistinguishable(
+            f"band: {lines[0]:.4g} to {lines[-1]:.4g} Hz, {lines.size} lines; the responses within it do not tell the shapes "
+            f"of {poles.size} modes apart (their normal matrix is singular); take a wider band, finer lines or another "
+            "reference"
+        ) from None
+
+
+def _evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
     m, (outputs, inputs) = poles.size, weight.shape
     base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
     columns = np.concatenate([base, slope], axis=1)
@@ -139,7 +158,7 @@ def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, we
     """Return the fit of `evaluate`, or None where two modes are so nearly one that their shapes cannot be told apart."""
     try:
         return evaluate(data, poles, participation, weight=weight)
-    except np.linalg.LinAlgError:
+    except Indistinguishable:
         return None
 
 

@@ -12,6 +12,7 @@ from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import freedoms
+from toolpoint.machine.description.origins import origin_of
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.measured.frf import bode
@@ -70,7 +71,7 @@ def with_responses(report: Report, result: MachineReport) -> Report:
 def _frequency_parts(result: MachineReport) -> list[Table | str]:
     header, rows = comparison(result)
     references = result.machine.description.reference
-    marks = ["", "computed", *(r.source if r.source in ("published", "measured") else "" for r in references),
+    marks = ["", "computed", *(origin_of(r.source) for r in references),
              *("" for _ in references)]
     marked = [[Cell(round(v, 2) if isinstance(v, float) else v, mark if v != "" else "")
                for v, mark in zip(row, marks, strict=True)] for row in rows]
@@ -132,13 +133,13 @@ def _method_notes(result: MachineReport) -> list[str]:
 def _input_table(machine: Machine) -> Table:
     rows = []
     for name, joint in machine.description.joints.items():
-        mark = joint.source if joint.source in ("published", "chosen", "measured", "assumed") else ""
+        mark = origin_of(joint.source)
         values = "; ".join(f"{k} {v:.5g} {'N m/rad' if k.startswith('r') else 'N/m'}" for k, v in joint.stiffness.items())
         loose = f" free: {', '.join(joint.free)}" if joint.free else ""
         cell = Cell((values + loose) or "all directions locked", mark)
         rows.append([f"joint {name}", f"{joint.parent} - {joint.child}", cell])
     for name, body in machine.description.bodies.items():
-        mark = body.source if body.source in ("published", "chosen", "measured", "assumed") else ""
+        mark = origin_of(body.source)
         mass = float(machine.bodies[machine.link(name)].mass[0, 0])
         rows.append([f"body {name}", "", Cell(f"{mass:.6g} kg", mark)])
     return Table(["part", "between", "value"], rows, "Where the values come from")

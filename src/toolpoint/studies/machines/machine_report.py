@@ -21,6 +21,7 @@ from toolpoint.machine.assembly.joint_terms import joint_matrices
 from toolpoint.machine.assembly.reduction_error import reduction_note
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import ReferenceDescription
+from toolpoint.machine.description.origins import origin_of
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, tool_point
@@ -156,9 +157,9 @@ def _difference(reference: ReferenceDescription, i: int, value: float) -> object
 def _sources(machine: Machine) -> list[str]:
     lines = []
     for mark in ("published", "measured", "chosen", "assumed"):
-        names = [f"joint {n}" for n, j in machine.description.joints.items() if j.source == mark]
-        names += [f"body {n}" for n, b in machine.description.bodies.items() if b.source == mark]
-        names += [r.name for r in machine.description.reference if r.source == mark]
+        names = [f"joint {n}" for n, j in machine.description.joints.items() if origin_of(j.source) == mark]
+        names += [f"body {n}" for n, b in machine.description.bodies.items() if origin_of(b.source) == mark]
+        names += [r.name for r in machine.description.reference if origin_of(r.source) == mark]
         if names:
             lines.append(f"{mark}: {', '.join(names)}")
     return lines

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import firwin, upfirdn
+from scipy.signal import fftconvolve, firwin
 
 from toolpoint._check import FloatArray, count, fail, floats, positive
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.shapes import body_shapes
-from toolpoint.machine.description import GROUND
+from toolpoint.machine.description import GROUND, BodyDescription
+from toolpoint.machine.parts.mass import equivalent_cuboid
 from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Modes, Record, StateSpace
@@ -20,6 +21,7 @@ from toolpoint.vibration.dof import dofs
 from toolpoint.vibration.simulation import time_response
 
 _OVERSAMPLING = 6
+MIN_BODY_POINTS = 6  # candidates a body, where all bodies together have so many
 _WAYS = ("+x", "+y", "+z")
 
 
@@ -99,24 +101,33 @@ class MeasuringPoints:
 
 def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> MeasuringPoints:
     """Return points spread over the surfaces of the bodies' boxes (drawn or inertial), more on larger ones, numbered from 1."""
-    boxes = {}
-    for name, body in machine.description.bodies.items():
-        shape = body.draw or body.shape
-        if shape is not None and shape.size is not None:
-            boxes[name] = (np.array(body.centre if body.draw_at is None else body.draw_at), np.array(shape.size))
+    boxes = {name: box for name, body in machine.description.bodies.items() if (box := _box(body)) is not None}
     if not boxes:
-        fail("machine", "no body with a box", "must have bodies with a shape or drawn as one", remedy="give points by hand")
-    areas = np.array([2 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2]) for _, s in boxes.values()])
-    share = np.maximum(6, np.floor(number * areas / areas.sum())).astype(int)
+        fail("machine", "elastic bodies alone, none drawn as a box", "must have rigid bodies, or bodies drawn as a box",
+             remedy="give points by hand")
+    areas = np.array([2 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2]) for _, _, s in boxes.values()])
+    least = min(MIN_BODY_POINTS, number // len(boxes))
+    share = np.maximum(least, np.floor(number * areas / max(areas.sum(), 1e-300))).astype(int)
+    while share.sum() > number:  # many small bodies: the largest give up theirs
+        share[int(np.argmax(share))] -= 1
     share[int(np.argmax(areas))] += number - share.sum()
     places: dict[str | int, tuple[str, FloatArray]] = {}
-    for (name, (centre, size)), many in zip(boxes.items(), share, strict=True):
+    for (name, (centre, axes, size)), many in zip(boxes.items(), share, strict=True):
         frame = machine.body_frames[machine.link(name)]
         for _ in range(many):
             at = rng.uniform(-0.5, 0.5, 3)
             at[rng.integers(3)] = rng.choice([-0.5, 0.5])
-            places[len(places) + 1] = (name, tf.move(frame, (centre + at * size)[None])[0])
+            places[len(places) + 1] = (name, tf.move(frame, (centre + axes @ (at * size))[None])[0])
     return MeasuringPoints(places)
+
+
+def _box(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Return centre, axes (columns) and edges of a body's box: as it is drawn or described, else of the inertia of a rigid
+    one."""
+    shape = body.draw or body.shape
+    if shape is not None and shape.size is not None:
+        return np.array(body.centre if body.draw_at is None else body.draw_at), np.eye(3), np.array(shape.size)
+    return None if body.is_elastic else equivalent_cuboid(body)
 
 
 def list_points(machine: Machine) -> MeasuringPoints:
@@ -162,8 +173,10 @@ def hammer_records(
     fine = hammer.sample_rate * _OVERSAMPLING
     force = _force(hammer, wrong, fine, rng)
     system = _accelerations(modes, driven, labels)
-    motion = time_response.exact(system, force[:, None], fine)
-    channels = _thinned(np.concatenate([force[:, None], motion], axis=1))
+    # The response to the filtered force is the filtered response: only the samples that are kept are computed.
+    filtered, delay, kept = _filtered(force)
+    motion = time_response.exact(system, filtered[:, None], fine, every=_OVERSAMPLING)
+    channels = np.concatenate([filtered[::_OVERSAMPLING, None], motion], axis=1)[delay:delay + kept]
     channels = _spoilt(channels, labels, wrong, rng)
     return Record(channels, hammer.sample_rate, (driven[0], *labels), ("force", *("acceleration",) * len(labels)),
                   name=f"virtual hammer at {driven[0]}")
@@ -194,12 +207,11 @@ def _accelerations(modes: Modes, struck: tuple[Dof, ...], responses: tuple[Dof, 
     return StateSpace(a, b, np.concatenate([-left * w**2, -left * 2 * zeta * w], axis=1), left @ right.T)
 
 
-def _thinned(channels: FloatArray) -> FloatArray:
+def _filtered(force: FloatArray) -> tuple[FloatArray, int, int]:
+    """Return the force behind the anti-aliasing filter at the fine rate, the filter's delay and the number of kept samples."""
     taps = firwin(40 * _OVERSAMPLING + 1, 0.8 / _OVERSAMPLING)
     # The filter's delay is a whole number of output samples, so that thinning and shifting can be done at once.
-    delay = len(taps) // 2 // _OVERSAMPLING
-    kept = -(-len(channels) // _OVERSAMPLING)
-    return np.stack([upfirdn(taps, channel, 1, _OVERSAMPLING) for channel in channels.T], axis=1)[delay:delay + kept]
+    return fftconvolve(force, taps), len(taps) // 2 // _OVERSAMPLING, -(-len(force) // _OVERSAMPLING)
 
 
 def _spoilt(channels: FloatArray, labels: tuple[Dof, ...], wrong: Imperfections, rng: np.random.Generator) -> FloatArray:

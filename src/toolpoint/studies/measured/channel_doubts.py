@@ -16,6 +16,9 @@ ALIKE = 0.8  # correlation of a channel with the model below which nothing is sa
 UNLIKE = 3.0  # factor from the scale of the other channels
 DELAYED, CERTAIN = 0.5, 0.9  # FRAC of a response that is late, and without its delay
 GAIN = 0.1  # of the mean MAC or FRAC that a proposal must bring
+GROSS_UNITS = {1e3: "mm instead of m (or kN instead of N)", 1e-3: "m instead of mm", 1e6: "um instead of m",
+               1e-6: "m instead of um"}
+GROSS_RANGE = 4.0  # either way of a factor of units: what a machine's stiffnesses may be off beside it
 MOST = 60  # Dofs among which swaps are searched
 
 
@@ -118,6 +121,25 @@ def question_responses(measured: Frf, predicted: Frf) -> tuple[Doubt, ...]:
                                f"(FRAC {alike:.2f} -> {better:.2f})", "look for a filter or another amplifier in one channel",
                                figure=better - alike))
     return tuple(lines)
+
+
+def question_unit(measured: Frf, predicted: Frf) -> tuple[Doubt, ...]:
+    """Return a doubt where all responses together are as many times those of a model as another unit makes them.
+
+    The median over lines and responses of the logarithm of their ratio: resonances elsewhere leave it within a factor of few,
+    as stiffnesses that are a thousand times off would move every frequency thirty times.
+    """
+    a = np.abs(measured.values)
+    b = np.abs(predicted.converted_to(measured.quantity).values)
+    both = (a > 0) & (b > 0)
+    if not both.any():
+        return ()
+    factor = float(np.exp(np.median(np.log(a[both] / b[both]))))
+    words = next((text for scale, text in GROSS_UNITS.items() if 1 / GROSS_RANGE < factor / scale < GROSS_RANGE), None)
+    return () if words is None else (
+        Doubt("responses", f"they are {factor:.3g} times those of the machine before its update, as {words} makes them",
+              "state the unit in the file, or give its `quantity`; an update makes up for it with wrong numbers",
+              figure=factor),)
 
 
 def _factors(a: ComplexArray, b: ComplexArray) -> tuple[ComplexArray, FloatArray]:

@@ -18,6 +18,7 @@ from toolpoint.machine.assembly.joint_terms import joint_matrices
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.components import Components
 from toolpoint.machine.pose.placement import place_machine
+from toolpoint.studies.measured.component_places import place_test
 from toolpoint.studies.measured.joint_machine import component_masses, describe_fit, layouts_of, machine_of
 from toolpoint.studies.measured.law_spread import cover_rivals
 from toolpoint.studies.measured.machine_check import HEADER, MachineCheck, check_machine
@@ -104,13 +105,21 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         Standard deviation of the points' coordinates, m; it enters all intervals. That of the components where left out.
     channel_doubts : sequence of Doubt
         Of the responses that the modes were identified from (`identify_modes(...).doubts`), to be shown first.
+
+    Raises
+    ------
+    ToolpointError
+        For points in another unit, and a frame that the bodies do not tell, see `place_test`.
     """
+    placement = place_test(geometry.points, components)
+    geometry = replace(geometry, points=placement.places(geometry.points))
+    modes = placement.turned(modes)
     bodies = components.bodies
     deviation = components.coordinate_deviation if coordinate_deviation is None else coordinate_deviation
     joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
                              masses=component_masses(components) if bodies else None, coordinate_deviation=deviation,
                              calibration_deviation=components.calibration_deviation)
-    study = JointStudy(joints, modes, geometry, components, None, channel_doubts=tuple(channel_doubts))
+    study = JointStudy(joints, modes, geometry, components, None, channel_doubts=(*placement.doubts, *channel_doubts))
     if not bodies:
         return replace(study, missing="no mass properties; a machine needs the body of every component")
     try:

@@ -17,7 +17,7 @@ from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.doubts import question
-from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes
+from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes, question_unit
 from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
@@ -159,6 +159,9 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
     Beside the machine before it would be unfair: what is wrong with the machine is what the update is for.
     """
     lines: list[Doubt] = []
+    for part, before in zip(measured, result.all_before, strict=True):
+        if part.frf is not None and before.frf is not None:
+            lines += question_unit(part.frf, before.frf)
     for part, agreement, targets in zip(measured, result.all_after, result.problem.targets, strict=True):
         if part.modes is not None:
             modes = real_modes(part.modes)

@@ -46,7 +46,7 @@ class PointPairing:
     def labels(self, measured: Sequence[Dof]) -> tuple[Dof, ...]:
         """Return measured Dofs as those of the model."""
         rotation = self.transform[:3, :3]
-        return tuple(_label(self.pairs[d.point], rotation @ d.unit[:3], d.direction) for d in measured)
+        return tuple(d.turned(rotation, self.pairs[d.point]) for d in measured)
 
     def _kept(self, what: str, measured: Sequence[Dof]) -> list[Dof]:
         keep = [d for d in measured if d.point in self.pairs]
@@ -111,7 +111,7 @@ def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | in
     a, b = (np.array([floats("points", p, (3,)) for p in points.values()]) for points in (test, model))
     middles = [(p.max(axis=0) + p.min(axis=0)) / 2 for p in (a, b)]
     fits = []
-    for turn in _axis_turns():
+    for turn in axis_turns():
         start = tf.transform(turn, middles[1] - turn @ middles[0])
         fits.append(registration.iterative_closest_point(a, b, start))
     fits.sort(key=lambda fit: fit.residual)
@@ -124,7 +124,8 @@ def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | in
     return best.transform, doubt
 
 
-def _axis_turns() -> list[FloatArray]:
+def axis_turns() -> list[FloatArray]:
+    """Return the 24 rotations (3, 3) that carry axes onto axes."""
     turns = []
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -132,11 +133,3 @@ def _axis_turns() -> list[FloatArray]:
             if np.linalg.det(turn) > 0:
                 turns.append(turn)
     return turns
-
-
-def _label(point: str | int, unit: FloatArray, direction: str) -> Dof:
-    """Return a Dof along a unit vector, as one of the axes where it is one within 1e-6."""
-    k = int(np.argmax(np.abs(unit)))
-    if abs(unit[k]) > 1 - 1e-6:
-        return Dof(point, ("+" if unit[k] > 0 else "-") + "xyz"[k])
-    return Dof(point, f"test {direction}", (float(unit[0]), float(unit[1]), float(unit[2])))

@@ -76,11 +76,15 @@ def _size(points: FloatArray) -> float:
 
 def _unit_doubt(a: FloatArray, b: FloatArray) -> tuple[Doubt, ...]:
     ratio = _size(a) / max(_size(b), 1e-300)
-    for factor, words in UNITS.items():
-        if 1 / NEAR < ratio / factor < NEAR:
-            return (Doubt("points", f"the test is {ratio:.3g} times as large as the machine, as {words} makes it", "check the "
-                          "unit of its geometry", figure=ratio),)
-    return ()
+    words = unit_slip(ratio)
+    return () if words is None else (
+        Doubt("points", f"the test is {ratio:.3g} times as large as the machine, as {words} makes it", "check the unit of its "
+              "geometry", figure=ratio),)
+
+
+def unit_slip(ratio: float) -> str | None:
+    """Return the mistaken unit of length, in words, that makes a test so many times as large as its machine; None for none."""
+    return next((words for factor, words in UNITS.items() if 1 / NEAR < ratio / factor < NEAR), None)
 
 
 def _placings(a: FloatArray, b: FloatArray, furthest: float) -> list[tuple[float, FloatArray]]:

@@ -153,18 +153,24 @@ def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, h
     rate = float(_round_up(2.56 * top))
     hammer = Hammer(contact=PULSE / top, hits=hits, block=1.05 * block, sample_rate=rate)
     settings: dict[str, Any] = {"hammer": hammer, "block": block, "highest": top, "noise": noise, "rng": rng}
-    progress("virtual test at the chosen points", 0, RANDOM + 1)
-    expected = run_virtual_test(modes, points, chosen, **settings)
+    tests = (RANDOM if number < len(places.places) else 0) + 1
+    expected = run_virtual_test(modes, points, chosen, progress=_part("virtual test at the chosen points", 0, tests, progress),
+                                **settings)
     random = []
     names = list(places.places)
-    for k in range(RANDOM if number < len(names) else 0):
-        progress("virtual tests at random points", k + 1, RANDOM + 1)
+    for k in range(1, tests):
         some = [names[i] for i in sorted(rng.choice(len(names), number, replace=False).tolist())]
         force = choose_struck(modes, [dof for dof in modes.dofs if dof.point in set(some)], len(chosen))
-        random.append(run_virtual_test(modes, some, force, **settings))
+        random.append(run_virtual_test(modes, some, force, progress=_part("virtual tests at random points", k, tests, progress),
+                                       **settings))
     notes += _doubts(modes, points, chosen, expected)
     return ModalTestPlan(machine, places, modes, tuple(points), tuple(chosen), block, rate, top, hammer.contact, noise,
                          expected, tuple(random), tuple(notes))
+
+
+def _part(name: str, index: int, tests: int, progress: Progress) -> Callable[[int, int], None]:
+    """Return the progress of one virtual test as that of all of them."""
+    return lambda done, total: progress(name, index * total + done, tests * total)
 
 
 def _modes(machine: Machine, places: MeasuringPoints, pose: Pose | None, highest: float | None) -> tuple[Modes, list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups
 from toolpoint.studies.machines.virtual_test import Hammer, Imperfections, hammer_records
 from toolpoint.studies.testing.point_choice import expand
-from toolpoint.vibration import Dof, Modes
+from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import mac
 
 WAYS = ("+x", "+y", "+z")
@@ -50,15 +50,22 @@ class VirtualOutcome:
 
 
 def run_virtual_test(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], *, hammer: Hammer, block: float,
-                     highest: float, noise: float, rng: np.random.Generator) -> VirtualOutcome:
-    """Return what the test finds: a sensor of three directions at every point, every Dof of `struck` struck each time."""
-    parts = []
+                     highest: float, noise: float, rng: np.random.Generator,
+                     progress: Callable[[int, int], None] = lambda done, total: None) -> VirtualOutcome:
+    """Return what the test finds: a sensor of three directions at every point, every Dof of `struck` struck each time.
+
+    progress : of set-ups that were struck, of all; the identification behind them counts as much as all of them.
+    """
+    parts: list[Frf] = []
+    count = len(struck) * len(points)
     for force in struck:
         for point in points:
+            progress(len(parts), 2 * count)
             record = hammer_records(modes, force, [Dof(point, way) for way in WAYS], rng=rng, hammer=hammer,
                                     imperfections=Imperfections(noise=noise))
             parts.append(hammer_test(record, block, highest=highest).frf)
     frf = join_setups(parts)
+    progress(count, 2 * count)
     low = 0.4 * float(modes.frequency.min())
     nothing = np.full(modes.count, np.nan)
     try:
@@ -70,7 +77,9 @@ def run_virtual_test(modes: Modes, points: Sequence[str | int], struck: Sequence
 
 def _compared(modes: Modes, result: Modes, points: tuple[str | int, ...]) -> VirtualOutcome:
     """Pair modes by their expanded shapes among those of near frequency, and return the errors."""
-    dofs = [dof for dof in modes.dofs if dof.point in set(points)]
+    # Responses that hear nothing but noise are left out by `identify`: their rows of the shapes are not there.
+    measured, placed = set(result.dofs), set(points)
+    dofs = [dof for dof in modes.dofs if dof.point in placed and dof in measured]
     same = mac(modes.shape, expand(modes, result, dofs))
     near = np.abs(result.frequency[None, :] / modes.frequency[:, None] - 1) < SAME
     worth = np.where(near, same, 0.0)

@@ -110,13 +110,16 @@ def _finished(
     low, high = solver.bounds()
     width = 1e-4
     stuck = (free - low < width) | (high - free < width)
+    # Zero is the least damping that there is, not a limit of the search: a joint found without losses is an answer.
+    lossless = np.array([not problem.parameters[j].log and problem.parameters[j].low == 0 for j in solver.at])
+    limited = stuck & ~(lossless & (free - low < width))
     names = tuple(problem.names[j] for j in solver.at)
     chi = float((last.values**2).sum())
     scaled, covariance = _covariance(solver, free, method)
     fitted = ParameterFit(
         problem.parameters, x, problem.values(x), names, reasons, covariance, scaled, chi, float((first.values**2).sum()),
         float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, identifiable,
-        tuple(n for n, s in zip(names, stuck, strict=True) if s), _weights(problem))
+        tuple(n for n, s in zip(names, limited, strict=True) if s), _weights(problem))
     gain = _gain(values, jacobian, stuck)
     return _judged(fitted, problem, gain, result)
 

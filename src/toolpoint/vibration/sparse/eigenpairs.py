@@ -9,6 +9,10 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 
+RIGID_SHARE = 1e-5  # of the shift: squares that the solution itself leaves of rigid motions
+_ROUNDING_SHARE = 1e-5  # of the first elastic square: most that the digits of matrices may leave of rigid motions
+_ROUNDING_RANGE = 10.0  # times the most negative square: range in which squares are rigid motions as it is
+_ELASTIC_RATIO = 1e3  # square over rounding from which a mode is elastic
 
 @dataclass(frozen=True, eq=False)
 class EigenPairs(NotebookText):
@@ -78,3 +82,34 @@ class EigenPairs(NotebookText):
     def __repr__(self) -> str:
         top = f"{self.frequency[-1]:.6g} Hz" if self.count else "none"
         return f"EigenPairs({self.count} modes to {top}, {self.rigid_count} rigid, {self.solver}; {self.status})"
+
+
+def settle_rigid(squares: FloatArray, shift: float) -> FloatArray:
+    """Return eigenvalues (rad^2/s^2) with those of rigid motions at zero.
+
+    Matrices of another program have the digits that it wrote: a free body's squares are then zero within that rounding, of
+    either sign. A negative square shows how large it is. It must be far below the first elastic one; what is not, is a
+    stiffness that is truly negative.
+
+    Parameters
+    ----------
+    squares : (n,) floats
+    shift : float
+        Of the search, rad^2/s^2.
+
+    Raises
+    ------
+    ToolpointError
+        For a negative eigenvalue that rounding does not explain.
+    """
+    settled = np.where(np.abs(squares) <= RIGID_SHARE * shift, 0.0, squares)
+    rounding = -float(settled.min(initial=0.0))
+    if rounding == 0:
+        return settled
+    elastic = settled[settled > _ELASTIC_RATIO * rounding]
+    first = float(elastic.min()) if elastic.size else shift
+    if rounding > _ROUNDING_SHARE * first:
+        fail("stiffness", f"eigenvalue {-rounding:g} rad^2/s^2, the first elastic one {first:.4g}",
+             f"must not be negative beyond rounding, {_ROUNDING_SHARE:g} of the latter",
+             remedy="an element of negative stiffness, or a load beyond buckling? matrices written with few digits: write more")
+    return np.where(np.abs(settled) <= _ROUNDING_RANGE * rounding, 0.0, settled)

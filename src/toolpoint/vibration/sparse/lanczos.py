@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, count, fail, positive
-from toolpoint.vibration.sparse.eigenpairs import EigenPairs
+from toolpoint.vibration.sparse.eigenpairs import RIGID_SHARE, EigenPairs, settle_rigid
 from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
 from toolpoint.vibration.sparse.node_matrix import as_columns
 from toolpoint.vibration.sparse.pencil import Pencil
@@ -25,7 +25,7 @@ from toolpoint.vibration.sparse.polish import polish_pairs
 # million nodes, far above rounding.
 _SHIFT = 1e-8
 _TOLERANCE = 1e-8
-_RIGID = 1e-5
+_COARSER = 100.0  # times the shift, for matrices whose rounding exceeds it
 _DENSE_SHARE, _DENSE_ROWS = 2, 6000  # modes over all from which, and rows to which, they are solved for at once
 _MASSLESS = 1e-14  # of the largest 1/(square + shift): no mode
 _GAP = 1e-6
@@ -64,6 +64,9 @@ def modes(
         fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
     s = shift if inverse is not None and shift == 0 else positive("shift", shift) if shift is not None else default_shift(k, m)
     pencil = Pencil(k, m, s, coordinates=coordinates, solver=solver)
+    if shift is None and inverse is None and pencil.inverse.negative_pivots:
+        # Matrices of few digits leave rigid motions below -s: a true instability is refused with the larger shift too.
+        pencil = Pencil(k, m, _COARSER * s, coordinates=coordinates, solver=solver)
     if inverse is not None:
         pencil.inverse, pencil.solver_name = inverse, inverse.name
     return modes_of(pencil, number, below=below, is_counted=is_counted, is_kept=inverse is not None)
@@ -97,10 +100,7 @@ def _dense_modes(search: _Search, number: int) -> EigenPairs:
     squares = 1 / inverse[held] - search.shift
     keep = _cut(squares, min(number, len(squares)), len(squares))[0]
     squares, held = squares[:keep], held[:keep]
-    squares = np.where(np.abs(squares) <= _RIGID * search.shift, 0.0, squares)
-    if (squares < 0).any():
-        fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
-             remedy="an element of negative stiffness, or a load beyond buckling?")
+    squares = settle_rigid(squares, search.shift)
     return EigenPairs(squares, vectors[:, held] / np.sqrt(inverse[held]), np.zeros(len(held)),
                       float(np.sqrt(squares.max(initial=0.0))) / (2 * np.pi), search.pencil.solver_name,
                       "all modes found, by a dense solution")
@@ -152,7 +152,7 @@ class _Search:
         missing, mu = 0, np.inf
         for _ in range(4):
             squares = basis.squares()
-            squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
+            squares = np.where(np.abs(squares) <= RIGID_SHARE * self.shift, 0.0, squares)
             if len(squares) < number:
                 basis.restart(number)
                 continue
@@ -188,10 +188,7 @@ class _Search:
 
     def _pairs(self, polished: _Polished, counted: float, status: str) -> EigenPairs:
         squares, vectors, residual, equation_residual = polished
-        squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
-        if (squares < 0).any():
-            fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
-                 remedy="an element of negative stiffness, or a load beyond buckling?")
+        squares = settle_rigid(squares, self.shift)
         return EigenPairs(squares, vectors, residual, float(counted), self.pencil.solver_name, status, equation_residual)
 
 
@@ -345,5 +342,5 @@ class _Basis:
         _, residual = self._values()
         search = self._search
         squares, vectors, equation = polish_pairs(search.pencil, 1 / values[:keep] - search.shift,
-                                                  self._vectors @ turns[:, :keep], rigid_square=_RIGID * search.shift)
+                                                  self._vectors @ turns[:, :keep], rigid_square=RIGID_SHARE * search.shift)
         return squares, vectors, residual[:keep], equation

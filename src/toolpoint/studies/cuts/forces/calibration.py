@@ -136,7 +136,9 @@ def _judged(result: CalibrationStudy, misfit: float, drifting: bool) -> Calibrat
         doubt = Doubt("residual", f"it is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated",
                       "; ".join([*([better] if better else []), widened]), figure=misfit)
     fit = widen_intervals(result.fit, result.average, misfit, cause=doubt)
-    return replace(result, fit=fit, doubts=(*result.doubts, doubt))
+    # Mean forces know no course over the turn: any number of teeth gives them coefficients. They rest on what it refuses.
+    means = None if result.average is None else widen_intervals(result.average, result.fit, 1.0, cause=doubt)
+    return replace(result, fit=fit, average=means, doubts=(*result.doubts, doubt))
 
 
 def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:

@@ -1,0 +1,71 @@
+"""What the ground holds: force and moment of the base on a machine at rest, at one pose or several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._doubt import mark_notes
+from toolpoint._notebook import NotebookText
+from toolpoint.kinematics.chain import check_poses
+from toolpoint.machine import Machine
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction
+from toolpoint.studies.machines.pose_words import pose_words
+from toolpoint.studies.text_table import text_table
+
+STANDARD_GRAVITY = 9.80665  # m/s^2, ISO 80000-3
+HEADER = ("pose", "Fx N", "Fy N", "Fz N", "Mx N m", "My N m", "Mz N m")
+
+
+@dataclass(frozen=True, eq=False)
+class BaseReactions(NotebookText):
+    """Force (N) and moment (N m, about the machine's origin) of the ground on a machine at rest, (n_poses, 6); its mass, kg."""
+
+    machine: Machine
+    poses: tuple[Mapping[str, float], ...]
+    wrench: FloatArray
+    mass: float
+    notes: tuple[str, ...] = ()
+
+    def table(self) -> str:
+        """Return a row for every pose, and the mass, as text."""
+        rows = [[pose_words(self.machine, pose), *(f"{v:.6g}" for v in row)]
+                for pose, row in zip(self.poses, self.wrench, strict=True)]
+        title = f"The ground on {self.machine.name} at rest, moments about the machine's origin; mass {self.mass:.6g} kg"
+        return "\n".join([text_table(title, HEADER, rows), *mark_notes(self.notes, "note: ")])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return poses (m, rad), force (N), moment (N m) and mass (kg) as plain data."""
+        return {"mass_kg": self.mass, "notes": list(self.notes), "reactions": [
+            {"pose": dict(pose), "force_n": row[:3].tolist(), "moment_nm": row[3:].tolist()}
+            for pose, row in zip(self.poses, self.wrench, strict=True)]}
+
+
+def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] = ()) -> BaseReactions:
+    """Return what the ground holds of a machine at rest: its weight, and the moments that its places make of it.
+
+    Gravity is that of the machine; where it states none, 9.80665 m/s^2 along -z of the machine, which a note says.
+
+    Parameters
+    ----------
+    machine : Machine
+        Springs are taken as rigid: what they give under the weight moves no mass to speak of.
+    poses : sequence of mappings of axis name to m or rad
+        Those of the description, or the reference pose, where left out.
+    """
+    chosen = tuple(check_poses(poses) if poses else machine.description.poses) or ({},)
+    gravity = machine.description.gravity
+    notes: tuple[str, ...] = ()
+    if gravity is None:
+        gravity = (0.0, 0.0, -STANDARD_GRAVITY)
+        notes = (f"the file states no gravity: {STANDARD_GRAVITY} m/s^2 along -z of the machine is taken; write gravity: "
+                 "[0, -9.81, 0] where y is up",)
+    wrench = np.concatenate([base_reaction(machine, pose, gravity=gravity) for pose in chosen])
+    wrench = np.where(np.abs(wrench) < 1e-9 * np.abs(wrench).max(initial=1.0), 0.0, wrench)
+    mass = float(sum(body.mass[0, 0] for body in machine.bodies))
+    loads = ("its loads (section loads) are not in it",) if machine.description.loads else ()
+    return BaseReactions(machine, chosen, wrench, mass, (*notes, *loads))
