@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
+from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.band import cut, noise_level
 from toolpoint.modal_identification.fit import estimate as _estimate
 from toolpoint.modal_identification.fit.refinement import Indistinguishable
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
 from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
+from toolpoint.modal_identification.judgement.joined_setups import join_setups, question_sensor
 from toolpoint.modal_identification.judgement.parting import parting_remarks
-from toolpoint.modal_identification.judgement.resonances import resonances
+from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes, find_repeated_modes
+from toolpoint.modal_identification.judgement.resonances import Resonance, resonances
 from toolpoint.modal_identification.judgement.steadiness import (
     is_crowded,
     judge_steadiness,
@@ -89,7 +91,7 @@ METHODS: dict[str, PoleMethod] = {
 
 @on_one_thread
 def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, float] | None = None, *,
-             choice: PoleChoice | None = None) -> Identification:
+             choice: PoleChoice | None = None, sensor_mass: float | None = None) -> Identification:
     """Return the modes within a band, found without user input, with confidence and fit quality.
 
     Parameters
@@ -106,6 +108,9 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     choice : PoleChoice, optional
         Poles that a person adds, which are refined with all others, and modes that go, of those that are found without it; the
         others stay as they are. The result and its advice say so.
+    sensor_mass : float, optional
+        kg, of each sensor that was moved between set-ups. Modes that are seen once in every set-up are joined and that mass
+        is taken out of them; without it they are named in the doubts and marked.
 
     Raises
     ------
@@ -115,19 +120,23 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     """
     chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     inside, dead = _alive(cut(frf, band))
+    if sensor_mass is not None:
+        positive("sensor_mass", sensor_mass)
     try:
-        return _identified_either_way(inside, chosen, dead, choice)
+        return _identified_either_way(inside, chosen, dead, choice=choice, sensor_mass=sensor_mass)
     except np.linalg.LinAlgError as error:
         fail("frf", f"{inside.frequency.size} lines from {inside.frequency[0]:.4g} to {inside.frequency[-1]:.4g} Hz "
              f"({error})", "must determine the fit of the modes", remedy="widen the band, take finer lines, or check the "
              "responses for repeated or corrupt values")
 
 
-def _identified_either_way(inside: Frf, chosen: PoleMethod, dead: list[str], choice: PoleChoice | None) -> Identification:
+def _identified_either_way(inside: Frf, chosen: PoleMethod, dead: list[str], *, choice: PoleChoice | None,
+                           sensor_mass: float | None) -> Identification:
     if len(inside.inputs) > len(inside.outputs):
-        # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles.
+        # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles. The sensors stayed
+        # where they were and are in all responses alike.
         return _turned(_judged(_with_choice(_identified_deeper(_transposed(inside), chosen, dead), chosen, choice), chosen))
-    return _judged(_with_choice(_identified_deeper(inside, chosen, dead), chosen, choice), chosen)
+    return _judged(_with_choice(_identified_deeper(inside, chosen, dead), chosen, choice), chosen, sensor_mass)
 
 
 def _with_choice(automatic: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
@@ -155,9 +164,17 @@ def _only(result: Identification, kept: list[int]) -> Identification:
                    support=support, significance=significance, resonances=resonances(frf, modes, result.smooth))
 
 
-def _judged(result: Identification, chosen: PoleMethod) -> Identification:
+def _judged(result: Identification, chosen: PoleMethod, sensor_mass: float | None = None) -> Identification:
     """Return the identification with its intervals as wide as its modes move with the band, where its residual is not noise,
-    and with the points, where modes crowd that one reference alone tells apart."""
+    and with the points, where modes crowd that one reference alone tells apart; modes that set-ups of sensors repeat are
+    named, or joined."""
+    repeated = find_repeated_modes(result.modes)
+    if repeated is not None:
+        if sensor_mass is not None:
+            return _joined(result, repeated, sensor_mass)
+        return replace(result, repeated=repeated, doubts=(repeated.doubt(result.modes), *result.doubts))
+    if sensor_mass is not None:
+        result = replace(result, doubts=(*result.doubts, *question_sensor(result.modes, sensor_mass)))
     crowded = is_crowded(result.modes) and len(result.frf.inputs) == 1
     if not (result.smooth or crowded) or result.modes.covariance is None:
         return result
@@ -168,6 +185,21 @@ def _judged(result: Identification, chosen: PoleMethod) -> Identification:
     modes = widen(result.modes, steadiness)
     return replace(result, modes=modes, steadiness=steadiness,
                    advice=(*result.advice, *steadiness_remarks(modes, steadiness, result.modes)))
+
+
+def _joined(result: Identification, repeated: RepeatedModes, mass: float) -> Identification:
+    """Return the identification with every mode of several set-ups once, without the mass (kg) of its sensors."""
+    joined = join_setups(result.modes, repeated, mass)
+    names = ", ".join(str(k + 1) for k, member in enumerate(joined.members) if len(member) > 1)
+    share = result.share
+    groups = tuple(Resonance((k,), k, float(share[list(member)].max()), frequency=float(joined.modes.frequency[k]))
+                   for k, member in enumerate(joined.members))
+    first = [member[0] for member in joined.members]
+    support, significance = (None if part is None else part[first] for part in (result.support, result.significance))
+    note = f"modes {names} were seen once in every set-up of sensors ({result.modes.count} in all) and are joined"
+    return replace(result, modes=joined.modes, support=support, significance=significance, resonances=groups,
+                   mode_quality=np.array([result.mode_quality[list(member)].min() for member in joined.members]),
+                   doubts=(*joined.doubts, *result.doubts), advice=(note, *joined.notes, *result.advice))
 
 
 def _identified_deeper(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identification:
@@ -281,7 +313,8 @@ def _alive(frf: Frf) -> tuple[Frf, list[str]]:
 
 def _quality(fitted: _estimate.Estimate) -> FloatArray:
     total = np.einsum("foi,foi->oi", fitted.data.values, fitted.data.values)
-    return 1 - fitted.fit.squares / np.maximum(total, np.finfo(float).tiny)
+    # A response of rounding alone, beside others, is explained by nothing: its share stays finite.
+    return 1 - fitted.fit.squares / np.maximum(total, max(1e-25 * float(total.max()), np.finfo(float).tiny))
 
 
 def _support(start: Start, poles: ComplexArray) -> FloatArray | None:

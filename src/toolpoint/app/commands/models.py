@@ -65,6 +65,9 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
                                                       "points")] = None,
              method: Annotated[str, Help("Identification method.")] = "refined", band: Band = None, quantity: Quantity = None,
              naming: Naming,
+             sensor_mass: Annotated[float | None, Help("Mass of the sensor that was moved between set-ups, g: modes that every "
+                                                       "set-up shows anew are joined, and it is taken out of them.", above=0,
+                                                       scale=1e-3)] = None,
              modes: Annotated[NewFile | None, Help("Save the modes here (HDF5).", name="-m --modes")] = None,
              choice: Choice) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
@@ -79,7 +82,7 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     shape = shape if shape is None or lines is None else io.read_lines(lines, shape)
     chosen = choice.read()
     run.step("identification")
-    result = studies.identify_modes(frf, method, band, choice=chosen)
+    result = studies.identify_modes(frf, method, band, choice=chosen, sensor_mass=sensor_mass)
     run.step("page")
     run.save(pages.identification_page, result, shape, [file.name for file in files], warnings=run.warnings,
              command=_command_without_choice())

@@ -12,6 +12,7 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
+from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.steadiness import Steadiness
 from toolpoint.modal_identification.poles.choice import PoleChoice
@@ -76,6 +77,8 @@ class Identification(NotebookText):
         How the modes move and vanish when the band is cut; judged where the residual is smooth.
     choice : PoleChoice, optional
         What a person changed in the modes that were found.
+    repeated : RepeatedModes, optional
+        Modes that are seen once in every set-up of sensors: one mode under another mass.
     """
 
     modes: Modes
@@ -93,6 +96,7 @@ class Identification(NotebookText):
     smooth: bool = False
     steadiness: Steadiness | None = None
     choice: PoleChoice | None = None
+    repeated: RepeatedModes | None = None
 
     @cached_property
     def synthesis(self) -> Frf:
@@ -113,10 +117,12 @@ class Identification(NotebookText):
     @property
     def doubtful(self) -> np.ndarray:
         """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise or the bands that
-        are cut do not show it."""
+        are cut do not show it, or it repeats another one in a further set-up."""
         unsure = {i for resonance in self.resonances if resonance.doubtful for i in resonance.modes}
         if self.steadiness is not None:
             unsure |= set(np.flatnonzero(self.steadiness.unsteady).tolist()) - set(self.dominant.tolist())
+        if self.repeated is not None:
+            unsure |= {i for member in self.repeated.members for i in member} - set(self.repeated.strongest)
         return np.array([i in unsure for i in range(self.modes.count)])
 
     @property

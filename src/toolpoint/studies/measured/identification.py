@@ -13,21 +13,22 @@ from toolpoint.vibration import Frf, Modes
 
 
 def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] | None = None, *,
-                   choice: PoleChoice | None = None) -> Identification:
-    """Return the identification of `modal_identification.identify`, its `doubts` those of `signals.doubts.question`.
+                   choice: PoleChoice | None = None, sensor_mass: float | None = None) -> Identification:
+    """Return the identification of `modal_identification.identify`, its `doubts` followed by those of `question`.
 
     band : (low, high), Hz; where left out, the lines that can be believed (`signals.usable_band`), and the advice says which
     lines were left out and why. The doubts are looked for within it.
-    choice : poles added and modes removed by hand, see `modal_identification.identify`.
+    choice : poles added and modes removed by hand; sensor_mass : kg, of a sensor that was moved between set-ups; see
+    `modal_identification.identify`.
     """
     if band is not None:
-        result = identify(frf, method, band, choice=choice)
-        return replace(result, doubts=question(frf.between(*band)))
+        result = identify(frf, method, band, choice=choice, sensor_mass=sensor_mass)
+        return replace(result, doubts=(*result.doubts, *question(frf.between(*band))))
     usable = usable_band(frf)
     inside = frf.between(*usable.ends)
-    result = identify(inside, method, choice=choice)
+    result = identify(inside, method, choice=choice, sensor_mass=sensor_mass)
     words = [f"{note} (`band` for another choice)" for note in usable.notes]
-    return replace(result, doubts=question(inside), advice=(*result.advice, *words))
+    return replace(result, doubts=(*result.doubts, *question(inside)), advice=(*result.advice, *words))
 
 
 def modes_of_test(modes: Modes | None, frf: Frf | None, *, band: tuple[float, float] | None = None
