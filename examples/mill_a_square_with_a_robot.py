@@ -11,7 +11,7 @@ def main() -> float:
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "milling_robot.yaml") as path:
         robot = read_machine(path)
     sides = square(0.2, centre=(0.77, 0, 0.26), first=(0, 1, 0), second=(0, 0, 1), feed=0.005, law="jerk-limited")
-    result = mill_path(robot, sides[:1], MillingSetup(speed=15000, depth=0.5e-3, window=0.2))
+    result = mill_path(robot, sides[:1], MillingSetup(speed=15000, depth=0.5e-3, window=0.2, spacing=1e-3))
     print(result.table())
     return max(0.01, result.sides[0].halving)
 

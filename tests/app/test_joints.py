@@ -63,7 +63,7 @@ def test_geometry_is_read_from_a_machine_file_too():
 
 @pytest.mark.parametrize(("name", "content", "words"), [
     ("g.csv", b"1,2,3\n", "g.csv:1: '1,2,3'; read as CSV"), ("g.txt", b"point x y z\n1 0 0 0\n", "or a machine file (.yaml)"),
-    ("g.h5", b"\x89HDF\x00\xff", "binary file of a kind that is not known"),
+    ("g.h5", b"\x89HDF\x00\xff", "kept beside modes, but"),
     ("g.yaml", b"components: {a: {points: [1]}}\n", "points of a machine"), ("g.json", b"", "no points")])
 def test_geometry_of_another_format_is_told_which_are_read(tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)

@@ -113,7 +113,7 @@ def test_motion_that_no_window_sees_is_found_where_they_are_pooled():
                               np.zeros(n, int), "made up")
     with pytest.raises(ToolpointError, match="no motion stands out"):
         find_decay(field, 0.0)
-    decay = decay_of(pool_windows(field, {"b": Region(0, 0, 300, 200)}), RATE, 0.0)
+    decay = decay_of(pool_windows(field, {"b": Region(0, 0, 300, 200)}), RATE, start=0.0)
     _, spectrum = decay.spectrum()
     line = np.abs(spectrum[:, 0]).argmax() * RATE / FRAMES
     assert abs(line - scenes.FREQUENCIES[0]) < 1.5 * RATE / FRAMES

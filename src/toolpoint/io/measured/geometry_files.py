@@ -22,7 +22,7 @@ def read(path: str | Path) -> Geometry:
     toolpoint keeps beside its modes."""
     path = Path(path)
     if path.suffix.lower() in HDF5:
-        return hdf5.read(path, Geometry)
+        return _kept_places(path)
     if path.suffix.lower() in UNIVERSAL:
         measured = uff.read_geometry(path)
         pairs: list[tuple[str | int, str | int]] = [pair for line in measured.lines for pair in pairwise(line)]
@@ -73,6 +73,14 @@ def _csv_runs(path: Path) -> list[tuple[int, list[str | int]]]:
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
     return runs
+
+
+def _kept_places(path: Path) -> Geometry:
+    try:
+        return hdf5.read(path, Geometry)
+    except ToolpointError as error:
+        raise ToolpointError(f"{FORMATS.format(path)}; in an HDF5 file those are looked for that were kept beside modes, but"
+                             f"\n{error}") from None
 
 
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
