@@ -29,7 +29,8 @@ KEEPING = [name for name, each in all_commands().items() if any(p.name == "folde
 def test_places_that_take_no_file_are_refused(tmp_path):
     file = tmp_path / "a.txt"
     file.write_text("")
-    for check, path, words in ((check_file_place, tmp_path, "is a folder"), (check_file_place, tmp_path / "no" / "x", "does not"),
+    for check, path, words in ((check_file_place, tmp_path, "is a folder"),
+                               (check_file_place, tmp_path / "no" / "x", "does not"),
                                (check_file_place, file / "x", "does not exist"), (check_page_place, file, "is a file"),
                                (check_page_place, file / "page", "is a file"), (check_folder_place, file, "must be a folder"),
                                (check_file_place, tmp_path / ("n" * 300), "nothing can be written"),
