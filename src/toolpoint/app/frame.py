@@ -9,9 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
+from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint.app import console
 from toolpoint.app.interrupt import unbroken_writing
+from toolpoint.io.output_places import check_page_place
 
 if TYPE_CHECKING:
     from toolpoint.plot import Report
@@ -43,8 +45,11 @@ class Frame:
         self._stack, self._steps_begun = ExitStack(), 0
         self._show: Callable[..., None] | None = None
         self._later, self._written, self._shown = list[Callable[[], None]](), list[str](), list[str]()
+        self._unwritten: list[Exception] = []
 
     def __enter__(self) -> Frame:
+        if self.output is not None and self.output.suffix != ".h5":  # that of identify is a file of modes, and no page
+            check_page_place(self.output)
         self.warnings = self._stack.enter_context(console.collect_warnings(self.file_doubts))
         self.step("reading")
         return self
@@ -56,6 +61,8 @@ class Frame:
                 console.text(line)
         for show in self._later:
             show()
+        if kind is None and self._unwritten:
+            raise self._unwritten[0]
 
     def step(self, name: str) -> None:
         """Say that the next of the command's steps begins."""
@@ -83,19 +90,31 @@ class Frame:
             self._show = self._stack.enter_context(console.show_progress(self.as_json))
         return self._show
 
-    def write(self, name: str, path: Path | None, write: Callable[..., object], *what: Any, **how: Any) -> None:
-        """Write a file where its path is given, and say so at the end under this name."""
-        if path is not None:
+    def write(self, name: str, path: Path | None, write: Callable[..., object], *what: Any, **how: Any) -> bool:
+        """Write a file where its path is given, and say so at the end under this name; return whether it was written.
+
+        A file that cannot be written costs nothing of what was computed: table and page come first, its error ends the command.
+        """
+        if path is None:
+            return False
+        try:
             with unbroken_writing():
                 write(*what, path, **how)
-            self._written.append(f"{name} written: {path}")
+        except (ToolpointError, OSError) as error:
+            self._unwritten.append(ToolpointError(f"{name} not written: {path}: {error}"))
+            return False
+        self._written.append(f"{name} written: {path}")
+        return True
 
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
         if (place := to or self.output) is not None:
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
-            with unbroken_writing():
-                self._written.append(f"Page written: {report.save(place)}")
+            try:
+                with unbroken_writing():
+                    self._written.append(f"Page written: {report.save(place)}")
+            except (ToolpointError, OSError) as error:
+                self._unwritten.append(ToolpointError(f"Page not written: {place}: {error}"))
 
     def present(self, page: Callable[..., Report], result: Result, *more: Any, notes: Sequence[str] = (), **named: Any) -> None:
         """Write the page of a result, then print the result."""

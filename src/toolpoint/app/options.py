@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from toolpoint.app.declare import Argument, Help, Reading
-from toolpoint.app.values import Angle, AnyPath, AxisPositions, AxisRange, Direction, SourceFile, Span, SpindleSpeeds
+from toolpoint.app.values import Angle, AxisPositions, AxisRange, Direction, KeptFolder, SourceFile, Span, SpindleSpeeds
 from toolpoint.io.quantities.written import read_pairs
 
 MachineFile = Annotated[SourceFile, Argument()]
@@ -25,7 +25,7 @@ Speed = Annotated[float, Help("Spindle speed, rev/min.")]
 Depth = Annotated[float, Help("Axial depth of cut, mm.", scale=1e-3)]
 Count = Annotated[int, Help("How many of the lowest modes.", least=1)]
 Workers = Annotated[int, Help("Worker processes (extra 'cluster'); 0 is this process.", least=0)]
-Folder = Annotated[AnyPath | None, Help("Keep finished parts here and resume from them.")]
+Folder = Annotated[KeptFolder | None, Help("Keep finished parts here and resume from them.")]
 GEOMETRY = "Universal file, CSV (point,x,y,z in m), or machine YAML."
 Geometry = Annotated[SourceFile | None, Help(GEOMETRY)]
 ToolDirection = Annotated[Direction | None, Help("Where the tool's axis points, away from the work: ±x, ±y, ±z or three "

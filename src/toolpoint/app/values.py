@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,6 +11,7 @@ import click
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
 from toolpoint.app.declare import REPLACE, Reading
+from toolpoint.io.output_places import check_file_place, check_folder_place
 from toolpoint.io.quantities import written
 from toolpoint.io.quantities.written import AxisPoints, Vector
 
@@ -33,18 +35,28 @@ class _NewFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         path = Path(value)
-        if path.exists() and not (ctx is not None and ctx.meta.get(REPLACE)):
+        if os.path.exists(path) and not (ctx is not None and ctx.meta.get(REPLACE)):
             can_replace = ctx is not None and any(option.name == "replace" for option in ctx.command.params)
             raise ToolpointError(f"{path}: exists already; nothing was written; choose another name"
                                  + (", or add --replace" if can_replace else ""))
-        if not path.parent.is_dir():
-            raise ToolpointError(f"{path}: the folder {path.parent} does not exist; create it first")
+        check_file_place(path)
+        return path
+
+
+class _KeptFolder(click.Path):
+    """A folder in which a study keeps its parts: made where it is not there, refused before anything is computed where it
+    cannot be."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(value)
+        check_folder_place(path)
         return path
 
 
 NEW_FILE = _NewFile(path_type=Path)
 SourceFile = Annotated[Path, _Source(path_type=Path)]  # to be read
 NewFile = Annotated[Path, NEW_FILE]  # to be written, and not there yet; --replace allows it
+KeptFolder = Annotated[Path, _KeptFolder(path_type=Path)]  # of the finished parts of a study
 AnyPath = Annotated[Path, click.Path(path_type=Path)]  # to be written
 NUMBERS = Reading(written.read_numbers, "numbers with a decimal point, separated by commas, for example 80,100,80,100")
 Numbers = Annotated[tuple[float, ...], NUMBERS]

@@ -110,10 +110,9 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
     modes, doubts = studies.modes_of_test(saved, responses, band=band)
     run.step("joints")
     result = studies.study_joints(modes, shape, described, coordinate_deviation=coordinate_deviation, channel_doubts=doubts)
-    if written is not None and result.machine is not None:
-        run.write("Machine file", written, io.write_machine, result.machine)
-        # What is written is read back and run before it is called the machine of the test.
-        result = result.compared(io.read_machine(written))
+    # What is written is read back and run before it is called the machine of the test.
+    if result.machine is not None and run.write("Machine file", written, io.write_machine, result.machine):
+        result = result.compared(io.read_machine(cast(Path, written)))
     run.step("page")
     run.save(pages.joints_page, result, run.warnings)
     run.warnings[:] = [text for text in run.warnings if not text.startswith("doubtful")]

@@ -17,6 +17,8 @@ from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, sy
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.joints import stiffness_matrix
 
+_LINEAR_SHARE = 0.5  # of a second moment of mass: down to it a change enters as it is
+
 
 @dataclass(frozen=True, eq=False)
 class ComponentMass(NotebookText):
@@ -56,10 +58,15 @@ class ComponentMass(NotebookText):
         return np.array([self.mass_deviation, *[self.centre_deviation] * 3, *[self.inertia_deviation] * 3])
 
     def changed(self, by: FloatArray) -> ComponentMass:
-        """Return the mass with its logarithm, its centre (m) and the logarithms of its principal moments changed."""
+        """Return the mass with its logarithm, its centre (m) and the logarithms of its principal moments changed.
+
+        Moments stay those of a body: none larger than the sum of the two others. Where the change would break this, the second
+        moment of mass along that axis, half the sum of all less the moment, tends to zero instead of below it.
+        """
         factor = float(np.exp(by[0]))
         values, axes = np.linalg.eigh(np.asarray(self.inertia))
-        inertia = axes @ np.diag(values * factor * np.exp(by[4:7])) @ axes.T
+        moments = _physical_moments(values, values * np.exp(by[4:7]))
+        inertia = axes @ np.diag(factor * moments) @ axes.T
         return ComponentMass(self.mass * factor, np.asarray(self.centre) + by[1:4], (inertia + inertia.T) / 2,
                              self.mass_deviation, self.inertia_deviation, self.centre_deviation)
 
@@ -76,6 +83,21 @@ class ComponentMass(NotebookText):
 
     def __repr__(self) -> str:
         return f"MassProperties({self.mass:g} kg at {np.array2string(np.asarray(self.centre), precision=3)} m)"
+
+
+def _physical_moments(before: FloatArray, changed: FloatArray) -> FloatArray:
+    """Return changed principal moments (3,) whose second moments of mass are not negative, where those before were not.
+
+    A second moment above half of what it was stays as changed; below, it decays exponentially with the same slope.
+    """
+    first, second = (np.maximum(part.sum() / 2 - part, floor) for part, floor in ((before, 0.0), (changed, -np.inf)))
+    low = second < _LINEAR_SHARE * first
+    if not low.any() and (second >= 0).all():
+        return changed
+    share = np.where(first > 0, second / np.where(first > 0, first, 1.0), -np.inf)
+    decayed = first * _LINEAR_SHARE * np.exp(np.minimum(share / _LINEAR_SHARE - 1.0, 0.0))
+    held = np.where(low | (second < 0), decayed, second)
+    return np.asarray(held.sum() - held)
 
 
 def first_stiffness(

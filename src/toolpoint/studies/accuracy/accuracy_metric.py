@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
@@ -17,11 +18,15 @@ from toolpoint.studies.accuracy.tool_paths import PathSide
 
 @dataclass(frozen=True)
 class AccuracyMetric:
-    """``position error`` (m) and ``rotation error`` (rad), means over the sides, and each side's own."""
+    """``position error`` (m) and ``rotation error`` (rad), means over the sides, and each side's own.
+
+    folder : where finished blocks of the steps of a run are kept, see `mill_path`; no part of what the metric is.
+    """
 
     sides: tuple[PathSide, ...]
     setup: MillingSetup
     cut: CuttingDescription | None = None
+    folder: Path | None = None
 
     @property
     def identity(self) -> str:
@@ -38,6 +43,10 @@ class AccuracyMetric:
     def on_branch(self, branch: str) -> AccuracyMetric:
         """Return the metric with the arm on another branch."""
         return replace(self, setup=replace(self.setup, stance=replace(self.setup.stance, branch=branch)))
+
+    def kept_in(self, folder: Path) -> AccuracyMetric:
+        """Return the metric with the blocks of its runs kept in a folder."""
+        return replace(self, folder=folder)
 
     def judge(self, machine: Machine) -> tuple[str, ...]:
         """Return the doubts that the cut chatters along the sides, see `judge_cut`; what could not be judged too."""
@@ -61,7 +70,7 @@ class AccuracyMetric:
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return the errors of a machine."""
-        result = mill_path(machine, self.sides, self.setup, cut=self.cut, judged=False)
+        result = mill_path(machine, self.sides, self.setup, cut=self.cut, judged=False, folder=self.folder)
         errors = {"position error": result.position_error, "rotation error": result.rotation_error}
         if len(result.sides) > 1:
             errors |= {f"position error {side.name}": side.position_error for side in result.sides}

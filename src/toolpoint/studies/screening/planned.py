@@ -53,6 +53,10 @@ class JoinedMetrics:
         """Return the metrics with the arm on another branch."""
         return JoinedMetrics(self.named, None if self.accuracy is None else self.accuracy.on_branch(branch))
 
+    def kept_in(self, folder: Path) -> JoinedMetrics:
+        """Return the metrics with the blocks of runs along the path kept in a folder."""
+        return JoinedMetrics(self.named, None if self.accuracy is None else self.accuracy.kept_in(folder))
+
     def __call__(self, machine: Machine) -> Mapping[str, float]:
         """Return all answers of a machine."""
         return {**({} if self.named is None else self.named(machine)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +22,7 @@ from toolpoint.studies.screening.designs import ScreeningDesign
 from toolpoint.studies.screening.metrics import Metric, unit_of
 from toolpoint.studies.text_table import text_table
 
+PARTS = "parts"  # folder of the parts of unfinished variants
 _SHOWN = 4  # metrics in the table; all are in the data
 
 
@@ -79,12 +82,16 @@ class Screening(NotebookText):
 
 @dataclass(frozen=True)
 class _Variant:
-    """Metrics of the variant at a point: shares of the changes, then of the doubts."""
+    """Metrics of the variant at a point: shares of the changes, then of the doubts.
+
+    folder : where the parts of a variant are kept until it is finished, where its metric has any.
+    """
 
     description: MachineDescription
     changes: tuple[Change, ...]
     doubts: tuple[Change, ...]
     metric: Metric
+    folder: Path | None = None
 
     @property
     def identity(self) -> str:
@@ -99,7 +106,12 @@ class _Variant:
             if not hasattr(metric, "on_branch"):
                 fail("metric", type(metric).__name__, "knows no branches", remedy="screen branches with an accuracy metric")
             metric = metric.on_branch(branch)
-        answers = metric(build(described))
+        if self.folder is None or not hasattr(metric, "kept_in"):
+            answers = metric(build(described))
+        else:  # a variant of minutes goes on inside itself
+            parts = self.folder / hashlib.sha256(repr(list(map(float, point))).encode()).hexdigest()[:16]
+            answers = metric.kept_in(parts)(build(described))
+            shutil.rmtree(parts, ignore_errors=True)  # what they gave is in the chunk
         return {"names": np.array(list(answers)), "values": np.array(list(answers.values()), float)}
 
 
@@ -136,9 +148,8 @@ def screen(
     rest = np.array(resting_shares(doubts))
     shares = np.vstack([rest[None], rng.random((count("draws", draws, 0), len(doubts)))]) if rng is not None else rest[None]
     points = [[*map(float, point), *map(float, draw)] for draw in shares for point in design.points]
-    run = execute(_Variant(description, design.changes, tuple(doubts), metric), points, engine, folder=folder,
-                  progress=progress,
-                  chunk_seconds=chunk_seconds)
+    variant = _Variant(description, design.changes, tuple(doubts), metric, None if folder is None else Path(folder) / PARTS)
+    run = execute(variant, points, engine, folder=folder, progress=progress, chunk_seconds=chunk_seconds)
     good = [outcome.values for outcome in run.outcomes if outcome.values is not None]
     if not good:
         fail("design", "every variant failed", "the first because: " + run.outcomes[0].failure)
