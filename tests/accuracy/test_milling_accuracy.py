@@ -166,7 +166,7 @@ def test_a_cut_that_chatters_is_doubted_whatever_the_halving_says(regenerative):
     machine = slide()
     problem = pose_problem(tool_point(machine, [{}], np.array([0.0, 1.0])), CUT, 0)
     limit = float(stability.chart(problem, [1500.0], depth_max=2e-3).limit[0])
-    sides = line([0, 0, 0], [0.02, 0, 0])
+    sides = line([0, 0, 0], [0.02, 0, 0], feed=CUT.feed_per_tooth * 2 * 1500 / 60)
     below, above = (mill_path(machine, sides, replace(SETUP, speed=1500.0, depth=share * limit, window=0.1,
                                                       regenerative=regenerative, halved=True)) for share in (0.95, 1.05))
     assert below.doubts == () and below.status.startswith("converged")

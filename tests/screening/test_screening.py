@@ -187,7 +187,7 @@ def test_a_screening_of_a_cut_that_chatters_is_doubted():
     """Its errors are those of a chip that does not feed back: only the stability of the cut says what they are worth."""
     path = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
     robot = machine_file.read(path)
-    part = MilledSquare(0.05, 2000.0, 5e-3, (0.77, 0.0, 0.26), (0, 1, 0), (0, 0, 1), window=0.1, sides=(1,))
+    part = MilledSquare(0.05, 2000.0, 5e-3, (0.77, 0.0, 0.26), (0, 1, 0), (0, 0, 1), feed=0.04 / 60, window=0.1, sides=(1,))
     deep, shallow = (accuracy_of(replace(part, depth=depth)).judge(robot) for depth in (5e-3, 1e-6))
     assert shallow == () and len(deep) == 1 and "chatters at 3 of 3 poses" in deep[0]
 

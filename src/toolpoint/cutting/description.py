@@ -18,6 +18,7 @@ from toolpoint._check import fail, suggestion
 WORDS = {"gt": ("above", gt), "ge": ("at least", ge), "lt": ("below", lt), "le": ("at most", le)}
 LIMITS = tuple(WORDS)
 FASTEST, DEEPEST = 1e6, 1.0  # rev/min, m: no spindle turns faster, no edge is longer
+CHIPS = ("path", "constant")  # the feed over speed and teeth at every place, or feed_per_tooth all along
 EDGE_DIAMETERS = 2.0  # length of the edges over the diameter where it is not given
 SI_VALUE = {"": 1.0, "mm": 1e-3, "um": 1e-6, "um/mm": 1e-3, "degrees": math.pi / 180, "N/mm^2": 1e6, "N/mm": 1e3, "N/m": 1.0}
 
@@ -162,7 +163,8 @@ class SpeedVariationDescription:
 class CuttingDescription:
     """A cut: tool, arc, coefficients, damping and speed variation; SI units.
 
-    `feed` is the machine axis that the feed goes along, `feed_per_tooth` in m, `speeds` the range of charts in rev/min.
+    `feed` is the machine axis that the feed goes along, `feed_per_tooth` in m, `speeds` the range of charts in rev/min. `chip`
+    says which chip is cut along a path: as the path's feed gives it, or `feed_per_tooth` all along.
     """
 
     tool: ToolDescription
@@ -174,6 +176,7 @@ class CuttingDescription:
         option="speed-variation", metavar="0.1,4[,PHASE]", key="speed_variation"))
     feed_per_tooth: float = field(default=0.0, metadata=_states(
         "length", "Feed per tooth", "mm", option="feed", ge=0, le=0.01))
+    chip: str = field(default="path", metadata=_states("choice", choices=CHIPS))
     feed: str = field(default="x", metadata=_states("choice", choices=("x", "y", "-x", "-y")))
     speeds: tuple[float, float] = field(default=(1000.0, 12000.0), metadata=_states("speed", several=2))
     source: str = field(default="", metadata=_states("text"))

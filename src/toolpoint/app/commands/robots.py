@@ -101,6 +101,9 @@ def accuracy(run: Frame, machine: MachineFile, path: MilledPath, *, speed: Speed
              loads: Annotated[str, Help("Which loads count: the cut, gravity's changing sag, inertia of the path.",
                                         metavar="cutting,gravity,path")] = "cutting",
              regenerative: Annotated[bool, Help("The vibration feeds back on the chip.")] = False,
+             chip: Annotated[Literal["path", "constant"] | None, Help(
+                 "The chip: the path's feed over speed and teeth, or feed_per_tooth of the file all along; as the file's chip "
+                 "says where left out.")] = None,
              window: Annotated[float | None, Help("Only so many seconds of the middle of every side.")] = None,
              work: Annotated[Corners | None, Help("A block in the plane of the path, from its zero: pixels decide what the "
                                                   "cutter meets, and what sides before have left.",
@@ -117,7 +120,7 @@ def accuracy(run: Frame, machine: MachineFile, path: MilledPath, *, speed: Speed
     built = io.read_machine(machine)
     described = None if drives is None else io.read_drives(drives)
     setup = studies.MillingSetup(
-        speed, depth, tuple(loads.split(",")), regenerative, spacing, steps, window=window,
+        speed, depth, tuple(loads.split(",")), regenerative, spacing, steps, window=window, chip=chip or "",
         stance=studies.ToolStance(direction, turn, branch),
         work=None if work is None else studies.WorkBlock(*work, pixel),
         servos=None if described is None else studies.servos_of(described, built), with_base=base)

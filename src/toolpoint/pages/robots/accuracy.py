@@ -23,7 +23,7 @@ def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] =
              *(1e6 * s.error.std(axis=0)).tolist()] for s in result.sides]
     table = Table(["side", "position, µm", "rotation, µrad", *(f"{c} rms" for c in COORDINATES)], rows,
                   "Mean radii of the error spheres, and the root mean square of every coordinate (µm, µrad)")
-    report = report.with_section("Errors", table, Notes([result.status], "note", "Step and spacing"))
+    report = report.with_section("Errors", table, Notes([result.numerics], "note", "Step and spacing"))
     for side in result.sides:
         report = _side(report, side, result.setup.speed / 60 * teeth)
     return with_remarks(report, [*result.notes, f"Loads that count: {result.loads}; the other ones are left out.",
@@ -33,9 +33,10 @@ def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] =
 def _answer(result: MillingAccuracy) -> str:
     """Return the largest mean error over the sides, and what step and spacing change in it."""
     worst = max(result.sides, key=lambda side: side.position_error)
-    share = f" (halving step and spacing changes it by {100 * worst.halving:.1f} %)" if np.isfinite(worst.halving) else ""
-    mean = float(np.linalg.norm(worst.relative[:, :3].mean(axis=0)))
-    begin = "Doubtful, for the cut chatters (see below): the" if result.doubts else "The"
+    share = f" (step and spacing leave at most about {100 * worst.halving:.1g} %)" if np.isfinite(worst.halving) else ""
+    mean = float(np.linalg.norm(worst.mean_deflection[:3]))
+    doubted = " and ".join(dict.fromkeys(doubt.what for doubt in result.doubts))
+    begin = f"Doubtful ({doubted}, see below): the" if doubted else "The"
     return (f"{begin} tool moves {number_text(1e6 * worst.position_error, digits=3)} µm, on average along the worst side, "
             f"{worst.name}{share}, and {number_text(1e6 * worst.rotation_error, digits=3)} µrad about its mean deflection, "
             f"which is {number_text(1e6 * mean, digits=3)} µm and taken out.")

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine.parts.model import Machine
+from toolpoint.studies.accuracy.chip import side_chip
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, load_words, mill_path
 from toolpoint.studies.accuracy.moving_structure import structure_along
 from toolpoint.studies.accuracy.side_stability import judge_cut
@@ -31,7 +33,7 @@ class AccuracyMetric:
     @property
     def loads(self) -> str:
         """For which loads the errors hold."""
-        return load_words(self.setup.loads, self.setup.regenerative)
+        return load_words(self.setup.loads, self.setup.regenerative, self.setup.chip)
 
     def on_branch(self, branch: str) -> AccuracyMetric:
         """Return the metric with the arm on another branch."""
@@ -50,7 +52,12 @@ class AccuracyMetric:
                 lines.append(f"whether the cut chatters was not judged: {error}")
                 continue
             lines += judge_cut(machine, structure, self.setup, cut=cut)
+            lines += self._chip_doubts(side, cut)
         return tuple(dict.fromkeys(lines))
+
+    def _chip_doubts(self, side: PathSide, cut: CuttingDescription) -> tuple[Doubt, ...]:
+        teeth = cut.tool.teeth
+        return side_chip(cut, side, 60 / (self.setup.speed * teeth), self.setup.chip).doubts(self.setup.speed, teeth)
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return the errors of a machine."""

@@ -71,20 +71,23 @@ class CutCourse:
 
 
 def cut_course(problem: MillingProblem, arcs: Sequence[tuple[float, Arc]] | None, *, speed: float, depth: float,
-               largest_feed: float, steps: int, with_force: bool = True) -> CutCourse:
+               largest_feed: float, steps: int, with_force: bool = True, is_constant: bool = False) -> CutCourse:
     """Return the forces along a side.
 
     arcs : (length from which it holds, (entry, exit) in rad, or None where nothing is met); the problem's own arc all along
-    where left out.
+    where left out; is_constant : whether the chip is the largest one wherever the tool is.
     """
+    def table_of(met: MillingProblem) -> CuttingTable:
+        table = cutting_table(met, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
+        return replace(table, is_constant=is_constant)
+
     if arcs is None:
-        table = cutting_table(problem, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
+        table = table_of(problem)
         return CutCourse(np.zeros(1), (table if with_force else _without(table),))
     known: dict[Arc, CuttingTable] = {}
     for _, arc in arcs:
         if arc not in known:
-            met = problem if arc is None else problem.changed(engagement=Engagement(*arc))
-            table = cutting_table(met, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
+            table = table_of(problem if arc is None else problem.changed(engagement=Engagement(*arc)))
             known[arc] = table if arc is not None and with_force else _without(table)
     return CutCourse(np.array([at for at, _ in arcs]), tuple(known[arc] for _, arc in arcs))
 

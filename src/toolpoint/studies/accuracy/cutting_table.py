@@ -24,7 +24,8 @@ class CuttingTable:
     """Forces on the tool in cutter axes (feed, normal, tool axis): mean over every step of a revolution, (n_feeds, m, 3), N.
 
     largest_feed : m a tooth, of the last row; step : s; per_tooth : steps in a tooth period; regeneration : (m, 3, 3), N/m per
-    metre of depth: the force is minus depth times it times the vibration less that a tooth period before.
+    metre of depth: the force is minus depth times it times the vibration less that a tooth period before; is_constant : whether
+    the chip is the largest one wherever the tool is.
     """
 
     table: FloatArray
@@ -32,6 +33,13 @@ class CuttingTable:
     step: float
     per_tooth: int
     regeneration: FloatArray
+    is_constant: bool = False
+
+    def feed_shares(self, speed: FloatArray) -> FloatArray:
+        """Return the chip at speeds along the path (m/s) over the largest one; 1 where it is constant."""
+        if self.is_constant:
+            return np.ones_like(speed)
+        return np.clip(speed * self.step * self.per_tooth / self.largest_feed, 0.0, 1.0)
 
     @property
     def mean(self) -> FloatArray:

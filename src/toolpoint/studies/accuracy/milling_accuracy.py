@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
-from toolpoint._doubt import Doubt, doubts_among, status_of
+from toolpoint._doubt import Doubt, doubts_among, mark_notes, status_of
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.simulation.pixel_bed import PixelBed
 from toolpoint.machine.parts.model import Machine
+from toolpoint.studies.accuracy.chip import chip_kind, side_chip
 from toolpoint.studies.accuracy.cut_course import Arc, cut_course, mill_bed
 from toolpoint.studies.accuracy.cutting_table import check_regeneration, cutting_problem
 from toolpoint.studies.accuracy.joint_servos import servo_words
@@ -59,11 +60,11 @@ class MillingAccuracy(NotebookText):
     @property
     def loads(self) -> str:
         """For which loads the errors hold."""
-        return load_words(self.setup.loads, self.setup.regenerative)
+        return load_words(self.setup.loads, self.setup.regenerative, self.setup.chip)
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What the errors may not be believed for: cuts that chatter."""
+        """What the errors may not be believed for: a chip that contradicts the path's feed, cuts that chatter."""
         return tuple(doubts_among(self.notes))
 
     @property
@@ -71,12 +72,21 @@ class MillingAccuracy(NotebookText):
         """``doubtful`` where the cut chatters; else whether half the step would change the means by more than a per cent."""
         if self.doubts:
             more = len(self.doubts) - 1
-            return status_of(self.doubts[:1], "") + (f"; so do {more} more of {len(self.sides)} sides" if more else "")
+            return status_of(self.doubts[:1], "") + (f"; {more} more of the doubts" if more else "")
+        return self.numerics
+
+    @property
+    def numerics(self) -> str:
+        """Whether step and spacing leave less than a per cent in the means: what twice each of them changes, added, is stated.
+
+        A third of it were enough for an error of second order; where a tooth enters within a step it is not.
+        """
         worst = max((side.halving for side in self.sides), default=float("nan"))
         if np.isnan(worst):
             return "not halved: nothing states the error of step and spacing"
-        return (f"converged: half the step and spacing changes the means by about {100 * worst / 3:.2g} %" if worst < 0.01 else
-                f"not converged: from twice the step and spacing the means change by {100 * worst:.2g} %; take a smaller "
+        if worst < 0.01:
+            return f"converged: step and spacing leave an error of at most about {100 * worst:.2g} % in the means"
+        return (f"not converged: from twice the step and spacing the means change by {100 * worst:.2g} %; take a smaller "
                 "`spacing`, then more `steps`")
 
     def table(self) -> str:
@@ -84,12 +94,12 @@ class MillingAccuracy(NotebookText):
         from toolpoint.studies.text_table import text_table
 
         rows = [[side.name, f"{1e6 * side.position_error:.4g}", f"{1e6 * side.rotation_error:.4g}",
-                 " ".join(f"{1e6 * v:.3g}" for v in side.relative[:, :3].mean(axis=0)),
+                 " ".join(f"{1e6 * v:.3g}" for v in side.mean_deflection[:3]),
                  " ".join(f"{1e6 * v:.3g}" for v in side.error.std(axis=0)),
                  f"{100 * side.halving:.2g} %"] for side in self.sides]
         header = ["side", "position µm", "rotation µrad", "mean µm, taken out", "rms x y z µm, rotations µrad", "halving"]
-        return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status, *self.base_lines(),
-                          *(note for note in self.notes if not isinstance(note, Doubt))])
+        return "\n".join([*mark_notes(self.doubts), text_table(repr(self), header, rows), f"loads: {self.loads}", self.numerics,
+                          *self.base_lines(), *(note for note in self.notes if not isinstance(note, Doubt))])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -108,11 +118,11 @@ class MillingAccuracy(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the means as plain data, SI."""
-        return {"machine": self.machine, "loads": self.loads, "status": self.status, "doubts": list(self.doubts),
-                "notes": list(self.notes), "position_error_m": self.position_error,
-                "rotation_error_rad": self.rotation_error, "sides": [
+        return {"doubts": list(self.doubts), "status": self.status, "numerics": self.numerics, "machine": self.machine,
+                "loads": self.loads, "chip": self.setup.chip, "notes": list(self.notes),
+                "position_error_m": self.position_error, "rotation_error_rad": self.rotation_error, "sides": [
                     {"name": s.name, "position_error_m": s.position_error, "rotation_error_rad": s.rotation_error,
-                     "rms": s.error.std(axis=0).tolist(), "mean_deflection": s.relative.mean(axis=0).tolist(),
+                     "rms": s.error.std(axis=0).tolist(), "mean_deflection": s.mean_deflection.tolist(),
                      "base": _ends(s.base),
                      "halving": None if np.isnan(s.halving) else s.halving,
                      "energy_gap": None if s.energy is None else s.energy.gap} for s in self.sides]}
@@ -126,11 +136,12 @@ def _ends(values: FloatArray) -> list[list[float]] | None:
     return [values.min(axis=0).tolist(), values.max(axis=0).tolist()] if len(values) else None
 
 
-def load_words(loads: tuple[str, ...], regenerative: bool = False) -> str:
+def load_words(loads: tuple[str, ...], regenerative: bool = False, chip: str = "") -> str:
     """Return for which loads an error holds, in words."""
     words = {"cutting": "the cut", "gravity": "gravity's changing sag", "path": "inertia of the path"}
+    chips = {"": "the chip as `chip` of the cut says", "path": "the chip as the path gives it", "constant": "the chip constant"}
     what = " + ".join(words[name] for name in words if name in loads)
-    return what + (", with regenerative feedback" if regenerative else ", the chip as the path gives it")
+    return f"{what}, {chips[chip]}" + (", with regenerative feedback" if regenerative else "")
 
 
 def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup, *, cut: CuttingDescription | None = None,
@@ -155,12 +166,14 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     """
     if setup.window is not None:
         positive("window", setup.window)
+    described = _described(machine, cut)
+    setup = replace(setup, chip=chip_kind(described, setup.chip))
     bed = None if setup.work is None else setup.work.bed()
     total = sum(_duration(side, setup) for side in sides)
     results, before = [], 0.0
     for number, side in enumerate(sides):
         share = _duration(side, setup)
-        results.append(mill_side(machine, side, setup, cut=cut, bed=bed, folder=folder, name=f"side-{number + 1}",
+        results.append(mill_side(machine, side, setup, cut=described, bed=bed, folder=folder, name=f"side-{number + 1}",
                                  judged=judged,
                                  progress=_part_of(progress, before / total, share / total) if progress else None))
         before += share
@@ -183,9 +196,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
               progress: Progress | None = None, bed: PixelBed | None = None, folder: str | Path | None = None,
               name: str = "side", judged: bool = True) -> SideAccuracy:
     """Return the error along one side; see `mill_path`. bed : what is left of the block, from which the side is cut."""
-    described = cut or machine.description.cutting
-    if described is None:
-        fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    described = _described(machine, cut)
     problem = cutting_problem(described)
     tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
     spacing = setup.spacing / (NEARER if setup.with_energy else 1)
@@ -197,31 +208,47 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     if setup.with_energy and any(servo.feeds_energy for servo in (setup.servos or {}).values()):
         fail("with_energy", "servos with an integral part or sampled loops", "feed energy as they like: there is no balance",
              remedy="take their integral gains and sample times (to 1e-9 s) away for it")
-    top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
+    chip = side_chip(described, side, tooth, setup.chip)
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 
     def run(steps: int, system: VaryingSystem, chosen: MillingSetup, *, what: str) -> SideAccuracy:
-        course = cut_course(problem, arcs, speed=setup.speed, depth=setup.depth, largest_feed=top * tooth, steps=steps,
-                            with_force=setup.with_force)
-        parts = machine.description, described, side.path, side.place, side.law, chosen, arcs, steps, system.length
+        course = cut_course(problem, arcs, speed=setup.speed, depth=setup.depth, largest_feed=chip.largest_feed,
+                            steps=steps, with_force=setup.with_force, is_constant=chip.kind == "constant")
+        parts = machine.description, described, side.path, side.place, side.law, chosen, chip, arcs, steps, system.length
         store = None if folder is None else RunStore.of(Path(folder), f"{name}-{what}", *parts)
         return run_side(structure, system, chosen, cut=course, progress=progress if what == "fine" else None, store=store)
 
     fine = run(setup.steps, structure.system, setup, what="fine")
     halving = float("nan")
     if setup.halved:
-        plain = replace(setup, with_energy=False, with_base=False)
-        rough = run(max(setup.steps // 2, 16), structure.system.thinned(), plain, what="rough")
-        halving = max(abs(getattr(rough, name) / getattr(fine, name) - 1) if getattr(fine, name) > 0 else 0.0
-                      for name in ("position_error", "rotation_error"))
+        plain, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
+        coarse = run(steps, structure.system, plain, what="coarse")
+        rough = run(steps, structure.system.thinned(), plain, what="rough")
+        halving = max(_change(coarse, fine, mean) + _change(rough, coarse, mean)
+                      for mean in ("position_error", "rotation_error"))
     notes = fine.notes if arcs is None else (*fine.notes, _arc_words(arcs, side.length))
     if setup.servos:
         notes = (*notes, servo_words(setup.servos))
     if setup.window is not None and setup.window < side.law.duration:
-        notes = (f"only {setup.window:g} s of the middle of every side were run", *notes)
+        notes = (f"only {fine.duration:.6g} s of the middle of every side were run, in whole tooth periods", *notes)
+    if "cutting" in setup.loads and setup.with_force:
+        notes = (chip.words, *notes)
     if judged:
         notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
+    notes = (*(chip.doubts(setup.speed, problem.tool.teeth) if "cutting" in setup.loads and setup.with_force else ()), *notes)
     return replace(fine, halving=halving, notes=notes)
+
+
+def _change(rough: SideAccuracy, fine: SideAccuracy, mean: str) -> float:
+    """Relative change of a mean from one run to another."""
+    return abs(getattr(rough, mean) / getattr(fine, mean) - 1) if getattr(fine, mean) > 0 else 0.0
+
+
+def _described(machine: Machine, cut: CuttingDescription | None) -> CuttingDescription:
+    described = cut or machine.description.cutting
+    if described is None:
+        fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    return described
 
 
 def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None, radius: float
