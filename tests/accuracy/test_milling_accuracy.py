@@ -257,7 +257,7 @@ def test_program_becomes_sides(tmp_path):
     (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, window=0.0)),
      "window: 0; must be above"),
     (lambda robot: mill_path(robot, square(0.2, centre=(0.69, 0, 0.1)), replace(
-        SETUP, stance=ToolStance(branch="front sideways"))), "not on branch"),
+        SETUP, stance=ToolStance(branch="front sideways"))), "must be of front up no flip"),
 ])
 def test_bad_input(robot, call, words):
     with pytest.raises(ToolpointError, match=words):

@@ -191,7 +191,7 @@ def test_commands(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("call", "words"), [
-    (lambda robot: reach_places(robot, [[0, 0, 0]], branch="left"), None),
+    (lambda robot: reach_places(robot, [[0, 0, 0]], branch="left"), "must be of front up no flip, front up flip"),
     (lambda robot: place_grid({"a": [0.0]}), "must be one of x, y, z"),
     (lambda robot: place_grid({"x": [0.0], "b": [0.0]}, directions={"b": [1, 0, 0]}), "independent"),
     (lambda robot: search_regions(robot, [[2, 0, 0]], [[1, 0, 0]]), "none can be reached whole"),

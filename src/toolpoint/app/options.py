@@ -31,6 +31,8 @@ Geometry = Annotated[SourceFile | None, Help(GEOMETRY)]
 ToolDirection = Annotated[Direction | None, Help("Where the tool's axis points, away from the work: ±x, ±y, ±z or three "
                                                  "numbers; as at the reference pose where left out.", metavar="-x")]
 ToolTurn = Annotated[Angle, Help("Turn about the tool's axis.", default="0deg")]
+ArmBranch = Annotated[str, Help("Branch of an arm, as 'front up no flip', 'front, elbow up' or 'front up, wrist turned "
+                                "least'; the nearest to rest where left out.")]
 Variables = Annotated[Mapping[str, str], Reading(lambda text: read_pairs(
     text, str, "NAME=VARIABLE, several parted by commas, for example frequency=f,values=H"))]
 

@@ -11,7 +11,7 @@ from toolpoint import io, pages, studies
 from toolpoint.app import console
 from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
-from toolpoint.app.options import Count, Depth, Folder, MachineFile, Pose, Speed, ToolDirection, ToolTurn, Workers
+from toolpoint.app.options import ArmBranch, Count, Depth, Folder, MachineFile, Pose, Speed, ToolDirection, ToolTurn, Workers
 from toolpoint.app.values import Length, LengthRange, NewFile, Place, Plane, SourceFile
 from toolpoint.io.quantities.written import read_block
 
@@ -38,10 +38,10 @@ def robot(run: Frame, datasheet: Annotated[SourceFile, Argument()], *, pose: Pos
 @command(page=False)
 def reach(run: Frame, machine: MachineFile, *, tip: Annotated[Place, Help("Where the tip shall be, from the table point.",
                                                                           metavar="600mm,0,300mm")],
-          direction: ToolDirection = None, turn: ToolTurn, count: Count = 4) -> None:
+          direction: ToolDirection = None, turn: ToolTurn, branch: ArmBranch = "", count: Count = 4) -> None:
     """All poses that bring the tool to a place: axes, distance to singular poses, holding torque, natural frequencies."""
     built = io.read_machine(machine)
-    run.show(studies.study_reach(built, tip, direction, turn=turn, modes=count))
+    run.show(studies.study_reach(built, tip, direction, turn=turn, modes=count, branch=branch))
 
 
 @command(steps=4, page_beside_json=False)
@@ -55,7 +55,7 @@ def region(run: Frame, machine: MachineFile, *,
            directions: Annotated[int, Help("Directions of segments in the plane, evenly over half a turn.", least=1)] = 4,
            feed_directions: Annotated[int, Help("Feed directions of a depth.", least=1)] = 1,
            point: Annotated[str, Help("Another point of the tool's body in place of the tip.")] = "",
-           branch: Annotated[str, Help("Branch of an arm, as 'front up no flip'; the nearest where left out.")] = "",
+           branch: ArmBranch = "",
            direction: ToolDirection = None, turn: ToolTurn) -> None:
     """A quantity over places of the tool, and the straight segment over which it is most even: the best place to mill."""
     built = io.read_machine(machine)
@@ -114,7 +114,7 @@ def accuracy(run: Frame, machine: MachineFile, path: MilledPath, *, speed: Speed
              drives: Annotated[SourceFile | None, Help("A drive file: motors of its axes give way as their loops let them; "
                                                        "rotary axes by their gear_ratio.")] = None,
              base: Annotated[bool, Help("Reaction of the base along the path too.")] = False,
-             branch: Annotated[str, Help("Branch of an arm, as 'front up no flip'.")] = "",
+             branch: ArmBranch = "",
              folder: Folder = None, direction: ToolDirection = None, turn: ToolTurn) -> None:
     """Milling accuracy along a path: flexible against rigid run with the cut at the moving tool, error spheres, spectra."""
     built = io.read_machine(machine)

@@ -9,8 +9,9 @@ Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation,
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
+from toolpoint.kinematics.arms.branch_choice import ELBOWS, SHOULDERS, WRISTS
 from toolpoint.kinematics.tree import TreeChain
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
@@ -96,21 +98,76 @@ class SphericalWrist:
         """Return all branches that bring the last link to a displacement (4, 4) from its reference place.
 
         turn_at_singular : angle of joint 4, rad, where a straight wrist leaves it arbitrary. The list is empty where the wrist
-        centre is out of reach. Names: ``front`` or ``back`` (axis 1), ``up`` or ``down`` (elbow), ``no flip`` or ``flip``
-        (wrist).
+        centre is out of reach. Names as of `branch_name`.
         """
         goal = floats("target", target, (4, 4))
         centre = goal[:3, :3] @ self.centre + goal[:3, 3]
         branches = []
-        for shoulder, first in self._shoulder(centre):
+        for shoulder, first in enumerate(self._shoulder(centre)):
             inner = self._moved_back(0, first, centre)
-            for elbow, second, third in self._elbow(inner):
+            for elbow, (second, third) in enumerate(self._elbow(inner)):
                 turn = goal[:3, :3]
                 for axis, angle in ((0, first), (1, second), (2, third)):
                     turn = self._turn(axis, -angle) @ turn
-                for wrist, angles, note in self._wrist(turn, turn_at_singular):
-                    branches.append(self._branch(f"{shoulder} {elbow} {wrist}", [first, second, third, *angles], note))
+                for wrist, (angles, note) in enumerate(self._wrist(turn, turn_at_singular)):
+                    joints = [first, second, third, *angles]
+                    branches.append(self._branch(self._name(joints, (shoulder, elbow, wrist)), joints, note))
         return branches
+
+    def branch_name(self, positions: ArrayLike) -> str:
+        """Return the name of the branch on which positions of the axes (6,) lie.
+
+        ``front`` or ``back``: the side of axis 1 on which the wrist centre is, against that at rest; ``up`` or ``down``: to
+        which side of the line from shoulder to wrist the elbow is bent, up where the arm reaches the way it faces; ``no flip``
+        or ``flip``: to which side joint 5 is bent. A name changes at singular poses only.
+        """
+        return self._name(self.joint_angles(floats("positions", positions, (6,))).tolist(), (0, 0, 0))
+
+    def joint_angles(self, positions: FloatArray) -> FloatArray:
+        """Return the angles of the joints for positions of the axes (6,), which may be coupled."""
+        return self.chain.driven_values(positions[None])[0, self._step_of_joint]
+
+    @cached_property
+    def _step_of_joint(self) -> list[int]:
+        steps = {step.joint: k for k, step in enumerate(self.chain.steps)}
+        return [steps[i] for i in range(6)]
+
+    @cached_property
+    def _plane(self) -> tuple[float, complex, complex, float, float]:
+        """Of the plane across axes 2 and 3, its real axis forward (u x w), turned about u: forward distance from axis 1 to axis
+        2, upper and lower arm, the sense of axis 3, and the side of the wrist centre at rest."""
+        u, w = self.directions[1], self.directions[0]
+        forward = np.cross(u, w)
+        forward = forward / np.linalg.norm(forward)
+        across = np.cross(u, forward)
+        upper, lower = (complex(v @ forward, v @ across) for v in (self.places[2] - self.places[1],
+                                                                   self.centre - self.places[2]))
+        home = float(forward @ (self.centre - self.places[0]))
+        return (float(forward @ (self.places[1] - self.places[0])), upper, lower, float(np.sign(self.directions[2] @ u)),
+                home if abs(home) > 1e-9 else 1.0)
+
+    @cached_property
+    def _straight_wrist(self) -> float:
+        """Angle of joint 5 at which joints 4 and 6 turn about one line, or are nearest to it."""
+        w4, w5, w6 = self.directions[3:]
+        return math.atan2(float(w4 @ self._crosses[4][0] @ w6), float(w4 @ w6 - (w4 @ w5) * (w5 @ w6)))
+
+    def _name(self, angles: Sequence[float], numbers: tuple[int, int, int]) -> str:
+        """Name of joint angles; the numbers of the solutions decide where two of them meet."""
+        start, upper, lower, sense, home = self._plane
+        turned = cmath.exp(1j * angles[1])
+        elbow, wrist = upper * turned, (upper + lower * cmath.exp(1j * sense * angles[2])) * turned
+        here = start + wrist.real
+        facing = here if abs(here) > 1e-12 else 0.5 - numbers[0]
+        # The elbow above the line from shoulder to wrist, of an arm that leans the way it faces; the sign against the line
+        # itself is kept where the wrist passes over axis 2, at which "above" changes though no axis turns round.
+        side = (elbow.conjugate() * wrist).imag
+        above = side * facing if abs(side) > 1e-12 * abs(upper) * abs(lower) else 0.5 - numbers[1]
+        straight = self._straight_wrist
+        bend = math.sin(angles[4] - straight) * (1 if math.cos(straight) >= -1e-9 else -1)
+        bend = bend if abs(bend) > 1e-12 else 0.5 - numbers[2]
+        words = SHOULDERS[facing * home <= 0], ELBOWS[above <= 0], WRISTS[bend < 0]
+        return " ".join(words)
 
     def _branch(self, name: str, angles: list[float], note: str) -> ArmBranch:
         joint = np.arctan2(np.sin(angles), np.cos(angles))
@@ -126,14 +183,13 @@ class SphericalWrist:
     @cached_property
     def _decoupling(self) -> tuple[FloatArray, FloatArray]:
         """Positions of the axes per joint angle (6, 6), and at rest."""
-        steps = {step.joint: k for k, step in enumerate(self.chain.steps)}
-        coupling = self.chain.coupling[[steps[i] for i in range(6)]]
+        coupling = self.chain.coupling[self._step_of_joint]
         return np.linalg.inv(coupling), np.array([axis.rest for axis in self.chain.driven_axes])
 
     def _moved_back(self, axis: int, angle: float, point: FloatArray) -> FloatArray:
         return self._turn(axis, -angle) @ (point - self.places[axis]) + self.places[axis]
 
-    def _shoulder(self, centre: FloatArray) -> Iterator[tuple[str, float]]:
+    def _shoulder(self, centre: FloatArray) -> list[float]:
         """Angles of axis 1 for which the wrist centre keeps its distance along axes 2 and 3."""
         w, u = self.directions[0], self.directions[1]
         reach = centre - self.places[0]
@@ -141,19 +197,10 @@ class SphericalWrist:
         # u . R(-t) r = distance
         along = (u @ w) * (w @ reach)
         cosine, sine = float(u @ reach - along), float(-u @ self._crosses[0][0] @ reach)
-        for number, angle in enumerate(_linear(cosine, sine, float(distance - along))):
-            inner = self._moved_back(0, angle, centre)
-            yield self._shoulder_name(inner, number), angle
+        return _linear(cosine, sine, float(distance - along))
 
-    def _shoulder_name(self, inner: FloatArray, number: int) -> str:
-        forward = self._crosses[1][0] @ self.directions[0]
-        home, here = (float(forward @ (p - self.places[0])) for p in (self.centre, inner))
-        if abs(here) < 1e-12:
-            return ("front", "back")[number]
-        return "front" if here * (home if abs(home) > 1e-9 else 1.0) > 0 else "back"
-
-    def _elbow(self, inner: FloatArray) -> Iterator[tuple[str, float, float]]:
-        """Angles of axes 2 and 3 that bring the wrist centre to a place, with the side on which the elbow lies."""
+    def _elbow(self, inner: FloatArray) -> Iterator[tuple[float, float]]:
+        """Angles of axes 2 and 3 that bring the wrist centre to a place."""
         u, cross = self.directions[1], self._crosses[1][0]
         sense = float(np.sign(self.directions[2] @ u))
         a = _across(self.places[2] - self.places[1], u)
@@ -161,16 +208,11 @@ class SphericalWrist:
         c = _across(inner - self.places[1], u)
         # |a + R(t3) b| = |c|, both turning about u.
         constant = (c @ c - a @ a - b @ b) / 2
-        for number, angle in enumerate(_linear(float(a @ b), float(a @ cross @ b), float(constant))):
-            third = sense * angle
+        for angle in _linear(float(a @ b), float(a @ cross @ b), float(constant)):
             moved = a + self._turn(1, angle) @ b
-            second = float(math.atan2((cross @ moved) @ c, moved @ c))
-            elbow = self._turn(1, second) @ a
-            above = float(self.directions[0] @ (elbow - c * float(elbow @ c) / max(float(c @ c), 1e-300)))
-            side = above if abs(above) > 1e-9 else float(number == 0) - 0.5
-            yield ("up" if side > 0 else "down"), second, third
+            yield float(math.atan2((cross @ moved) @ c, moved @ c)), sense * angle
 
-    def _wrist(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[str, tuple[float, float, float], str]]:
+    def _wrist(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[tuple[float, float, float], str]]:
         """Angles of the last three axes for the rotation that is left to them."""
         w4, w5, w6 = self.directions[3:]
         goal = turn @ w6
@@ -186,7 +228,7 @@ class SphericalWrist:
             rest = self._turn(4, -fifth) @ self._turn(3, -fourth) @ turn
             probe = _across(np.eye(3)[int(np.argmin(np.abs(w6)))], w6)
             sixth = float(math.atan2((self._crosses[5][0] @ probe) @ (rest @ probe), probe @ rest @ probe))
-            yield ("no flip" if np.sin(fifth) >= 0 else "flip"), (fourth, fifth, sixth), note
+            yield (fourth, fifth, sixth), note
 
 
 def _linear(cosine: float, sine: float, constant: float) -> list[float]:

@@ -16,7 +16,8 @@ from toolpoint.machine.pose.placement import Placement, body_coordinates, place_
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.accuracy.joint_servos import JointServo, add_servos
 from toolpoint.studies.accuracy.tool_paths import PathSide
-from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places
+from toolpoint.studies.machines.arm_reach import Pose
+from toolpoint.studies.machines.reach import Reach, path_faults, reach_places
 from toolpoint.studies.machines.tool_point import tool_axes
 from toolpoint.vibration import SecondOrderSystem, damping
 from toolpoint.vibration.simulation.varying import VaryingSystem, reduce_system

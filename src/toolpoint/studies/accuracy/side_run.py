@@ -16,6 +16,7 @@ from toolpoint.studies.accuracy.joint_servos import JointServo
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.tool_paths import PathSide
+from toolpoint.studies.machines.branch_words import branch_lines
 from toolpoint.vibration.simulation.varying import (
     CourseArrays,
     CutArrays,
@@ -355,6 +356,7 @@ def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArr
 
 def _notes(structure: MovingStructure) -> tuple[str, ...]:
     size = float(np.abs(np.diff(np.stack(list(structure.reach.batch().values())), axis=1)).max())
-    return (f"forces of the axes' own speed on the vibration (Coriolis) are left out; between nodes no axis moves more than "
+    return (*branch_lines(structure.reach.branches),
+            f"forces of the axes' own speed on the vibration (Coriolis) are left out; between nodes no axis moves more than "
             f"{size:.2g} (rad, m)",
             "every side begins in the periodic state of the cut at its start; from rest the means would hold what rings then")

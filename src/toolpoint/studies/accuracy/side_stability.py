@@ -11,7 +11,7 @@ from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.moving_structure import MovingStructure
 from toolpoint.studies.accuracy.side_run import MillingSetup
-from toolpoint.studies.machines.reach import Pose
+from toolpoint.studies.machines.arm_reach import Pose
 from toolpoint.studies.machines.tool_point import pose_problem, tool_point
 
 LINES = np.array([0.0, 1.0])  # Hz; modes are what is used

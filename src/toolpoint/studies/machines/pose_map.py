@@ -21,6 +21,7 @@ from toolpoint.machine.assembly.system import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.machines.branch_words import branch_lines, name_branches
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
 from toolpoint.studies.text_table import text_table
@@ -34,7 +35,8 @@ class PoseMap(NotebookText):
 
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
     failures : grid index to reason; angles : axes in rad; uncertainty : of the frequencies, Hz, where the machine was
-    identified; reduction : what the reduction of elastic bodies does at the corners and the middle of the grid, in words. """
+    identified; reduction : what the reduction of elastic bodies does at the corners and the middle of the grid, in words;
+    branches : of an arm, of every pose. """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
@@ -42,6 +44,7 @@ class PoseMap(NotebookText):
     angles: tuple[str, ...] = ()
     uncertainty: AnswerSpread | None = None
     reduction: tuple[str, ...] = ()
+    branches: tuple[str, ...] = ()
 
     @property
     def grid(self) -> Grid:
@@ -65,15 +68,15 @@ class PoseMap(NotebookText):
     def table(self) -> str:
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
-        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *self.uncertain(),
-                          *mark_notes(self.reduction)])
+        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *branch_lines(self.branches),
+                          *self.uncertain(), *mark_notes(self.reduction)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
         values = self.frequency.astype(object)
         values[np.isnan(self.frequency)] = None
         return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
-                "failures": self.failed(), "extremes": self.extremes(),
+                "branches": list(self.branches), "failures": self.failed(), "extremes": self.extremes(),
                 "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
                 "uncertain": self.uncertain(), "reduction": list(self.reduction),
                 "doubts": doubts_among(self.reduction)}
@@ -140,7 +143,8 @@ def pose_map(
     values, failures = map_over(_Frequencies(machine, tuple(grid.axes), modes, path), grid, modes, engine=engine, folder=folder,
                                 progress=progress)
     return PoseMap(grid.axes, values, failures, grid.angles,
-                   None if failures else _spread(machine, grid.axes, modes, values.shape), _reduction(machine, grid, modes))
+                   None if failures else _spread(machine, grid.axes, modes, values.shape), _reduction(machine, grid, modes),
+                   name_branches(machine, _poses(grid.axes)))
 
 
 def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
@@ -168,11 +172,15 @@ def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
     return (place_note(estimate_note(estimate), f"{where}, the worst of {asked} poses (corners and middle)"),)
 
 
+def _poses(axes: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    return {name: at.ravel() for name, at in zip(axes, mesh, strict=True)}
+
+
 def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape: tuple[int, ...]) -> AnswerSpread | None:
     """Return the spread of the frequencies over a grid, None where the machine holds no identified numbers."""
     uncertainty = machine_uncertainty(machine)
     if uncertainty is None:
         return None
-    mesh = np.meshgrid(*axes.values(), indexing="ij")
-    poses = {name: at.ravel() for name, at in zip(axes, mesh, strict=True)}
+    poses = _poses(axes)
     return uncertainty.spread(lambda machine: natural_frequencies(machine, poses, modes).reshape(shape))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,16 +13,15 @@ from toolpoint._check import FloatArray, ToolpointError, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Axis, Drive, TreeChain
 from toolpoint.kinematics.arms.inverse import ToolOnWork, solve_inverse
-from toolpoint.kinematics.arms.spherical_wrist import ArmBranch, SphericalWrist, move_tool
+from toolpoint.kinematics.arms.spherical_wrist import SphericalWrist
 from toolpoint.kinematics.singularity import pose_condition
-from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.description import GROUND
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import tool_pair
-from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.machines.arm_reach import ArmReach, Pose, tool_target
 
-Pose = Mapping[str, float]
+LARGEST_AXIS_STEP = 0.35  # rad between neighbouring places of a path: a larger one is a jump
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,20 +68,22 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
     turn : float
         rad, about the tool's axis, from the axes that the smallest turn of z onto the direction gives.
     branch : str
-        Of an arm, for example ``front up no flip``; the one nearest to the start where left out.
+        Of an arm, for example ``front up no flip``, ``front, elbow up`` or ``front up, wrist turned least``; the one nearest
+        to the start where left out.
     start : pose, optional
         At rest where left out.
     point : str
         Another point of the tool's body in place of the tip, for example the wrist.
     follow : bool
-        Whether the places are a path: each pose is the one nearest to that of the place before.
+        Whether the places are a path: each pose is the one nearest to that of the place before, on the branch of the first.
     """
     at = floats("places", places, (None, 3)).reshape(-1, 3)
-    pair = _pair(machine, point)
+    pair = tool_at(machine, point)
     goal = pair.direction if direction is None else floats("direction", direction, (3,))
     if not np.linalg.norm(goal) > 0:
         fail("direction", "length 0", "must not be zero")
-    solver = _solver(machine, pair, goal / np.linalg.norm(goal), turn, branch)
+    goal = goal / np.linalg.norm(goal)
+    solver = place_solver(machine, pair, goal, turn=turn, branch=branch)
     last = {axis.name: axis.rest for axis in machine.chain.driven_axes} | dict(start or {})
     poses: list[Pose | None] = []
     names, reasons = [], []
@@ -91,6 +93,8 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
         names.append(name)
         reasons.append(reason)
         if follow and pose is not None:
+            if name and not any(names[:-1]):
+                solver = place_solver(machine, pair, goal, turn=turn, branch=name)
             last = dict(pose)
     return Reach(at, tuple(poses), tuple(names), tuple(reasons))
 
@@ -98,12 +102,13 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
 def branch_names(machine: Machine, place: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, point: str = ""
                  ) -> list[str]:
     """Return the branches of an arm that reach a place within limits; none for machines that are no arms."""
-    pair = _pair(machine, point)
+    pair = tool_at(machine, point)
     arm = arm_of(machine)
     if arm is None:
         return []
     goal = pair.direction if direction is None else floats("direction", direction, (3,)) / np.linalg.norm(direction)
-    return [each.name for each in arm.inverse(_target(pair, floats("place", place, (3,)), goal, turn)) if each.within_limits]
+    target = tool_target(pair, floats("place", place, (3,)), goal, turn)
+    return [each.name for each in arm.inverse(target) if each.within_limits]
 
 
 def arm_of(machine: Machine) -> SphericalWrist | None:
@@ -136,7 +141,8 @@ def _moves(machine: Machine, point: str) -> bool:
     return machine.description.points[point].body != GROUND
 
 
-def _pair(machine: Machine, point: str) -> ToolOnWork:
+def tool_at(machine: Machine, point: str = "") -> ToolOnWork:
+    """Return the tool on its work, with another point of the tool's body in place of the tip where one is named."""
     pair = tool_pair(machine)
     if not point:
         return pair
@@ -149,51 +155,6 @@ def _pair(machine: Machine, point: str) -> ToolOnWork:
     link = machine.link(other.body)
     at = tf.move(machine.body_frames[link], np.array([other.at]))[0]
     return ToolOnWork(link, at, pair.direction, pair.table, pair.origin)
-
-
-def _target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, turn: float) -> FloatArray:
-    """Displacement of the tool's link that puts tip and axes where they shall be; the work stands still."""
-    asked = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
-    return move_tool(asked, tf.transform(smallest_turn(pair.direction), pair.tip))
-
-
-class _Arm:
-    """Closed form: the branch that is asked for, or the one whose axes move least from the start."""
-
-    def __init__(self, arm: SphericalWrist, pair: ToolOnWork, direction: FloatArray, turn: float, branch: str) -> None:
-        self.arm, self.pair, self.direction, self.turn, self.branch = arm, pair, direction, turn, branch
-        self.names = [axis.name for axis in arm.chain.driven_axes]
-
-    def __call__(self, place: FloatArray, start: Pose) -> tuple[Pose | None, str, str]:
-        first = np.array([start.get(name, 0.0) for name in self.names])
-        fourth = float((self.arm.chain.driven_values(first[None]) @ np.eye(6))[0, 3])
-        branches = self.arm.inverse(_target(self.pair, place, self.direction, self.turn), turn_at_singular=fourth)
-        if not branches:
-            return None, "", "out of reach"
-        asked = [each for each in branches if not self.branch or each.name == self.branch]
-        if not asked:
-            names = ", ".join(each.name for each in branches)
-            return None, "", f"not on branch {self.branch!r}; reached on {names}"
-        inside = [each for each in asked if each.within_limits]
-        if not inside:
-            return None, "", "beyond the limits of " + self._beyond(asked[0])
-        best = min((self._turned(each, first), each.name) for each in inside)
-        return dict(zip(self.names, best[0][1], strict=True)), best[1], ""
-
-    def _turned(self, branch: ArmBranch, first: FloatArray) -> tuple[float, tuple[float, ...]]:
-        """Distance to the start and the positions, each axis by whole turns to where it is nearest, within its limits."""
-        values = []
-        for value, near, axis in zip(branch.positions, first, self.arm.chain.driven_axes, strict=True):
-            turns = [value + 2 * np.pi * k for k in (-1, 0, 1)] if axis.is_rotary else [value]
-            inside = [v for v in turns if axis.lower - 1e-9 <= v <= axis.upper + 1e-9]
-            away = np.abs(np.array(inside or [value]) - near)
-            values.append(float((inside or [value])[int(away.argmin())]))
-        return float(np.linalg.norm(np.array(values) - first)), tuple(values)
-
-    def _beyond(self, branch: ArmBranch) -> str:
-        return ", ".join(f"{axis.name} ({axis.words(value)}, {axis.span})"
-                         for axis, value in zip(self.arm.chain.driven_axes, branch.positions, strict=True)
-                         if not axis.lower - 1e-9 <= value <= axis.upper + 1e-9)
 
 
 class _Iterative:
@@ -211,16 +172,24 @@ class _Iterative:
         return (dict(solution.pose), "", "") if solution.is_reached else (None, "", solution.status)
 
 
-def _solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, turn: float, branch: str) -> _Arm | _Iterative:
+def place_solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, *, turn: float, branch: str
+                 ) -> ArmReach | _Iterative:
+    """Return what poses a machine by the place of its tool: closed form for arms, iteration for others, which have no
+    branches."""
     arm = arm_of(machine)
     if arm is not None:
-        return _Arm(arm, pair, direction, turn, branch)
+        return ArmReach(arm, pair, direction, turn=turn, branch=branch)
     if branch:
-        fail("branch", repr(branch), "serves arms of six turning joints with a spherical wrist", remedy="leave it out")
+        refuse_branch(branch)
     return _Iterative(machine.chain, pair, direction, turn)
 
 
-def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, largest_step: float = 0.35,
+def refuse_branch(branch: str) -> NoReturn:
+    """Raise the ToolpointError of a branch that is asked of a machine without branches."""
+    fail("`branch`", repr(branch), "is for arms of six turning joints with a spherical wrist", remedy="leave it out")
+
+
+def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, largest_step: float = LARGEST_AXIS_STEP,
                 largest_condition: float = 1e3) -> list[str]:
     """Return why the poses of a path cannot be followed: places out of reach, singular poses (by the condition number of the
     tool's Jacobian), and jumps of an axis (rad) between neighbours."""

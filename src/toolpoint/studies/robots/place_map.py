@@ -17,7 +17,9 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.reach import Pose, Reach, reach_places
+from toolpoint.studies.machines.arm_reach import Pose
+from toolpoint.studies.machines.branch_words import branch_lines
+from toolpoint.studies.machines.reach import Reach, reach_places
 from toolpoint.studies.machines.stiffness_map import NAMES, stiffness_rows
 from toolpoint.studies.machines.tool_point import batch_of, tool_point
 from toolpoint.studies.text_table import text_table
@@ -190,9 +192,15 @@ class PlaceMap(NotebookText):
                 lines.append(f"{name}: no place can be")
                 continue
             low, high = int(np.nanargmin(column)), int(np.nanargmax(column))
-            lines.append(f"{name}: lowest {column[low]:.5g} {self.quantity.unit} at {place_words(self.reach.places[low])}; "
-                         f"highest {column[high]:.5g} {self.quantity.unit} at {place_words(self.reach.places[high])}")
+            lines.append(f"{name}: lowest {column[low]:.5g} {self.quantity.unit} at {self._where(low)}; "
+                         f"highest {column[high]:.5g} {self.quantity.unit} at {self._where(high)}")
         return lines
+
+    def _where(self, number: int) -> str:
+        """Return a place in words, with its branch where the map has several."""
+        branch = self.reach.branches[number]
+        several = len(set(filter(None, self.reach.branches))) > 1
+        return place_words(self.reach.places[number]) + (f" ({branch})" if several and branch else "")
 
     def table(self) -> str:
         """Return the range of every column and where its ends lie as text."""
@@ -200,7 +208,7 @@ class PlaceMap(NotebookText):
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
         return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
-                          *self.extremes(), *self.failed(), *mark_notes(self.notes)])
+                          *self.extremes(), *branch_lines(self.reach.branches), *self.failed(), *mark_notes(self.notes)])
 
     def failed(self) -> list[str]:
         """Return a line on the places that are reached and have no value all the same."""
@@ -214,7 +222,8 @@ class PlaceMap(NotebookText):
         values[np.isnan(self.values)] = None
         return {"along": {name: at.tolist() for name, at in zip(self.grid.names, self.grid.positions, strict=True)},
                 "places": self.grid.places.tolist(), "quantity": self.quantity.kind, "unit": self.quantity.unit,
-                "columns": list(self.quantity.columns), "values": values.tolist(), "extremes": self.extremes(),
+                "columns": list(self.quantity.columns), "branches": list(self.reach.branches),
+                "values": values.tolist(), "extremes": self.extremes(),
                 "failures": [[list(k), reason] for k, reason in self.failures().items()], "notes": list(self.notes)}
 
     def __repr__(self) -> str:

@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import ClosedChain
+from toolpoint.kinematics.arms.branch_choice import BranchChoice
 from toolpoint.kinematics.singularity import SINGULAR, nearest_singularity, pose_condition
 from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravity_force
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import pose_for, poses_for, tool_pair, tool_place
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places
+from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places, refuse_branch
 from toolpoint.studies.text_table import text_table
 
 GRAVITY = (0.0, 0.0, -9.80665)
@@ -76,19 +77,22 @@ class ReachStudy(NotebookText):
              "miss_m": each.miss} for each in self.poses]}
 
 
-def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, modes: int = 4
-                ) -> ReachStudy:
-    """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction."""
+def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, modes: int = 4,
+                branch: str = "") -> ReachStudy:
+    """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction; branch :
+    of an arm, see `reach_places`, all of them where left out."""
     at = floats("tip", tip, (3,))
     arm, reached = arm_of(machine), list[tuple[dict[str, float], str]]()
     reason = ""
     if arm is not None:
-        for name in branch_names(machine, at, direction, turn=turn):
+        for name in _chosen_branches(machine, at, direction, turn=turn, branch=branch):
             reach = reach_places(machine, at[None], direction, turn=turn, branch=name)
             reached += [(dict(pose), name) for pose in reach.poses if pose is not None]
         if not reached:
-            reason = reach_places(machine, at[None], direction, turn=turn).reasons[0]
+            reason = reach_places(machine, at[None], direction, turn=turn, branch=branch).reasons[0]
     else:
+        if branch:
+            refuse_branch(branch)
         axes = len(machine.chain.driven_axes)
         way = direction if direction is not None or axes < 5 else tool_pair(machine).direction
         spin = turn if axes >= 6 and way is not None else None
@@ -97,6 +101,15 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
             reason = pose_for(machine, at, way, turn=spin).status
     return ReachStudy(machine, at, tuple(_reached(machine, at, pose, name, modes) for pose, name in reached), reason,
                       _task_rates(machine, reached[0][0]) if reached else None)
+
+
+def _chosen_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | None, *, turn: float, branch: str) -> list[str]:
+    """Return the branches that a place is reached on and that were asked for; the one that turns the wrist least where it is
+    that."""
+    choice = BranchChoice.parsed(branch)
+    if choice.is_least:
+        return [name for name in reach_places(machine, tip[None], direction, turn=turn, branch=branch).branches if name]
+    return [name for name in branch_names(machine, tip, direction, turn=turn) if choice.allows(name)]
 
 
 def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:

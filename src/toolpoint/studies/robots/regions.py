@@ -9,19 +9,21 @@ are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import Array, FloatArray, ToolpointError, count, fail, floats, positive
+from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, positive
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
-from toolpoint.studies.machines.reach import reach_places
+from toolpoint.studies.machines.arm_reach import Pose
 from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantity, PoseValues, map_places, place_words
+from toolpoint.studies.robots.segment_poses import SegmentFollower
 from toolpoint.studies.text_table import text_table
 
 _SAME = 1e-7  # m: nearer places are computed once
@@ -31,11 +33,13 @@ _SHOWN = 8
 @dataclass(frozen=True, eq=False)
 class EvenSegment:
     """A segment: start and end (m), values (n_samples, n_columns), their spread summed, and that over the sum of their
-    means."""
+    means; the branch of the arm on which it is followed (empty where the machine has none), and its poses."""
 
     start: FloatArray
     end: FloatArray
     values: FloatArray
+    branch: str = ""
+    poses: tuple[Pose, ...] = ()
 
     @property
     def spread(self) -> FloatArray:
@@ -74,15 +78,17 @@ class RegionSearch(NotebookText):
         """Return the best segments as text."""
         unit = self.quantity.unit
         rows = [[place_words(r.start), place_words(r.end), f"{r.total:.4g}", f"{100 * r.share:.2f} %",
-                 " ".join(f"{v:.4g}" for v in r.values.mean(axis=0))] for r in self.regions[:_SHOWN]]
-        return "\n".join([text_table(repr(self), ["from", "to", f"spread {unit}", "largest share", f"means {unit}"], rows),
+                 " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
+                for r in self.regions[:_SHOWN]]
+        header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
+        return "\n".join([text_table(repr(self), header, rows),
                           f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""
         return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "length_m": self.length, "tried": self.tried,
                 "whole": len(self.regions), "samples": self.samples, "notes": list(self.notes), "regions": [
-                    {"start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
+                    {"branch": r.branch, "start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
                      "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()} for r in self.regions[:_SHOWN]]}
 
     def __repr__(self) -> str:
@@ -104,7 +110,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
                    quantity: PlaceQuantity | None = None, direction: ArrayLike | None = None, turn: float = 0.0,
                    branch: str = "",
                    point: str = "") -> RegionSearch:
-    """Return the segments over which a quantity is most even.
+    """Return the segments over which a quantity is most even, each on one branch of the machine, without a jump of an axis.
 
     Parameters
     ----------
@@ -127,28 +133,34 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
         fail("directions", "length 0", "must not be zero")
     share = np.linspace(0, positive("length", length), count("samples", samples, 2))
     places = first[:, None, None] + share[:, None] * (ways / size)[:, None]
-    whole, where = np.unique(np.rint(places.reshape(-1, 3) / _SAME), axis=0, return_inverse=True)
-    reach = reach_places(machine, whole * _SAME, direction, turn=turn, branch=branch, point=point)
-    values = np.full((len(whole), len(asked.columns)), np.nan)
-    seen = asked.judge(machine, [pose for pose in reach.poses if pose is not None])
+    ends = places.reshape(-1, samples, 3)
+    follower = SegmentFollower(machine, direction, turn=turn, branch=branch, point=point)
+    followed = [follower.follow(each) for each in ends]
+    lost = Counter(each.reason for each in followed if each.reason)
+    # One pose for a place and a branch, however many segments run through it.
+    keys = [[(each.branch, *np.rint(place / _SAME).astype(int).tolist()) for place in row] if each.poses else []
+            for each, row in zip(followed, ends, strict=True)]
+    poses = {key: pose for each, row in zip(followed, keys, strict=True) for key, pose in zip(row, each.poses, strict=True)}
+    number = {key: i for i, key in enumerate(poses)}
+    seen = asked.judge(machine, list(poses.values()))
     # How even a segment is cannot be said where a place is known to lie above a bound alone.
-    values[reach.reached] = np.where(seen.bounds[:, None], np.nan, seen.values)
-    segments: Array = values[where.reshape(-1)].reshape(len(first) * len(ways), samples, -1)
-    ends = places.reshape(len(segments), samples, 3)
-    good = np.flatnonzero(~np.isnan(segments).any(axis=(1, 2)))
-    if not good.size:
-        reason = next((text for text in seen.reasons if text), "")
-        fail("starts", f"{len(segments)} segments", "none can be reached whole and judged" + (f": {reason}" if reason else ""),
+    values = np.where(seen.bounds[:, None], np.nan, seen.values)
+    regions = [EvenSegment(row[0], row[-1], part, each.branch, each.poses)
+               for each, row, names in zip(followed, ends, keys, strict=True)
+               if names and not np.isnan(part := values[[number[name] for name in names]]).any()]
+    if not regions:
+        reason = next((text for text in (*seen.reasons, *(text for text, _ in lost.most_common(1))) if text), "")
+        fail("starts", f"{len(ends)} segments", "none can be reached whole and judged" + (f": {reason}" if reason else ""),
              remedy="take a shorter length or other places"
                     + ("" if not seen.bounds.any() else ", or speeds that have a limit"))
-    regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
-    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments), samples,
-                        _notes(seen))
+    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(ends), samples,
+                        _notes(seen, lost))
 
 
-def _notes(seen: PoseValues) -> tuple[str, ...]:
+def _notes(seen: PoseValues, lost: Mapping[str, int]) -> tuple[str, ...]:
     """What is to be said of the segments' values: those of the quantity, and what was left out."""
-    lines = [f"segments over {number} places {why} are left out" for number, why in (
+    lines = [f"{number} segments are left out: {reason}" for reason, number in lost.items()]
+    lines += [f"segments over {number} places {why} are left out" for number, why in (
         (sum(map(bool, seen.reasons)), "whose chart failed"),
         (int(seen.bounds.sum()), "without a limit within the charted depth")) if number]
     return (*lines, *seen.notes)

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from toolpoint._check import Array, FloatArray, fail, floats, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
-from toolpoint.studies.machines.reach import Pose, Reach, branch_names, reach_places
+from toolpoint.studies.machines.arm_reach import Pose
+from toolpoint.studies.machines.reach import Reach, branch_names, reach_places
 from toolpoint.studies.robots.place_map import PlaceQuantity
 from toolpoint.studies.text_table import text_table
 

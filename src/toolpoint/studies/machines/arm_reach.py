@@ -1,0 +1,85 @@
+"""Poses of an arm in closed form: the branch that is asked for, or the one whose axes move least from a start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.kinematics.arms.branch_choice import BranchChoice
+from toolpoint.kinematics.arms.inverse import ToolOnWork
+from toolpoint.kinematics.arms.spherical_wrist import ArmBranch, SphericalWrist, move_tool
+from toolpoint.kinematics.tool_frame import smallest_turn
+from toolpoint.spatial import rotation as rot
+from toolpoint.spatial import transform as tf
+
+Pose = Mapping[str, float]
+_SAME_PLACE = 1e-10  # m: nearer places have the same branches
+
+
+def tool_target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, turn: float) -> FloatArray:
+    """Return the displacement of the tool's link that puts tip and axes where they shall be; the work stands still."""
+    asked = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
+    return move_tool(asked, tf.transform(smallest_turn(pair.direction), pair.tip))
+
+
+class ArmReach:
+    """Closed form at one direction and turn of the tool; a place that was asked for before is not solved again."""
+
+    def __init__(self, arm: SphericalWrist, pair: ToolOnWork, direction: FloatArray, *, turn: float, branch: str) -> None:
+        self.arm, self.pair, self.direction, self.turn = arm, pair, direction, turn
+        self.branch, self.choice = branch, BranchChoice.parsed(branch)
+        self.axes = arm.chain.driven_axes
+        self.names = [axis.name for axis in self.axes]
+        self._rest = np.array([axis.rest for axis in self.axes])
+        self._known: dict[tuple[int, ...], list[ArmBranch]] = {}
+
+    def branches(self, place: FloatArray, fourth: float = 0.0) -> list[ArmBranch]:
+        """Return all branches at a place, within limits or not; fourth : angle of joint 4 where a straight wrist leaves it."""
+        key = tuple(np.rint(place / _SAME_PLACE).astype(int).tolist())
+        if key not in self._known:
+            target = tool_target(self.pair, place, self.direction, self.turn)
+            branches = self.arm.inverse(target, turn_at_singular=fourth)
+            if any(each.note for each in branches):
+                return branches
+            self._known[key] = branches
+        return self._known[key]
+
+    def __call__(self, place: FloatArray, start: Pose) -> tuple[Pose | None, str, str]:
+        """Return the pose of a place nearest to a start, its branch, and why there is none."""
+        first = np.array([start.get(name, 0.0) for name in self.names])
+        branches = self.branches(place, float(self.arm.joint_angles(first)[3]))
+        if not branches:
+            return None, "", "out of reach"
+        asked = [each for each in branches if self.choice.allows(each.name)]
+        if not asked:
+            names = ", ".join(each.name for each in branches)
+            return None, "", f"not on branch {self.branch!r}; reached on {names}"
+        inside = [each for each in asked if each.within_limits]
+        if not inside:
+            return None, "", "beyond the limits of " + self._beyond(asked[0])
+        if self.choice.is_least:
+            best = min((self.wrist_turn(self.nearest(each, self._rest)), each.name, each) for each in inside)[2]
+            return dict(zip(self.names, self.nearest(best, first).tolist(), strict=True)), best.name, ""
+        _, name, values = min((float(np.linalg.norm(values - first)), each.name, values.tolist())
+                                     for each in inside for values in (self.nearest(each, first),))
+        return dict(zip(self.names, values, strict=True)), name, ""
+
+    def nearest(self, branch: ArmBranch, first: FloatArray) -> FloatArray:
+        """Return the positions of a branch, each axis by whole turns to where it is nearest to a start, within its limits."""
+        values = []
+        for value, near, axis in zip(branch.positions, first, self.axes, strict=True):
+            turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)] if axis.is_rotary else [value]
+            inside = [v for v in turns if axis.lower - 1e-9 <= v <= axis.upper + 1e-9] or [value]
+            values.append(min(inside, key=lambda v: abs(v - near)))
+        return np.array(values)
+
+    def wrist_turn(self, positions: FloatArray) -> float:
+        """Return how far the three axes of the wrist are turned from rest, rad."""
+        return float(np.linalg.norm((positions - self._rest)[3:]))
+
+    def _beyond(self, branch: ArmBranch) -> str:
+        return ", ".join(f"{axis.name} ({axis.words(value)}, {axis.span})"
+                         for axis, value in zip(self.axes, branch.positions, strict=True)
+                         if not axis.lower - 1e-9 <= value <= axis.upper + 1e-9)
