@@ -56,13 +56,13 @@ def driving_points(frf: Frf) -> list[DrivingPointCheck]:
     for dof in frf.outputs:
         if dof in frf.inputs:
             direct = frf.selected([dof], [dof])
-            lines = believed_lines(direct)
+            lines = select_lines(direct)
             share = float("nan") if lines is None else 1 - active_share(lines)
             checks.append(DrivingPointCheck(dof, share, tuple(question_driving_point(direct))))
     return checks
 
 
-def believed_lines(frf: Frf) -> BandLines | None:
+def select_lines(frf: Frf) -> BandLines | None:
     """Return the lines of a single response in the band that can be believed, None where they are too few."""
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
     return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))

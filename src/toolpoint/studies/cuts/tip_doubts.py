@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt
-from toolpoint.signals.driving_doubts import believed_lines, question_driving_point
+from toolpoint.signals.driving_doubts import select_lines, question_driving_point
 from toolpoint.signals.passivity import BandLines, active_matrix_share, find_peaks, look_outside
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
@@ -51,7 +51,7 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
             name = called.get(dof, str(dof))
             direct = frf.selected([dof], [dof])
             said = question_driving_point(direct, name)
-            lines = believed_lines(direct)
+            lines = select_lines(direct)
             # What is no driving point has no stiffness and no band to be asked for.
             doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, first)])
             if sensor_mass and lines is not None and not said:
