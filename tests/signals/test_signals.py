@@ -15,11 +15,12 @@ from toolpoint.signals import (
     by_reciprocity,
     calibrate,
     coherences,
+    driving_points,
     hammer_test,
     join_setups,
     shaker_test,
 )
-from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, without_mass
+from toolpoint.signals.checks import mass_loading, reciprocity, without_mass
 from toolpoint.signals.estimators import average, responses
 from toolpoint.signals.windows import independent_blocks
 from toolpoint.vibration.frequency_response import modal
@@ -280,13 +281,13 @@ def test_roving_set_ups_are_assembled():
 def test_reciprocity_and_driving_points():
     frf = exact_frf(None, None)
     assert all(pair.holds for pair in reciprocity(frf)) and len(reciprocity(frf)) == 3
-    assert all(not point.remark for point in driving_points(frf))
+    assert all(not point.doubts for point in driving_points(frf))
     values = frf.values.copy()
     values[:, 1, :] *= -1
     wrong = Frf(frf.frequency, values, frf.outputs, frf.inputs, "accelerance")
     assert not all(pair.holds for pair in reciprocity(wrong))
-    remarks = [point.remark for point in driving_points(wrong)]
-    assert "sign" in remarks[1] and not remarks[0]
+    doubts = [point.doubts for point in driving_points(wrong)]
+    assert "sign" in doubts[1][0] and not doubts[0]
 
 
 def test_the_mass_of_the_sensor_is_taken_out():

@@ -18,7 +18,8 @@ from toolpoint.joint_identification.joints.chain import better_order, pair, pare
 from toolpoint.joint_identification.joints.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
-from toolpoint.joint_identification.machine.refined import fit_doubts, refine_joint
+from toolpoint.joint_identification.machine.bending_share import bending_share
+from toolpoint.joint_identification.machine.refined import fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
@@ -188,8 +189,8 @@ def identify_joints(
             fitted = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
                                    scale=scale_deviations(modes), calibration=calibration_deviation,
                                    mixing=_turned_mixing(modes))
-            bent = {name: _softness(motions[name], fitted.modes, modes.count, criterion) for name in flexible}
-            whole = widen_softness(fitted, bent)
+            whole = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
+                                                         kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
                                 "doubts"))
@@ -200,7 +201,9 @@ def _judged(result: JointIdentification, modes: Modes) -> JointIdentification:
     """Return the result with joints refined by the whole machine and the doubts of that fit; it warns where any is left."""
     whole = result.machine
     if whole is not None:
-        result = replace(result, joints=tuple(refine_joint(joint, whole) for joint in result.joints),
+        unfit = [doubt for doubt in (question_fit(whole, modes.frequency),) if doubt is not None]
+        refined = [refine_joint(joint, whole) for joint in result.joints]
+        result = replace(result, joints=tuple(replace(joint, doubts=(*unfit, *joint.doubts)) for joint in refined),
                          doubts=(*result.doubts, *fit_doubts(whole.fit, whole, modes.frequency)))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
@@ -362,13 +365,6 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
             result[name] = Doubt(name, "has too few points to tell whether it bends", "add points, or give the shapes' "
                                  "variance")
     return result
-
-
-def _softness(motion: RigidMotion, kept: Sequence[int], count: int, criterion: Criterion) -> FloatArray:
-    """Return the share of its motion that a component bends in the kept modes, beyond chance; 0 where it cannot be told."""
-    bends = motion.bends(criterion.significance / max(count, 1), max(criterion.floor, 1e-3))
-    share = np.where(bends, motion.bending, 0.0).reshape(-1, count).max(axis=0)
-    return np.asarray(share[list(kept)])
 
 
 def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:

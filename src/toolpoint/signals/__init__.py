@@ -1,7 +1,8 @@
 """Signals: hammer and shaker records in, frequency responses with coherence and variance out."""
 
 from toolpoint.signals.calibration import calibrate
-from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, without_mass
+from toolpoint.signals.checks import mass_loading, reciprocity, without_mass
+from toolpoint.signals.driving_doubts import driving_points
 from toolpoint.signals.hammer import HammerTest, hammer_test
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.setups import by_reciprocity, join_bands, join_setups

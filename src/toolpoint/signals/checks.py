@@ -1,4 +1,4 @@
-"""Checks of measured responses: reciprocity, driving points, the mass of the sensor."""
+"""Checks of measured responses: reciprocity, the mass of the sensor."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, floats, nonnegative
-from toolpoint._doubt import Doubt
 from toolpoint.vibration.dof import Dof, positions
 from toolpoint.vibration.frf import Frf
 
@@ -39,37 +38,6 @@ def reciprocity(frf: Frf) -> list[Reciprocity]:
             scale = np.sqrt(float(np.vdot(b, b).real) / max(float(np.vdot(a, a).real), 1e-300))
             result.append(Reciprocity(first, second, abs(cross) ** 2 / max(power, 1e-300),
                                       float(np.copysign(scale, cross.real))))
-    return result
-
-
-@dataclass(frozen=True)
-class DrivingPointCheck:
-    """Share (by size) of the lines on which a driving point takes in power: about 1, or 0 for a wrong sign."""
-
-    dof: Dof
-    share: float
-
-    @property
-    def remark(self) -> Doubt | None:
-        """What to doubt, None where all is well."""
-        if self.share > 0.9:
-            return None
-        if self.share < 0.1:
-            return Doubt(str(self.dof), "the sign of one channel is wrong (force and response point against each other)")
-        return Doubt(str(self.dof), "not a driving point (response and force are not at one point and direction) or very noisy",
-                     figure=1 - self.share)
-
-
-def driving_points(frf: Frf) -> list[DrivingPointCheck]:
-    """Return the check of every Dof that is output and input: the real part of its mobility must not be negative."""
-    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
-    order = {"receptance": 1, "mobility": 0, "accelerance": -1}[frf.quantity]
-    result = []
-    for dof in frf.outputs:
-        if dof in frf.inputs:
-            value = inside.values[..., inside.outputs.index(dof), inside.inputs.index(dof)]
-            power = (value * (1j * inside.omega) ** order).real
-            result.append(DrivingPointCheck(dof, float(power[power > 0].sum() / max(np.abs(power).sum(), 1e-300))))
     return result
 
 

@@ -12,9 +12,8 @@ from toolpoint._doubt import Doubt
 from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.signals.driving_doubts import question_driving_point
 from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.unit_factor import scale_words
 
-SCALES = {9.80665: "g instead of m/s2", 1e3: "mm instead of m", 25.4e-3: "inches instead of m", 4.448: "lbf instead of N"}
-NEAR = 0.03
 RECIPROCAL = 0.7  # agreement below which two points are not the same pair
 UNLIKE = 2.0
 ALIKE = 0.9  # agreement above which two responses are one but for sign and scale
@@ -26,16 +25,6 @@ def question(frf: Frf) -> tuple[Doubt, ...]:
     if inside.frequency.size < 3:
         return ()
     return (*_driving_doubts(inside), *_reciprocity_doubts(reciprocity(inside)))
-
-
-def scale_words(factor: float) -> str:
-    """Return the unit that a factor of measured over true hints at, in words; empty where none is near."""
-    size = max(abs(factor), 1 / abs(factor))
-    for scale, words in SCALES.items():
-        if abs(size / max(scale, 1 / scale) - 1) < NEAR:
-            is_large = (abs(factor) > 1) == (scale > 1)
-            return f", as {words if is_large else ' for '.join(reversed(words.split(' instead of ')))} makes it"
-    return ""
 
 
 def _driving_doubts(frf: Frf) -> list[Doubt]:

@@ -6,6 +6,8 @@ Every explanation is tried on the lines that can be believed: the one that leave
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray
@@ -36,6 +38,34 @@ EXPLAINED = 0.5  # share of the peaks' turn that a delay may leave
 REVERSED = np.radians(100)  # turn of a peak beyond which response and force are of different points
 _NOT_ONE_POINT = "not a driving point (response and force are not at one point and direction) or very noisy"
 _ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
+
+
+@dataclass(frozen=True)
+class DrivingPointCheck:
+    """Share of the believed lines on which a driving point takes in power, and the doubts about it."""
+
+    dof: Dof
+    share: float
+    doubts: tuple[Doubt, ...]
+
+
+def driving_points(frf: Frf) -> list[DrivingPointCheck]:
+    """Return the check of every Dof that is output and input, by the rule of `question_driving_point`; the share is not a
+    number where too few lines can be believed."""
+    checks = []
+    for dof in frf.outputs:
+        if dof in frf.inputs:
+            direct = frf.selected([dof], [dof])
+            lines = select_lines(direct)
+            share = float("nan") if lines is None else 1 - active_share(lines)
+            checks.append(DrivingPointCheck(dof, share, tuple(question_driving_point(direct))))
+    return checks
+
+
+def select_lines(frf: Frf) -> BandLines | None:
+    """Return the lines of a single response in the band that can be believed, None where they are too few."""
+    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))
 
 
 def question_driving_point(frf: Frf, dof: Dof | str | None = None) -> list[Doubt]:

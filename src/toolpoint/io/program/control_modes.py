@@ -41,6 +41,8 @@ class ControlModes:
     system: float = 54
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     frame: ProgramFrame = field(default_factory=ProgramFrame)
+    programmed_axes: set[int] = field(default_factory=set)
+    _unprogrammed: str = ""
 
     @property
     def origin(self) -> list[float]:
@@ -59,6 +61,8 @@ class ControlModes:
 
     def target(self, places: Places, *, machine: bool = False) -> list[float]:
         """Return the position after a block, m."""
+        self._unprogrammed = "".join(letter for letter, i in AXES.items() if i not in self.programmed_axes)
+        self.programmed_axes |= {i for letter, i in AXES.items() if letter in places}
         if not self.frame.plain and not machine:
             return self._target_in_frame(places)
         end, origin = list(self.position), [0.0, 0.0, 0.0] if machine else self.origin
@@ -144,6 +148,8 @@ class ControlModes:
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
             center, sweep = geometry
+            if missing := self._missing_start():
+                self.remarks.note(number, missing)
             a, b = PLANES[self.plane]
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
@@ -168,7 +174,7 @@ class ControlModes:
         # What rounding to the digits of the program makes: some units of its last digit, more where it is in inches.
         if r0 == 0 or abs(r0 - r1) > max(self.tolerance * self.scale / 1e-3, 1e-4 * r0):
             self.remarks.fault(number, 1, f"arc with radius {1e3 * r0:.6g} mm at its start and {1e3 * r1:.6g} mm at its end; "
-                               "correct I, J, K or the end point")
+                               + (self._missing_start() or "correct I, J, K or the end point"))
             return None
         first = math.atan2(start[b] - center[b], start[a] - center[a])
         last = math.atan2(end[b] - center[b], end[a] - center[a])
@@ -176,6 +182,15 @@ class ControlModes:
         if sweep < 1e-9 or 2 * math.pi - sweep < 1e-9:
             sweep = 2 * math.pi
         return center, turn * sweep
+
+    def _missing_start(self) -> str:
+        """Return the axes of an arc's start that no block before it has programmed, in words; empty where all were."""
+        missing = [letter for letter, i in AXES.items() if letter in self._unprogrammed and i in PLANES[self.plane]]
+        if not missing or self.incremental:
+            return ""
+        place = ", ".join(f"{1e3 * self.position[AXES[letter]]:g} mm" for letter in missing)
+        return (f"no block before this arc programs {' and '.join(missing)}, so that its start is taken at {place}; position "
+                f"{' and '.join(missing)} before it")
 
     def _center(self, number: int, places: Places, start: list[float], end: list[float], *, turn: float) -> list[float] | None:
         if "CR" in places:
@@ -208,7 +223,9 @@ class ControlModes:
             return None
         rest = radius * radius - chord * chord / 4
         if rest < -2 * self.tolerance * abs(radius):
-            self.remarks.fault(number, 1, f"radius {1e3 * abs(radius):.6g} mm is below half the chord, {500 * chord:.6g} mm")
+            missing = self._missing_start()
+            self.remarks.fault(number, 1, f"radius {1e3 * abs(radius):.6g} mm is below half the chord, {500 * chord:.6g} mm"
+                               + (f"; {missing}" if missing else ""))
             return None
         offset = turn * math.copysign(math.sqrt(max(rest, 0.0)), radius) / chord
         center = list(start)

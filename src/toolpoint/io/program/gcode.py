@@ -15,6 +15,7 @@ from pathlib import Path
 from toolpoint._check import ToolpointError
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.door import door
+from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.program.block import BlockReader
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.interpreter import Run
@@ -24,6 +25,7 @@ from toolpoint.io.program.statements import list_statements
 __all__ = ["Program", "parse", "read", "read_path"]
 
 _LARGEST = 200_000_000
+MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
 Point = tuple[float, float, float]
 
 
@@ -83,11 +85,23 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     unset: set[str] = set()
     reader = BlockReader(state, variables, unset)
     Run(list_statements(text), remarks, reader.take, variables, unset).execute()
+    _check_kind(name, text, state, remarks)
     if re.search(r"#5[04]\d\d", plain):
         remarks.note(1, "the program reads where the machine stands (#5021 and the like): it is where this program brought it, "
                      "an operator moves nothing")
     _tell(reader, remarks)
     return state.segments.program(name, text, words=reader.words, remarks=remarks)
+
+
+def _check_kind(name: str, text: str, state: ControlModes, remarks: Remarks) -> None:
+    """Refuse a text that is no program, in one fault: most of its lines are no blocks."""
+    lines = [number for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    faulty = {number for places in remarks.faults.values() for number, _ in places}
+    if len(faulty) <= MAX_FAULTY * max(len(lines), 1) or len(faulty) < FEWEST_FAULTY or len(state.segments.rows) > len(faulty):
+        return
+    raise FileFaults(name, text, [Fault(
+        min(faulty), 1, "", f"no NC program: {len(faulty)} of {len(lines)} lines are no blocks of G-code (ISO, Fanuc, "
+        "Siemens), and it does not begin with BEGIN PGM as Klartext does; give the program that the control runs")])
 
 
 def _tell(reader: BlockReader, remarks: Remarks) -> None:

@@ -64,7 +64,8 @@ class _Labels:
 
 def run(text: str, state: ControlModes, name: str) -> Program:
     """Return the segments of a Klartext program."""
-    lines = [(number, re.sub(r"^\s*\d+\s+(?=\D)", "", line.split(";", 1)[0]).strip().upper())
+    # Blocks are numbered, also those that hold a comment alone.
+    lines = [(number, re.sub(r"^\s*\d+(?:\s+(?=\D)|\s*$)", "", line.split(";", 1)[0]).strip().upper())
              for number, line in enumerate(text.splitlines(), 1)]
     lines = [(number, line) for number, line in lines if line]
     labels: dict[str, int] = {}
@@ -215,6 +216,7 @@ def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
         return
     end = [ends.get(i, state.position[i]) for i in range(3)]
     if kind in ("L", "LN"):
+        state.programmed_axes |= ends.keys()
         (state.rapid if rapid else state.cut)(number, end)
         return
     state.motion = 2 if re.search(r"\bDR\s*-", rest) else 3

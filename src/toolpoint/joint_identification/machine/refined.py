@@ -16,6 +16,7 @@ from toolpoint.joint_identification.machine.rigid_machine import MEASURED
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
 _WIDE = 0.2
+_FAR = 0.02  # of a measured frequency, by which the machine of a fit that explains the test never misses it
 _MOVED = 0.01  # share of a stiffness that bending components leave open, from which it is doubted
 
 
@@ -39,6 +40,18 @@ def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
             "stiffness", f"what components bend by may move it by {100 * moved:.2g} % (one standard deviation), which its "
             "interval covers", "describe them as elastic in the machine file", figure=moved)))
     return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
+
+
+def question_fit(whole: WholeMachine, frequency: FloatArray) -> Doubt | None:
+    """Return the doubt of all stiffnesses of a fit whose modes are not those measured; frequency : (n_modes,), Hz, measured."""
+    measured = frequency[list(whole.modes)]
+    away = np.abs(whole.fit.frequency / measured - 1)
+    worst = int(away.argmax())
+    if away[worst] < _FAR:
+        return None
+    return Doubt("stiffness", f"the machine of the fit misses the measured mode at {measured[worst]:.4g} Hz by "
+                 f"{100 * away[worst]:.2g} %: no stiffness is established, whatever its interval", "check masses, chain, "
+                 "components, and whether one bends", figure=float(away[worst]))
 
 
 def _placed(joint: JointEstimate, form: JointForm, spread: FloatArray) -> JointEstimate:

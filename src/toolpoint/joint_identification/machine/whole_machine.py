@@ -11,6 +11,7 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.joint_identification.joints.estimate import JointEstimate
 from toolpoint.joint_identification.joints.kinds import inner_moves
 from toolpoint.joint_identification.joints.stiffness import ComponentMass, first_stiffness
+from toolpoint.joint_identification.machine.bending_share import BendingShare
 from toolpoint.joint_identification.machine.joint_forms import JointForm, diagonal_form
 from toolpoint.joint_identification.machine.law_choice import LawChoice, choose_law
 from toolpoint.joint_identification.machine.machine_fit import MachineFit, MachineNumbers, fit_machine
@@ -225,31 +226,22 @@ def _with_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
     return replace(model, forms=tuple(forms))
 
 
-def widen_softness(whole: WholeMachine, softness: Mapping[str, FloatArray]) -> WholeMachine:
+def widen_softness(whole: WholeMachine, bending: BendingShare | None) -> WholeMachine:
     """Return the machine with the numbers of its joints known no better than bending components leave them.
 
-    A component that bends by a share b of its motion is a spring in line with its joints: it takes about that share of the
-    deflection that is counted as theirs. It also lowers the frequency of the mode by about b/2, and the fit of the frequencies
-    passes that on to every joint that takes part in the mode.
-
-    Parameters
-    ----------
-    whole : WholeMachine
-    softness : (k,) of every component that bends, the share in every mode of the fit
+    The stiffnesses of a joint may be off by the share of its deflection that is bending. Bending also lowers the frequencies,
+    and the fit of the frequencies passes that on to every joint that takes part in the mode.
     """
-    if not softness:
+    if bending is None:
         return whole
     fit = whole.fit
     covariance, slices = fit.covariance.copy(), fit.model.slices
-    lowered = fit.pole_gain * (np.max(list(softness.values()), axis=0) / 2)
+    lowered = fit.pole_gain * (bending.lowered / 2)
     covariance += lowered @ lowered.T
-    largest = {name: float(share.max(initial=0.0)) for name, share in softness.items()}
     moved = {}
     for i, (form, name) in enumerate(zip(fit.model.forms, whole.names, strict=True)):
-        parent = fit.model.parents[i]
-        share = max(largest.get(name, 0.0), largest.get(whole.names[parent], 0.0) if parent >= 0 else 0.0)
         place, stiff, _ = form.sizes
         at = np.arange(slices[i].start + place, slices[i].start + place + stiff)
-        covariance[at, at] += share**2
+        covariance[at, at] += bending.joints.get(name, 0.0) ** 2
         moved[name] = float(np.sqrt((covariance[at, at] - fit.covariance[at, at]).max(initial=0.0)))
     return replace(whole, fit=replace(fit, covariance=covariance), moved=moved)

@@ -22,6 +22,7 @@ from toolpoint._doubt import Doubt
 from toolpoint._rounding import with_uncertainty
 from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
+from toolpoint.vibration.unit_factor import scale_words
 
 # Neighbours that a test did not reach share in every residue: no scale is better than this.
 _FLOOR = 3e-3
@@ -71,8 +72,9 @@ class MassScale:
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
         return Doubt("masses", f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the "
                      "masses as stated let them, so that masses are "
-                     f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those, beyond the "
-                     f"calibration of force and response{assumed}: stiffnesses go with the masses",
+                     f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those"
+                     f"{scale_words(self.factor)}, beyond the calibration of force and response{assumed}: stiffnesses go with "
+                     "the masses",
                      "check masses, units, sensitivities", figure=float(off))
 
     @property

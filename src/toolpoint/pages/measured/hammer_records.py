@@ -79,9 +79,9 @@ def _with_checks(report: Report, result: HammerStudy) -> Report:
     parts = []
     if result.driving:
         parts.append(Table(["driving point", "power taken in, %", ""],
-                           [[str(check.dof), round(100 * check.share, 1), check.remark or "as it must be"]
+                           [[str(check.dof), round(100 * check.share, 1), check.doubts[0] if check.doubts else "as it must be"]
                             for check in result.driving],
-                           "Of a passive structure all lines take in power: 100 %."))
+                           "Of a passive structure all lines take in power: 100 %. Only lines that can be believed are asked."))
     if result.pairs:
         parts.append(Table(["pair", "agreement", "ratio", ""],
                            [[f"{pair.first} / {pair.second}", round(pair.agreement, 4), round(pair.ratio, 4),

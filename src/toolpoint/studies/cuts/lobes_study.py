@@ -33,6 +33,7 @@ RUN_KEPT = 20_000  # steps of each such cut that are kept for its chart
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
 NamedProgress = Callable[[str, int, int], None]
+END_OF_SEARCH = "no limit was found at"  # how the words begin that a chart ends below its limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,7 @@ def end_words(chart: StabilityChart, end: float, why: str) -> list[str]:
     if not unlimited:
         return []
     reason = why if chart.depth_max >= end * (1 - 1e-9) else "limits at most other speeds lie above it; `deepest` takes another"
-    return [f"no limit was found at {unlimited} of {chart.speeds.size} speeds down to {1e3 * chart.depth_max:.4g} mm, the end "
+    return [f"{END_OF_SEARCH} {unlimited} of {chart.speeds.size} speeds down to {1e3 * chart.depth_max:.4g} mm, the end "
             f"of the searched depths ({reason})"]
 
 

@@ -13,6 +13,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.cuts.example_cut import EXAMPLE_CUT
+from toolpoint.studies.cuts.lobes_study import end_words
 from toolpoint.studies.cuts.tip_doubts import question_tip, withheld_words
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import take_band
@@ -49,8 +50,9 @@ class MeasuredResponse(NotebookText):
         if self.withheld:
             lines.append(f"Lobes from the measured FRF: {withheld_words(self.withheld)}")
         elif self.chart is not None:
-            limit = float(np.min(self.chart.limit))
-            lines.append(f"Lobes from the measured FRF: stable at every charted speed below {1e3 * limit:.3f} mm")
+            limit, end = float(np.min(self.chart.limit)), f"{1e3 * self.chart.depth_max:.4g} mm, the end of the searched depths"
+            lines.append("Lobes from the measured FRF: stable at every charted speed "
+                         + (f"below {1e3 * limit:.3f} mm" if np.isfinite(limit) else f"to {end}"))
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -59,6 +61,8 @@ class MeasuredResponse(NotebookText):
         return {"frequency_hz": [] if self.modes is None else self.modes.frequency.tolist(),
                 "damping_ratio": [] if self.modes is None else self.modes.damping_ratio.tolist(),
                 "stable_at_every_speed_m": limit if limit is not None and np.isfinite(limit) else None,
+                "depth_max_m": None if self.chart is None else self.chart.depth_max,
+                "is_end_of_search": None if self.chart is None else (~np.isfinite(self.chart.limit)).tolist(),
                 "withheld": list(self.withheld), "notes": list(self.notes)}
 
 
@@ -84,7 +88,7 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
     chart: StabilityChart | None = None
     try:
         chart = _chart(frf, used, notes)
-        notes += chart.notes
+        notes += [*end_words(chart, *used.depth_end), *chart.notes]
     except ToolpointError as error:  # unequal pitch, process damping and the like need modes
         notes.append(f"No stability chart from the measured lines: {error}")
     return MeasuredResponse(frf, modes, chart, used, tuple(dict.fromkeys(notes)))
@@ -98,4 +102,4 @@ def _chart(frf: Frf, cut: CuttingDescription, notes: list[str]) -> StabilityChar
     tip = frf.selected(labels, labels)
     notes[:] = [*question_tip(tip), *notes]
     problem = milling_problem(cut, tip, ways.x, y=ways.y)
-    return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=depth_limit(problem))
+    return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=min(depth_limit(problem), cut.depth_end[0]))

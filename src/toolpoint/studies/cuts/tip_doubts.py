@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt
-from toolpoint.signals.driving_doubts import question_driving_point
-from toolpoint.signals.passivity import BandLines, active_matrix_share, band_lines, find_peaks, look_outside
-from toolpoint.signals.usable_band import find_compliant_band, usable_band
+from toolpoint.signals.driving_doubts import select_lines, question_driving_point
+from toolpoint.signals.passivity import BandLines, active_matrix_share, find_peaks, look_outside
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
 
@@ -81,12 +80,6 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
                       f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
                       grave=True)]
     return []  # a file without labels counts as measured along x: one label alone tells nothing
-
-
-def select_lines(frf: Frf) -> BandLines | None:
-    """Return the lines of a single response in the band that can be believed, None where they are too few."""
-    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
-    return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))
 
 
 def _first(frf: Frf) -> float:

@@ -17,7 +17,7 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.studies.cuts.coupling.gauge_doubts import question_gauge, with_noise
 from toolpoint.studies.cuts.coupling.line_smoothing import smooth_tip
 from toolpoint.studies.cuts.coupling.peaks import TipPeak, peaks_of, question_peaks
-from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
+from toolpoint.studies.cuts.lobes_study import END_OF_SEARCH, LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 from toolpoint.studies.text_table import text_table
 from toolpoint.substructuring.gauge import identify_base
@@ -39,6 +39,7 @@ class StickOut:
     length: float
     tips: tuple[PlaneReceptance, ...]
     chart: StabilityChart | None = None
+    end_words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,9 @@ class ToolCoupling(NotebookText):
         peaks = [{"plane": tip.plane, "frequency_hz": peak.frequency, "receptance_m_n": peak.height,
                   "intervals_hz_m_n": peak.intervals} for tip in self.tips for peak in peaks_of(tip)]
         lengths = [{"length_m": s.length, "frequency_hz": peaks_of(s.tips[0])[0].frequency,
-                    "stable_at_every_charted_speed_m": None if s.chart is None or self.withheld else _least(s.chart)}
+                    "stable_at_every_charted_speed_m": None if s.chart is None or self.withheld else _least(s.chart),
+                    "depth_max_m": None if s.chart is None else s.chart.depth_max,
+                    "is_end_of_search": None if s.chart is None else (~np.isfinite(s.chart.limit)).tolist()}
                    for s in self.stick_outs]
         return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
                 "doubts": doubts_among(self.notes), "withheld": self.withheld, "notes": list(self.notes)}
@@ -177,9 +180,19 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
         held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
-        parts.append(StickOut(length, held, None if cut is None else _lobes(held, cut, speeds).chart))
+        parts.append(_stick_out(length, held, cut, speeds))
         progress("stick-outs", k + 1, len(lengths))
-    return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *notes))
+    ended = [words for part in parts for words in part.end_words]
+    return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *ended, *notes))
+
+
+def _stick_out(length: float, tips: tuple[PlaneReceptance, ...], cut: Mapping[str, Any] | None, speeds: FloatArray | None
+               ) -> StickOut:
+    if cut is None:
+        return StickOut(length, tips)
+    chart = _lobes(tips, cut, speeds).chart
+    return StickOut(length, tips, chart, tuple(f"stick-out {1e3 * length:.4g} mm: {line}" for line in chart.notes
+                                               if line.startswith(END_OF_SEARCH)))
 
 
 def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[Doubt, ...]:
@@ -231,8 +244,9 @@ def _chart_words(chart: StabilityChart) -> list[str]:
     limit = np.where(np.isfinite(chart.limit), chart.limit, chart.depth_max)
     best = int(np.argmax(limit))
     least = _least(chart)
-    return [f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}", f"{chart.speeds[best]:.0f}",
-            f"{1e3 * limit[best]:.4f}"]
+    is_end = not np.isfinite(chart.limit[best])
+    deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else f"{1e3 * limit[best]:.4f}"
+    return [f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}", f"{chart.speeds[best]:.0f}", deepest]
 
 
 def _doubts(tips: Sequence[PlaneReceptance]) -> list[Doubt]:

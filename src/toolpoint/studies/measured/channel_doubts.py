@@ -8,9 +8,9 @@ import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint._doubt import Doubt
-from toolpoint.signals.doubts import scale_words
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.unit_factor import scale_words
 
 ALIKE = 0.8  # correlation of a channel with the model below which nothing is said of its sign and scale
 UNLIKE = 3.0  # factor from the scale of the other channels

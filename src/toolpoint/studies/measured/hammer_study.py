@@ -12,8 +12,9 @@ import numpy as np
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
-from toolpoint.signals.checks import DrivingPointCheck, Reciprocity, driving_points, reciprocity
+from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.signals.doubts import question
+from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
 from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.record_set import RecordSet
@@ -100,7 +101,8 @@ class HammerStudy(NotebookText):
                 "band_hz": [self.band.low, self.band.high], "line_spacing_hz": 1 / self.tests[0].duration,
                 "window_decay_1_s": self.frf.decay, "outputs": [str(dof) for dof in self.frf.outputs],
                 "inputs": [str(dof) for dof in self.frf.inputs],
-                "driving_points": [{"dof": str(check.dof), "passive_share": check.share} for check in self.driving],
+                "driving_points": [{"dof": str(check.dof), "passive_share": None if np.isnan(check.share) else check.share,
+                                    "doubts": list(check.doubts)} for check in self.driving],
                 "reciprocity": [{"first": str(pair.first), "second": str(pair.second), "agreement": pair.agreement,
                                  "ratio": pair.ratio} for pair in self.pairs]}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ PLACES = ("scale", "table", "tool")
 # Moving mean of the set points, and what is simulated after the last of them, s.
 _SMOOTHED, _AFTER = 0.01, 0.3
 _LONGEST, _FEWEST, _SLOWER = 1800.0, 40, 0.98
+LONG_MOTION, PIECE = 60.0, 1.0  # s of motion from which the time of its simulation is told; of the piece that is timed
+CONTOUR_SHARE = 2.0  # of the time of the simulation that contour errors take after it
 # Share of a circle's radius beside which the axes run from which on the servo is doubted.
 _FAR = 0.02
 
@@ -171,10 +174,11 @@ def run_drives(
     driven = match_axes(route, tuple(drives.axes), ideal=ideal)
     say("set points")
     command, place = _command(route, drives, servo)
-    say("simulation")
     chosen = list(driven.columns)
-    result = _simulate(drives, servo, Command(command.position[:, chosen], command.sample_time, command.velocity[:, chosen],
-                                              command.acceleration[:, chosen]))
+    driven_command = Command(command.position[:, chosen], command.sample_time, command.velocity[:, chosen],
+                             command.acceleration[:, chosen])
+    say(_simulation_words(drives, servo, driven_command))
+    result = _simulate(drives, servo, driven_command)
     places = np.interp(result.time, command.time, place)
     origin = command.position[0, chosen]
     errors = {name: measure_contour(route, result.time, places, actual=result.output(name) + origin, columns=chosen)
@@ -199,6 +203,21 @@ def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Comman
     window = max(_SMOOTHED, step)
     smooth = smooth_command(command, window).extended(_AFTER)
     return smooth, smooth_command(place, window).extended(_AFTER).position[:, 0]
+
+
+def _simulation_words(drives: DriveDescription, servo: Servo, command: Command) -> str:
+    """Return the name of the step of simulation; of a long motion with the time that it will take, by a short piece of it."""
+    if command.time[-1] < LONG_MOTION:
+        return "simulation"
+    count = round(PIECE / command.sample_time) + 1
+    piece = Command(command.position[:count], command.sample_time, command.velocity[:count], command.acceleration[:count])
+    took = 0.0
+    for _ in range(2):  # the first run compiles
+        begin = time.perf_counter()
+        _simulate(drives, servo, piece)
+        took = time.perf_counter() - begin
+    total = (1 + CONTOUR_SHARE) * took * float(command.time[-1]) / PIECE
+    return f"simulation of {command.time[-1]:.0f} s of motion, about {total:.0f} s"
 
 
 def _simulate(drives: DriveDescription, servo: Servo, command: Command) -> ServoResult:

@@ -17,6 +17,7 @@ from toolpoint._check import FloatArray, ToolpointWarning
 from toolpoint.cutting import MillingProblem, PanelArnoldi, StabilityChart, stability
 from toolpoint.cutting.stability import method_named
 from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.lobes_study import end_words
 from toolpoint.studies.machines.tool_point import depth_limit
 from toolpoint.studies.testing.tap_dynamics import RATIO, SHIFT, SIZE, TappedTip
 
@@ -71,10 +72,12 @@ def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[flo
     ends = cut.speeds if speeds is None else speeds
     fine = np.linspace(*ends, FINE)
     progress("rough stability", 0, 1)
-    depth = DEEPER * depth_limit(problem)
+    end, why = cut.depth_end
+    depth = min(DEEPER * depth_limit(problem), end)
     rough = _rough(problem, fine, depth)
     progress(f"intervals of {DRAWS} draws", 0, 1)
     low, high = np.quantile(_ratios(tip, problem, rough, depth, rng), [0.025, 0.975], axis=0)
+    low = np.minimum(low, 1.0)  # where the search ended below the limit, draws look beyond it
     charted = np.unique(np.append(np.linspace(*ends, CHARTED), _lowest_places(rough)))
     progress(f"exact stability at {charted.size} speeds", 0, 1)
     chart = stability.chart(problem, charted, EXACT, depth_max=depth)
@@ -90,7 +93,7 @@ def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[flo
         notes.append(f"speeds to use: {left_out} looked promising on the rough chart and {'is' if left_out == 1 else 'are'} "
                      "left out: the exact limit there, less its stated error, is below what is stable at every speed")
     return TapLimits(chart, rough, np.interp(charted, fine, low), np.interp(charted, fine, high), picked,
-                     tuple(dict.fromkeys([*notes, *chart.notes])), problem)
+                     tuple(dict.fromkeys([*end_words(chart, end, why), *notes, *chart.notes])), problem)
 
 
 def _lowest_places(rough: StabilityChart) -> FloatArray:

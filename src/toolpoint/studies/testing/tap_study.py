@@ -96,8 +96,10 @@ class TapStudy(NotebookText):
         if self.colour == "red":
             return "Do not cut by this test: " + "; ".join(light.words for light in self.lights if light.colour == "red") + "."
         first = self.limits.speeds[0] if self.limits.speeds else None
-        words = (f"Stable at every speed up to {text_below(1e3 * low, 2)} mm, 95 % certain (least limit {1e3 * limit:.2g} mm, "
-                 f"{1e3 * low:.2g} .. {1e3 * high:.2g} mm, at {speed:.0f} rev/min)")
+        least = f"least limit {1e3 * limit:.2g} mm, {1e3 * low:.2g} .. {1e3 * high:.2g} mm, at {speed:.0f} rev/min"
+        if not np.isfinite(self.limits.chart.limit).any():
+            least = f"no limit to {1e3 * limit:.3g} mm, the end of the searched depths"
+        words = f"Stable at every speed up to {text_below(1e3 * low, 2)} mm, 95 % certain ({least})"
         use = "" if first is None else f"; best use: {first.speed:.0f} rev/min with {text_below(1e3 * first.depth, 2)} mm"
         return words + use + (", with doubts (amber)." if self.colour == "amber" else ".")
 
@@ -146,6 +148,7 @@ class TapStudy(NotebookText):
                            "band_hz": list(d.band.ends)} for d in self.directions],
                 "least_limit_m": {"depth": limit, "interval": [low, high], "speed_rpm": speed},
                 "speed_rpm": chart.speeds.tolist(), "limit_m": np.minimum(chart.limit, chart.depth_max).tolist(),
+                "depth_max_m": chart.depth_max, "is_end_of_search": (~np.isfinite(chart.limit)).tolist(),
                 "interval_over_limit": [self.limits.low.tolist(), self.limits.high.tolist()],
                 "speeds_to_use": [vars(use) for use in self.limits.speeds], "notes": list(self.limits.notes)}
 

@@ -117,9 +117,15 @@ class TurningStudy(NotebookText):
                 "depth_max_m": self.chart.depth_max, "is_end_of_search": (~np.isfinite(self.chart.limit)).tolist(),
                 "limit_error_m": [None if p < 0 else float(self.chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(self.chart.frequency[p]) for p in points],
-                "best_cut": None if self.withheld else {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
+                "best_cut": None if self.withheld else {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason,
+                                                    "limit_error_m": self._error_at(best.speed)},
                 "withheld": list(self.withheld),
                 "doubts": list(self.doubts), "notes": list(self.chart.notes)}
+
+    def _error_at(self, speed: float) -> float | None:
+        """Return the stated error (m) of the limit at a charted speed, None where the search ended below a limit."""
+        at = int(np.argmin(np.abs(self.chart.speeds - speed)))
+        return float(self.chart.limit_error[at]) if np.isfinite(self.chart.limit[at]) else None
 
     def _coupling(self) -> dict[str, float] | None:
         if self.coupling is None or not np.isfinite(self.coupling.depth):
