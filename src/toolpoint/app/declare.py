@@ -123,15 +123,26 @@ class Reading(_ParameterType):
 
 class _Number(click.FloatRange):
     scale = 1.0
+    help = ""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return a number within the limits, in SI; nan lies in none."""
         if self._describe_range() and str(value).strip().lower() == "nan":
             self.fail(f"{value} is not in the range {self._describe_range()}", param, ctx)
+        if isinstance(value, str) and not _is_float(value):
+            self.fail(f"{value!r} is not a number; write it with a point, without its unit: {self.help}", param, ctx)
         return self.scale * super().convert(value, param, ctx)
 
     def _describe_range(self) -> str:
         return "" if self.min is self.max is None else super()._describe_range()
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 class DeclaredCommand(click.Command):
@@ -281,7 +292,7 @@ class _Kind:
         if self.base is int:
             return click.IntRange(limits.least, limits.most)
         number = _Number(limits.least if limits.above is None else limits.above, limits.most, min_open=limits.above is not None)
-        number.scale = limits.scale
+        number.scale, number.help = limits.scale, limits.help
         return number
 
 

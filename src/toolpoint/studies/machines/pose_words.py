@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from toolpoint.kinematics import Axis
 from toolpoint.machine.parts.model import Machine
 
+LEAST_SHOWN = 1e-9  # mm and degrees: smaller numbers are rounding
+
 
 def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = "reference pose") -> str:
     """Return a pose in words, ``X 100 mm, B 30°``; without a machine the bare numbers."""
@@ -19,8 +21,9 @@ def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = 
 
 
 def position_words(value: float, is_angle: bool) -> str:
-    """Return an axis position (m or rad) as a person reads it: ``100 mm``, ``30°``."""
-    return f"{np.degrees(value):.6g}°" if is_angle else f"{1e3 * value:.6g} mm"
+    """Return an axis position (m or rad) as a person reads it: ``100 mm``, ``30°``; what rounding leaves of zero is zero."""
+    shown = np.degrees(value) if is_angle else 1e3 * value
+    return f"{0.0 if abs(shown) < LEAST_SHOWN else shown:.6g}{'°' if is_angle else ' mm'}"
 
 
 def direction_words(direction: ArrayLike) -> str:
