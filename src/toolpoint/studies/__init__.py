@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
-    from toolpoint.studies.robots.reach_study import study_reach
+    from toolpoint.studies.robots.reach_study import study_pose, study_reach
     from toolpoint.studies.robots.regions import plane_directions, search_regions, study_region
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
     from toolpoint.studies.robots.workspace import study_workspace
@@ -94,8 +94,8 @@ __all__ = [
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
     "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
-    "study_modes", "study_reach", "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity",
-    "study_tap", "study_tool",
+    "study_modes", "study_pose", "study_reach", "study_region", "study_responses", "study_responses_of_machine",
+    "study_sensitivity", "study_tap", "study_tool",
     "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
     "update_machine",
 ]
@@ -146,7 +146,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.datasheet_doubts": ("question_datasheet",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
-    "robots.reach_study": ("study_reach",),
+    "robots.reach_study": ("study_pose", "study_reach"),
     "robots.regions": ("plane_directions", "search_regions", "study_region"),
     "robots.turns": ("choose_turns", "compare_branches"),
     "robots.workspace": ("study_workspace",),

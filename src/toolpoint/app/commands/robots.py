@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from toolpoint import io, pages, studies
+from toolpoint._check import ToolpointError
 from toolpoint.app import console
 from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import ArmBranch, Count, Depth, Folder, MachineFile, Pose, Speed, ToolDirection, ToolTurn, Workers
-from toolpoint.app.values import Length, LengthRange, NewFile, Place, Plane, SourceFile
+from toolpoint.app.values import AxisPositions, Length, LengthRange, NewFile, Place, Plane, SourceFile
 from toolpoint.io.quantities.written import read_block
 
 if TYPE_CHECKING:
@@ -36,11 +37,19 @@ def robot(run: Frame, datasheet: Annotated[SourceFile, Argument()], *, pose: Pos
 
 
 @command(page=False)
-def reach(run: Frame, machine: MachineFile, *, tip: Annotated[Place, Help("Where the tip shall be, from the table point.",
-                                                                          metavar="600mm,0,300mm")],
+def reach(run: Frame, machine: MachineFile, *,
+          tip: Annotated[Place | None, Help("Where the tip shall be, from the table point.", metavar="600mm,0,300mm")] = None,
+          pose: Annotated[AxisPositions | None, Help("A pose instead, by axes or in the machine's own coordinates (`task`).",
+                                                     metavar="Z=-650mm,tilt=20deg", excludes="--tip")] = None,
           direction: ToolDirection = None, turn: ToolTurn, branch: ArmBranch = "", count: Count = 4) -> None:
-    """All poses that bring the tool to a place: axes, distance to singular poses, holding torque, natural frequencies."""
-    built = io.read_machine(machine)
+    """All poses that bring the tool to a place, or one pose: axes, own coordinates and parasitic shift of a head, distance to
+    singular poses, holding torque, natural frequencies."""
+    built = io.read_machine_at(machine, pose)
+    if pose is not None:
+        run.show(studies.study_pose(built, pose, modes=count))
+        return
+    if tip is None:
+        raise ToolpointError("reach: neither --tip nor --pose; needs the place of the tool, or a pose")
     run.show(studies.study_reach(built, tip, direction, turn=turn, modes=count, branch=branch))
 
 

@@ -22,6 +22,9 @@ from toolpoint.spatial.rotation import skew
 
 FURTHER_STARTS = 13  # tried where the given one leads nowhere
 CLOSE = 1e-9  # rad, or of the size of the machine
+# The same where more coordinates are asked for than there are axes: a place and a direction that were rounded to 0.01 mm never
+# fit each other better, and no machine of this size positions better.
+CLOSE_OVERDETERMINED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +93,8 @@ def solve_inverse(
     start : mapping of axis name to position, optional
         At rest where left out; of several solutions the near one is found. Where it leads nowhere, other starts are tried.
 
-    The status is ``reached``, or says what is left and what to try.
+    The status is ``reached``, or says what is left and what to try. Where more coordinates are asked for than there are axes (a
+    head of three freedoms, place and direction), the nearest pose is reached within 1e-5 of the machine's size and 1e-5 rad.
     """
     goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
     rest = np.array([dict(start or {}).get(axis.name, axis.rest) for axis in chain.driven_axes], float)
@@ -150,6 +154,11 @@ class _Goal:
         places = np.concatenate([chain.frames[:, :3, 3], pair.tip[None], pair.origin[None]])
         size = float(np.ptp(places, axis=0).max()) or 1.0
         return cls(chain, pair, floats("tip", tip, (3,)), axes, turn is not None, size)
+
+    @property
+    def equations(self) -> int:
+        """Number of coordinates that are asked for."""
+        return 3 + (0 if self.axes is None else 3 if self.with_turn else 2)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         axes = self.chain.driven_axes
@@ -223,14 +232,18 @@ def _solved(goal: _Goal, begin: FloatArray, low: FloatArray, high: FloatArray) -
     residual = goal.residual(positions)
     place, angle = float(np.linalg.norm(residual[:3])) * goal.size, float(np.linalg.norm(residual[3:]))
     pose = {axis.name: float(v) for axis, v in zip(goal.chain.driven_axes, positions, strict=True)}
-    if place < CLOSE * goal.size and angle < CLOSE:
+    close = CLOSE_OVERDETERMINED if goal.equations > len(positions) else CLOSE
+    if place < close * goal.size and angle < close:
         return InverseSolution(pose, place, angle, "reached")
     held = [axis.name for axis, v in zip(goal.chain.driven_axes, positions, strict=True)
             if min(v - axis.lower, axis.upper - v) < 1e-6]
     why = f"; {', '.join(held)} at the end of travel" if held else ""
     left = f"{1e3 * place:.3g} mm and {np.degrees(angle):.3g} deg are left{why}"
-    return InverseSolution(pose, place, angle, f"not reached: {left}; move the work, free the turn about the tool, or give a "
-                           "start on another branch")
+    remedy = "move the work, free the turn about the tool, or give a start on another branch"
+    if goal.equations > len(positions):
+        remedy = (f"{goal.equations} coordinates are asked of {len(positions)} axes: leave the direction out, or pose the "
+                  "machine in its own coordinates")
+    return InverseSolution(pose, place, angle, f"not reached: {left}; {remedy}")
 
 
 def _polished(goal: _Goal, positions: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

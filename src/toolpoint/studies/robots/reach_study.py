@@ -19,10 +19,13 @@ from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravit
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import pose_for, poses_for, tool_pair, tool_place
+from toolpoint.studies.machines.branch_words import name_branches
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places, refuse_branch
+from toolpoint.studies.robots.own_coordinates import OwnCoordinates, leg_pose, own_coordinates, tool_words
 from toolpoint.studies.text_table import text_table
 
+_SHOWN_MISS = 1e-9  # m: below, a miss is rounding
 GRAVITY = (0.0, 0.0, -9.80665)
 
 
@@ -30,7 +33,7 @@ GRAVITY = (0.0, 0.0, -9.80665)
 class ReachedPose:
     """A pose that reaches the place: its branch; `condition` of its Jacobian; `singular`: axis, m or rad along it to the
     nearest singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis;
-    Hz."""
+    Hz; `miss` : m from the place; `own` : its coordinates of the task."""
 
     pose: Mapping[str, float]
     branch: str
@@ -40,6 +43,7 @@ class ReachedPose:
     inertia: FloatArray
     frequency: FloatArray
     miss: float
+    own: OwnCoordinates | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +66,30 @@ class ReachStudy(NotebookText):
                  " ".join(f"{v:.1f}" for v in each.holding), " ".join(f"{v:.3g}" for v in each.inertia),
                  " ".join(f"{f:.2f}" for f in each.frequency)] for i, each in enumerate(self.poses)]
         header = ["branch", "axes", "condition", "nearest singular pose", "holds N, N m", "inertia kg, kg m^2", "Hz"]
-        extra = [] if self.rates is None else [f"largest axis speed per tool speed: {self.rates:.4g}"]
+        extra = [line for number, each in enumerate(self.poses, 1) for line in self._own_lines(number, each)]
+        extra += [] if self.rates is None else [f"largest axis speed per tool speed: {self.rates:.4g}"]
         if not self.poses[0].holding.size:
             extra.append("what axes hold and their inertia are not computed with bodies of finite elements: "
                          "take rigid members or beams")
         return "\n".join([text_table(title, header, rows), *extra])
 
+    def _own_lines(self, number: int, each: ReachedPose) -> list[str]:
+        """Return the machine's own coordinates, its parasitic shift, and a miss that is no rounding."""
+        name = each.branch or f"pose {number}"
+        lines = []
+        if each.own is not None:
+            lines = [f"{name}: {each.own.words}; {tool_words(self.machine, each.pose)}",
+                     f"{name}: parasitic shift of {each.own.point} from the reference pose: {each.own.shift_words}"]
+        if each.miss > _SHOWN_MISS:
+            lines.append(f"{name}: {1e6 * each.miss:.3g} um from the place: it has more coordinates than the machine has axes")
+        return lines
+
     def to_dict(self) -> dict[str, Any]:
         """Return the poses as plain data; m, rad, SI."""
         return {"tip": self.tip.tolist(), "reason": self.reason, "poses": [
-            {"pose": dict(each.pose), "branch": each.branch, "condition": each.condition,
+            {"coordinates": None if each.own is None else dict(each.own.values),
+             "parasitic_shift": None if each.own is None else dict(each.own.shift), "pose": dict(each.pose),
+             "branch": each.branch, "condition": each.condition,
              "singular": None if each.singular is None else list(each.singular), "holding": each.holding.tolist(),
              "inertia": each.inertia.tolist(), "frequency_hz": each.frequency.tolist(),
              "miss_m": each.miss} for each in self.poses]}
@@ -103,6 +121,17 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
                       _task_rates(machine, reached[0][0]) if reached else None)
 
 
+def study_pose(machine: Machine, pose: Mapping[str, float], *, modes: int = 4) -> ReachStudy:
+    """Return what a pose is like, given by the axes or in the machine's own coordinates (those of its task); see
+    `study_reach`."""
+    legs = leg_pose(machine, pose)
+    # The coordinates themselves say where the tool is; axes that lead to another assembly mode would show as a miss.
+    tip = tool_place(machine, {name: np.array([value]) for name, value in pose.items()})[0][0]
+    names = name_branches(machine, {name: np.array([value]) for name, value in legs.items()})
+    return ReachStudy(machine, tip, (_reached(machine, tip, legs, names[0] if names else "", modes),), "",
+                      _task_rates(machine, legs))
+
+
 def _chosen_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | None, *, turn: float, branch: str) -> list[str]:
     """Return the branches that a place is reached on and that were asked for; the one that turns the wrist least where it is
     that."""
@@ -125,7 +154,7 @@ def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: 
         pose, branch, condition, min(near, key=lambda hit: abs(hit[1])) if near else None,
         none if elastic else gravity_force(machine, batch, gravity)[0],
         none if elastic else np.diagonal(axis_mass_matrix(machine, batch)[0]), natural_frequencies(machine, batch, modes)[0],
-        float(np.linalg.norm(tool_place(machine, batch)[0][0] - tip)))
+        float(np.linalg.norm(tool_place(machine, batch)[0][0] - tip)), own_coordinates(machine, pose))
 
 
 def _singular_words(machine: Machine, each: ReachedPose) -> str:
