@@ -1,10 +1,15 @@
 """A command over two seconds says what it does also where stderr is no terminal; a short one and --json say nothing."""
 
+import contextlib
+import threading
 import time
+from types import SimpleNamespace
 
 import pytest
+from numba.core.compiler_lock import global_compiler_lock
 
 from toolpoint.app import console
+from toolpoint.app.terminal import _FirstUse
 
 
 @pytest.fixture
@@ -37,3 +42,32 @@ def test_no_line_from_short_work_and_none_beside_json(capsys):
     work(False, 0.0)
     work(True, 0.2)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("_quick")
+@pytest.mark.parametrize("is_locked", [True, False])
+def test_compiling_is_said_while_it_lasts(capsys, is_locked):
+    with contextlib.ExitStack() as stack:
+        if is_locked:
+            stack.enter_context(held_elsewhere(global_compiler_lock))
+        work(False, 0.2)
+        assert ("(compiling, at the first use only)" in capsys.readouterr().err) == is_locked
+        task = SimpleNamespace(finished=False, completed=0, id=1)
+        assert bool(str(_FirstUse().render(task))) == is_locked
+
+
+@contextlib.contextmanager
+def held_elsewhere(lock):
+    """Hold a lock in another thread, as the compiler does while progress is shown."""
+    taken, ended = threading.Event(), threading.Event()
+
+    def hold():
+        with lock:
+            taken.set()
+            ended.wait(5)
+    thread = threading.Thread(target=hold)
+    thread.start()
+    taken.wait(5)
+    yield
+    ended.set()
+    thread.join()

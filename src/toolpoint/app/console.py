@@ -15,6 +15,7 @@ import click
 
 from toolpoint._check import FileDoubt, ToolpointWarning
 from toolpoint._doubt import Doubt
+from toolpoint.app.first_use import COMPILING, is_compiling
 
 FIRST_LINE, NEXT_LINE = 2.0, 10.0  # s, of progress without a terminal
 ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
@@ -68,7 +69,8 @@ def _spoken() -> Iterator[Callable[[str], None]]:
             if said:
                 from toolpoint.app.terminal import ERR
 
-                ERR.print(f"{said}, {time.monotonic() - start:.0f} s", markup=False)
+                meanwhile = f" ({COMPILING})" if is_compiling() else ""
+                ERR.print(f"{said}, {time.monotonic() - start:.0f} s{meanwhile}", markup=False)
                 wait = NEXT_LINE
     thread = threading.Thread(target=speak, daemon=True)
     thread.start()

@@ -5,7 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+)
+from rich.text import Text
+
+from toolpoint.app.first_use import COMPILING, is_compiling
 
 
 class _Lines(Console):
@@ -17,6 +29,16 @@ class _Lines(Console):
         super().print(*objects, **options)
 
 
+class _FirstUse(ProgressColumn):
+    """Says while kernels are compiled that this happens once."""
+
+    max_refresh = 0.5
+
+    def render(self, task: Task) -> Text:
+        """Return the words, none where nothing is compiled or the part has ended."""
+        return Text(COMPILING if is_compiling() and not task.finished else "")
+
+
 # Emoji codes are off: 'machine.yaml:100:7' names a place.
 OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
@@ -25,4 +47,4 @@ ERR = _Lines(stderr=True, highlight=False, emoji=False)
 def progress_bars() -> Progress:
     """Return the bars of a command's steps, or of a study's parts."""
     return Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
-                    TimeElapsedColumn(), console=ERR, transient=True)
+                    TimeElapsedColumn(), _FirstUse(), console=ERR, transient=True)
