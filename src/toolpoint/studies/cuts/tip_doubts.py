@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt
-from toolpoint.signals.driving_doubts import select_lines, question_driving_point
+from toolpoint.signals.driving_doubts import question_driving_point, select_lines
 from toolpoint.signals.passivity import BandLines, active_matrix_share, find_peaks, look_outside
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
