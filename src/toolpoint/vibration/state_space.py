@@ -16,7 +16,6 @@ from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
 
-
 COUPLING_TOLERANCE = 1e-9  # largest damping between two modes over that of a mode, below which it is rounding
 
 

@@ -93,5 +93,5 @@ def question_structure(drives: DriveDescription, machine: Machine | None, pose: 
         return []
     return [Doubt("structure", f"its loss factors are taken in time as viscous damping of equal loss at each resonance: its "
                   f"response at the drives errs by up to {100 * error[worst]:.2g} % (at {lines[worst]:.4g} Hz), by "
-                  f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to compare",
-                  figure=float(error[worst]))]
+                  f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to "
+                  "compare", figure=float(error[worst]))]
