@@ -50,8 +50,8 @@ def test_measured_lobes_of_a_report_end_with_the_edges(keys, end, stiffness):
 
 @pytest.mark.parametrize(("keys", "end"), [({"flute_length": 0.002}, 2e-3), ({"deepest": 0.001}, 1e-3)])
 def test_speeds_of_a_tap_end_with_the_edges(keys, end):
-    tapped = tip(2, 5e7).selected([0], [0])
-    result = studies.study_tap(tapped, None, {**CUT, **keys}, rng=np.random.default_rng(0), speeds=(4000.0, 12000.0))
+    result = studies.study_tap(tip(2, 5e7).selected([0], [0]), None, {**CUT, **keys}, rng=np.random.default_rng(0),
+                               speeds=(4000.0, 12000.0))
     assert result.limits.chart.depth_max <= end
     assert all(use.depth <= end for use in result.limits.speeds)
     told = result.to_dict()

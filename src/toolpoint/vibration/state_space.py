@@ -10,10 +10,13 @@ import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats, one_of, positive
 from toolpoint._notebook import NotebookText
+from toolpoint.vibration import eigen
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
+
+COUPLING_TOLERANCE = 1e-9  # largest damping between two modes over that of a mode, below which it is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +142,31 @@ def physical(system: SecondOrderSystem, outputs: str = "displacement") -> StateS
     rows, names = _output_rows(system.output_map, system.outputs, outputs)
     states = (*system.coordinates, *(f"d{name}" for name in system.coordinates))
     return StateSpace(a, b, rows, np.zeros((rows.shape[0], b.shape[1])), _names(system.inputs), names, states)
+
+
+def modal_coordinates(system: SecondOrderSystem, outputs: str = "displacement") -> StateSpace:
+    r"""Return the system with amplitudes and rates of its undamped modes as states, two for each mode, exactly.
+
+    Damping couples them, :math:`\ddot q + \Phi^T C \Phi\, \dot q + \Lambda q = \Phi^T f`: no mode is left out and no
+    coupling. `outputs` as in `physical`; structural damping has no time-domain form.
+    """
+    _one_pose(system)
+    squares, vectors = eigen.mass_normalised(system.mass, system.stiffness)
+    n = system.size
+    rate = np.zeros((n, n)) if system.damping is None else vectors.T @ system.damping @ vectors
+    between = np.abs(rate - np.diag(np.diagonal(rate)))
+    if between.max(initial=0.0) <= COUPLING_TOLERANCE * max(float(np.abs(np.diagonal(rate)).max(initial=0.0)), 1e-300):
+        rate = np.diag(np.diagonal(rate))  # rounding of an inverse does not couple modes
+    omega = eigen.natural_omega(squares, system.mass, system.stiffness)
+    a = np.zeros((2 * n, 2 * n))
+    a[0::2, 1::2], a[1::2, 0::2], a[1::2, 1::2] = np.eye(n), -np.diag(omega**2), -rate
+    b = np.zeros((2 * n, len(system.inputs)))
+    b[1::2] = vectors.T @ system.input_map
+    rows, names = _output_rows(system.output_map @ vectors, system.outputs, outputs)
+    c = np.empty_like(rows)
+    c[:, 0::2], c[:, 1::2] = rows[:, :n], rows[:, n:]
+    states = tuple(f"{kind}{k + 1}" for k in range(n) for kind in ("q", "dq"))
+    return StateSpace(a, b, c, np.zeros((len(c), b.shape[1])), _names(system.inputs), names, states)
 
 
 def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequence[Dof | str] | None = None,

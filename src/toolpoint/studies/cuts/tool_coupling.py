@@ -246,8 +246,8 @@ def _chart_words(chart: StabilityChart) -> list[str]:
     least = _least(chart)
     is_end = not np.isfinite(chart.limit[best])
     deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else f"{1e3 * limit[best]:.4f}"
-    lowest = f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}"
-    return [lowest, f"{chart.speeds[best]:.0f}", deepest]
+    shallowest = f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}"
+    return [shallowest, f"{chart.speeds[best]:.0f}", deepest]
 
 
 def _doubts(tips: Sequence[PlaneReceptance]) -> list[Doubt]:

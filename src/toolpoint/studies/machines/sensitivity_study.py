@@ -25,6 +25,7 @@ from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.derivatives import has_derivative, matrix_derivatives
 from toolpoint.machine.description import parameters
 from toolpoint.machine.pose.placement import body_coordinates, place_machine
+from toolpoint.studies.machines.energy_law import warn_of_energy_law
 from toolpoint.updating.models.prediction import ShapeSlopes
 from toolpoint.updating.models.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
@@ -136,6 +137,7 @@ def study_sensitivity(
         fail("paths", "none", "must be at least one parameter")
     values = np.array([1.0 if _elastic(machine, n) else machine.value(n) for n in names])
     slopes = _at_standstill(_slopes(machine, names, pose))
+    warn_of_energy_law(machine, pose, dofs)
     system = assemble(machine, pose, dofs, modal_damping=False, joint_damping=True)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)

@@ -14,6 +14,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.studies.machines.energy_law import warn_of_energy_law
 from toolpoint.studies.measured.update_stages import fit_in_stages, fit_on_all_lines
 from toolpoint.updating import (
     AffineSystem,
@@ -283,6 +284,7 @@ def update(
     elif modes is not None or frf is not None:
         fail("targets", "given beside modes or frf", "must hold them itself", remedy="Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose=pose)
+    warn_of_energy_law(machine, None if not isinstance(pose, Mapping) else pose)
     _say_silent(task)
     start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
     few = _on_few_lines(machine, parameters, task, pose)

@@ -21,6 +21,7 @@ from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.description.variation import Factor, check_changes, resting_shares, vary
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
+from toolpoint.studies.machines.energy_law import warn_of_energy_law
 from toolpoint.studies.machines.tool_point import seen_along, tool_axes
 from toolpoint.studies.screening.answers import Answer, TipSystem
 from toolpoint.studies.text_table import text_table
@@ -110,6 +111,8 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
     description = machine.description
     check_changes(description, factors)
     positive("goal", goal)
+    tip = [f"{description.tool}:{way}" for way in ("+x", "+y", "+z")] if description.tool else None
+    warn_of_energy_law(machine, poses[0], tip)
     model = _AffineModel.of(machine, factors, poses)
     solver = _CostSearch(model, answer, goal, np.array([f.cost for f in factors]))
     before, slopes = solver.worst(model.rest)

@@ -28,7 +28,7 @@ from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
 from toolpoint.drives.simulation.simulate import ServoResult, simulate
 from toolpoint.machine import Machine
 from toolpoint.studies.servos.drive_contour import is_cutting, match_axes, measure_contour
-from toolpoint.studies.servos.drive_structure import structure_of
+from toolpoint.studies.servos.drive_structure import question_structure, structure_of
 
 PLACES = ("scale", "table", "tool")
 # Moving mean of the set points, and what is simulated after the last of them, s.
@@ -187,7 +187,7 @@ def run_drives(
     cutting = {name: is_cutting(route, error) for name, error in errors.items()}
     turn = None if circle is None else _whole_turn(result, origin, places, circle[0])
     return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting,
-                           (*driven.notes, *remarks), turn)
+                           (*question_structure(drives, machine, pose), *driven.notes, *remarks), turn)
 
 
 def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:

@@ -1,19 +1,27 @@
-"""A machine as the structure that drives push against: its driven directions freed, its modes where the drives hold on."""
+"""A machine as the structure that drives push against: its driven directions freed, with the damping that its file states."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint.drives.axis.plant import Structure
+from toolpoint._doubt import Doubt
+from toolpoint.drives.axis.plant import Attachment, Structure
 from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import check_description
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
-from toolpoint.vibration import eigen
+from toolpoint.vibration import eigen, frequency_response, state_space
+from toolpoint.vibration.damping import equivalent_viscous
 
 # The drives carry these directions now; a stiffness of zero would make them free and change the joint's kind.
 _FREED = 1e-9
+RIGID_SHARE = 1e-4  # of the highest frequency, below which a mode is a freed direction
+TOP_HZ, LINES = 2000.0, 400  # up to which the structure's response is judged, and at how many lines
+MIN_ERROR = 0.01  # of the response, from which an equivalent damping is doubted
 
 
 def structure_of(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
@@ -46,7 +54,7 @@ def free_machine(drives: DriveDescription, machine: Machine) -> tuple[Machine, d
 
 def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Mapping[str, str], tools: Mapping[str, str]
                  ) -> Structure:
-    """Return the machine's modes at a pose as the structure that the drives push against.
+    """Return the machine at a pose as the structure that the drives push against, its damping coupled between modes.
 
     Parameters
     ----------
@@ -56,7 +64,34 @@ def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Ma
     tools : mapping of axis name to the Dof of the tool point in its direction
     """
     labels = list(dict.fromkeys([*ends.values(), *tools.values()]))
-    modes = eigen.solve_undamped(assemble(machine, pose, labels, modal_damping=False))
-    if machine.description.damping_ratio is not None:
-        modes = modes.with_damping(machine.description.damping_ratio)
-    return Structure.from_modes(modes, dict(ends), dict(tools))
+    driven = list(dict.fromkeys(ends.values()))
+    system = equivalent_viscous(assemble(machine, pose, labels, inputs=driven))
+    states = state_space.modal_coordinates(system, "displacement and velocity")
+    return Structure(states, {key: Attachment(dof, dof, "d" + dof) for key, dof in ends.items()}, dict(tools))
+
+
+def question_structure(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
+                       ) -> list[Doubt]:
+    """Doubt a structure whose loss factors motion in time can take by an equivalent only, with what that errs by.
+
+    The error is the largest over the lines about the modes of the difference to the direct solution, over the response there.
+    """
+    if machine is None or not any(axis.ends is not None for axis in drives.axes.values()):
+        return []
+    free, ends, tools = free_machine(drives, machine)
+    labels = list(dict.fromkeys([*ends.values(), *tools.values()]))
+    system = assemble(free, pose, labels, inputs=list(dict.fromkeys(ends.values())))
+    if system.structural_damping is None or not np.any(system.structural_damping):
+        return []
+    frequency = eigen.solve_undamped(replace(system, damping=None, structural_damping=None)).frequency
+    moving = frequency[frequency > RIGID_SHARE * frequency.max()]
+    lines = np.unique(np.concatenate([np.geomspace(0.3 * moving.min(), min(1.2 * moving.max(), TOP_HZ), LINES), moving]))
+    exact, taken = (frequency_response.direct(one, lines).values for one in (system, equivalent_viscous(system)))
+    error = np.linalg.norm(taken - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+    worst = int(error.argmax())
+    if error[worst] < MIN_ERROR:
+        return []
+    return [Doubt("structure", f"its loss factors are taken in time as viscous damping of equal loss at each resonance: its "
+                  f"response at the drives errs by up to {100 * error[worst]:.2g} % (at {lines[worst]:.4g} Hz), by "
+                  f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to "
+                  "compare", figure=float(error[worst]))]

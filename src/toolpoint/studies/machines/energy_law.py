@@ -1,0 +1,50 @@
+"""What the law `modal_damping: energy` loses where a study needs slopes of matrices, and leaves the losses in the joints."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint._check import FileDoubt
+from toolpoint._doubt import Doubt
+from toolpoint.machine import Machine, Pose
+from toolpoint.machine.assembly.modal_damping import ENERGY
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.vibration import Dof, eigen, frequency_response
+
+LINES = 300  # between the modes, at which both laws are compared
+MIN_DIFFERENCE = 1e-3  # of a response, from which it is said
+
+
+def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Sequence[Dof | str] | None = None
+                        ) -> list[Doubt]:
+    """Doubt responses of a machine whose modes are damped by energy where its joints' losses couple them instead.
+
+    The figure is the largest difference of both responses at the modes and between them, over the response there.
+    """
+    if machine.description.modal_damping != ENERGY:
+        return []
+    stated = assemble(machine, pose, outputs)
+    frequency = eigen.solve_undamped(stated).frequency
+    moving = frequency[frequency > 1e-6 * frequency.max()]
+    lines = np.unique(np.concatenate([np.geomspace(0.5 * moving.min(), 1.2 * moving.max(), LINES), moving]))
+    exact = frequency_response.direct(stated, lines).values
+    taken = frequency_response.direct(assemble(machine, pose, outputs, joint_damping=True), lines).values
+    difference = np.linalg.norm(taken - exact, axis=(1, 2)) / np.maximum(np.linalg.norm(exact, axis=(1, 2)), 1e-300)
+    worst = int(difference.argmax())
+    if difference[worst] < MIN_DIFFERENCE:
+        return []
+    return [Doubt("damping", "the file damps modes one by one (`modal_damping: energy`), this study couples them by the "
+                  "losses of their joints, as it needs the slopes of matrices: responses differ by up to "
+                  f"{100 * difference[worst]:.2g} % (at {lines[worst]:.4g} Hz); frequencies, shapes and modal ratios to first "
+                  "order do not", "ask `frf` or `lobes` of the changed file for the response of the stated law",
+                  figure=float(difference[worst]))]
+
+
+def warn_of_energy_law(machine: Machine, pose: Pose | None = None,
+                       outputs: Sequence[Dof | str] | None = None) -> None:
+    """Warn (`FileDoubt`) of what `question_energy_law` says, so that every result repeats it first."""
+    for doubt in question_energy_law(machine, pose, outputs):
+        warnings.warn(FileDoubt(doubt), stacklevel=3)
