@@ -9,7 +9,8 @@ import numpy as np
 
 from toolpoint._check import FileDoubt
 from toolpoint._doubt import Doubt
-from toolpoint.machine import Machine, Pose
+from toolpoint.kinematics.chain import Pose
+from toolpoint.machine import Machine
 from toolpoint.machine.assembly.modal_damping import ENERGY
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.vibration import Dof, eigen, frequency_response
