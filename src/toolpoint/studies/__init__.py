@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
-    from toolpoint.studies.machines.check.datasheet_doubts import question_datasheet
+    from toolpoint.studies.machines.check.file_check import question_part
     from toolpoint.studies.machines.check.machine_check import check_machine
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -89,7 +89,7 @@ __all__ = [
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
     "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
     "propose_speeds",
-    "question_datasheet", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
+    "question_part", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
     "study_example_mill",
@@ -144,7 +144,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
     "robots.datasheet_study": ("study_datasheet",),
-    "machines.check.datasheet_doubts": ("question_datasheet",),
+    "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_pose", "study_reach"),
     "robots.regions": ("plane_directions", "search_regions", "study_region"),

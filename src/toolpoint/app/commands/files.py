@@ -48,12 +48,11 @@ def check(run: Frame, file: Annotated[SourceFile, Argument()], *,
           mass: Annotated[float | None, Help("Mass of a robot (URDF) by its catalogue, kg.", above=0)] = None) -> None:
     """Check a file: all its faults at once, or what was understood of it, what it assumes and what looks odd.
 
-    FILE is a machine (YAML), a robot (URDF), or another YAML file of toolpoint: servo, components, shaft, plan, datasheet.
+    FILE is a machine (YAML), a robot (URDF), or another YAML file of toolpoint: servo, components, cut, shaft, plan, datasheet.
     """
     if (kind := io.kind_of(file)) != "machine":
-        words = io.read_kind(file, kind)
-        sheet = io.read_datasheet(file) if kind == "datasheet" else None
-        odd = () if sheet is None else studies.question_datasheet(sheet)
+        words, part = io.read_kind(file, kind)
+        odd = studies.question_part(part)
         if run.as_json:
             run.show_json({"ok": True, "kind": kind, "words": words, "doubts": list(odd)})
         run.show_text(*mark_notes(odd), f"{file}: {words}; no faults")

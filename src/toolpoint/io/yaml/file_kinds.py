@@ -6,8 +6,10 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-from toolpoint._check import ToolpointError, one_of
+from toolpoint._check import one_of
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io.door import check_regular
+from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.document import parse
 
 # Kind, the key that gives it away, module of its reader, and how it is called.
@@ -50,16 +52,29 @@ def kind_of(path: str | Path) -> str:
     return "cut" if set(data) == {"cutting"} else "machine"
 
 
-def read_kind(path: str | Path, kind: str) -> str:
-    """Read a file by the reader of its kind, whose faults it raises; return what it is in words."""
+def read_kind(path: str | Path, kind: str) -> tuple[str, Any]:
+    """Read a file by the reader of its kind, whose faults it raises; return what it is in words, and what it describes."""
     if kind == "cut":
-        raise ToolpointError(f"{path}: a section 'cutting' alone; paste it into a machine file, which is checked with it")
+        return "a section 'cutting', to be pasted into a machine file", _read_cut(Path(path))
     if kind == "servo":
         from toolpoint.io.yaml import drive_file
 
         drives = drive_file.read(path)
-        return f"a servo, {drives.name}, of the axes {', '.join(drives.axes)}"
+        return f"a servo, {drives.name}, of the axes {', '.join(drives.axes)}", drives
     module, words = KINDS[kind][1:]
-    part: Any = importlib.import_module(f"toolpoint.io.yaml.{module}").read(path)
+    part = importlib.import_module(f"toolpoint.io.yaml.{module}").read(path)
     name = getattr(part, "name", "") or getattr(part, "test", "")
-    return f"{words}, {name}" if name else words
+    return f"{words}, {name}" if name else words, part
+
+
+def _read_cut(path: Path) -> CuttingDescription:
+    from toolpoint.io.yaml.document import validate
+    from toolpoint.io.yaml.machine_file import cutting_of
+    from toolpoint.io.yaml.machine_schema import CuttingModel
+
+    document = parse(path)
+    part: Any = validate(CuttingModel, document.data["cutting"], ("cutting",), document=document)
+    cut = None if part is None else cutting_of(part, document)
+    if document.faults or cut is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return cut

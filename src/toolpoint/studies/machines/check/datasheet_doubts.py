@@ -12,6 +12,8 @@ from toolpoint.studies.machines.check.size_doubts import angle_slip
 
 BENDS_LEAST, BENDS_MOST = 0.3, 200.0  # times a reducer's torsion, that its bending is
 FROM_OTHERS = 100.0  # times below the least or above the largest of the other reducers
+WHOLE_TABLE = 3  # angles of another unit from which it is the table's
+DAMPERS_APART = 60.0  # the same of damping over torsion: reducers of a robot differ by a few times
 LOST = 2.0  # damper's moment over the spring's at 10 Hz
 SOFTEST, STIFFEST = 100.0, 5e7  # N m/rad of a reducer's torsion: wrists of some kg, bases of some t
 
@@ -22,12 +24,19 @@ def question_datasheet(sheet: RobotDatasheet) -> tuple[Doubt, ...]:
 
 
 def _table(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    angles = {f"axes.{axis.name}.{key}": float(getattr(axis, key)) for axis in sheet.axes for key in ("alpha", "theta")}
+    slips = {path: words for path, angle in angles.items() if (words := angle_slip(abs(angle)))}
+    turned = sum(angle != 0 for angle in angles.values())
+    if len(slips) >= WHOLE_TABLE and len(slips) > turned / 2:
+        path, words = next(iter(slips.items()))
+        yield Doubt("axes", f"{len(slips)} of {turned} angles of the table (theta, alpha) are quarter turns in the other unit, "
+                    f"as {path.removeprefix('axes.')}: {angles[path]:.5g} rad, {words}", "write their unit: -90 deg",
+                    figure=float(len(slips)))
+    else:
+        for path, words in slips.items():
+            yield Doubt(path, f"{angles[path]:.5g} rad ({np.degrees(angles[path]):.5g} degrees), {words}",
+                        "write its unit: -90 deg", figure=angles[path])
     for axis in sheet.axes:
-        for key in ("alpha", "theta"):
-            angle = float(getattr(axis, key))
-            if words := angle_slip(abs(angle)):
-                yield Doubt(f"axes.{axis.name}.{key}", f"{angle:.5g} rad ({np.degrees(angle):.5g} degrees), {words}",
-                            "write its unit: -90 deg", figure=angle)
         if axis.upper - axis.lower < np.radians(10):
             yield Doubt(f"axes.{axis.name}", f"travels {np.degrees(axis.upper - axis.lower):.3g} degrees",
                         "check the unit of lower and upper", figure=axis.upper - axis.lower)
@@ -59,6 +68,13 @@ def _reducers(sheet: RobotDatasheet) -> Iterator[Doubt]:
             yield Doubt(f"{path}.torsion", f"{row['torsion']:.4g} N m/rad, of no robot's reducer", "check its unit",
                         figure=row["torsion"])
         share = 2 * np.pi * 10 * float(sheet.catalogue[name].damping) / row["torsion"]
-        if share > LOST and "torsion" not in said:
+        others = [float(part.damping) / rows[label]["torsion"] for label, part in sheet.catalogue.items()
+                  if label != name and part.damping]
+        here = float(sheet.catalogue[name].damping) / row["torsion"]
+        away = max(min(others) / here, here / max(others)) if others and here else 1.0
+        if away > DAMPERS_APART and "torsion" not in said:
+            yield Doubt(f"{path}.damping", f"{sheet.catalogue[name].damping:.4g} N m s/rad: over its torsion {away:.2g} times "
+                        "apart from the other reducers", "check its unit", figure=away)
+        elif share > LOST and "torsion" not in said:
             yield Doubt(f"{path}.damping", f"{sheet.catalogue[name].damping:.4g} N m s/rad: at 10 Hz {share:.2g} times the "
                         "moment of the spring", "check its unit", figure=share)

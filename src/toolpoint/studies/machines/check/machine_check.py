@@ -10,6 +10,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
 from toolpoint.machine.frequencies.measured_reference import question_reference
+from toolpoint.studies.machines.check.cut_doubts import question_cut
 from toolpoint.studies.machines.check.machine_beliefs import question_units
 from toolpoint.studies.machines.check.machine_doubts import question_machine
 from toolpoint.studies.machines.check.machine_drawing import describe_assumed, describe_travel, draw_chain
@@ -59,7 +60,8 @@ def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedM
     stated = dict.fromkeys((*machine.description.doubts, *question_reference(machine)))
     first = (*stated, *further, *question_machine(machine), *question_units(machine))
     said = {doubt.what for doubt in first}
-    more = (*question_springs(machine), *question_sizes(machine), *question_travel(machine))
+    more = (*question_springs(machine), *question_sizes(machine), *question_travel(machine),
+            *(() if cut is None else question_cut(cut)))
     doubts = (*first, *(doubt for doubt in more if doubt.what not in said), *beyond)  # the plainer one of two about a part
     return CheckedMachine(machine.name, machine.size, doubts,
                         draw_chain(machine), describe_travel(machine), (*describe_motion(machine), *describe_signs(machine)),
