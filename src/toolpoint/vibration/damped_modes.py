@@ -72,9 +72,9 @@ def is_coupled(system: SecondOrderSystem) -> bool:
         if matrix is None:
             continue
         modal = np.swapaxes(vectors, -1, -2) @ matrix @ vectors
-        own = np.diagonal(modal, axis1=-2, axis2=-1)
-        between = np.abs(modal - own[..., None] * np.eye(modal.shape[-1])).max(initial=0.0)
-        if between > COUPLING_TOLERANCE * max(float(np.abs(own).max(initial=0.0)), 1e-300):
+        diagonal = np.diagonal(modal, axis1=-2, axis2=-1)
+        between = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max(initial=0.0)
+        if between > COUPLING_TOLERANCE * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300):
             return True
     return False
 

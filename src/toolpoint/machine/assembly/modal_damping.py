@@ -39,14 +39,14 @@ def damp_modes(machine: Machine, system: SecondOrderSystem, reference_mass: Floa
         Mass matrix at the reference pose.
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
-    losses = system.structural_damping, system.damping
+    structural, viscous = system.structural_damping, system.damping
     if machine.description.modal_damping != ENERGY:
-        losses = reference_loss(machine, reference_mass), None
-    ratio = modal_ratios(squares, vectors, *losses)
+        structural, viscous = reference_loss(machine, reference_mass), None
+    ratio = modal_ratios(squares, vectors, structural=structural, viscous=viscous)
     return damping.modal(replace(system, structural_damping=None), ratio)
 
 
-def modal_ratios(squares: FloatArray, vectors: FloatArray, structural: FloatArray | None, viscous: FloatArray | None
+def modal_ratios(squares: FloatArray, vectors: FloatArray, *, structural: FloatArray | None, viscous: FloatArray | None
                  ) -> FloatArray:
     """Return the damping ratios (..., n) of undamped modes with unit modal mass by the energy that they dissipate."""
     moving = squares > _RIGID_SQUARE_RATIO * squares.max(axis=-1, keepdims=True)

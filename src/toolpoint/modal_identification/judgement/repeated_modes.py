@@ -123,13 +123,13 @@ def _agreeing(candidates: list[tuple[int, ...]], size: FloatArray) -> list[tuple
 
 
 def _agree(first: Sequence[int], second: Sequence[int], size: FloatArray) -> bool:
-    one, other = _labels(first, size), _labels(second, size)
-    known = (one >= 0) & (other >= 0)
+    parted, other = _labels(first, size), _labels(second, size)
+    known = (parted >= 0) & (other >= 0)
     if known.sum() < 2 * MIN_POINTS:
         return False
-    one, other = one[known], other[known]
+    parted, other = parted[known], other[known]
     # Which set-up is the lower one may change from mode to mode: only who goes with whom is compared.
-    together, also = one[:, None] == one, other[:, None] == other
+    together, also = parted[:, None] == parted, other[:, None] == other
     return bool((together == also).mean() >= MIN_AGREEMENT)
 
 
@@ -182,8 +182,8 @@ def _members(modes: Modes, setup_of_mode: np.ndarray) -> list[tuple[int, ...]]:
 
 def _participates_alike(modes: Modes, i: int, j: int) -> bool:
     assert modes.participation is not None
-    one, other = modes.participation[:, i], modes.participation[:, j]
-    return bool(abs(np.vdot(one, other)) >= MIN_ALIKE * float(np.linalg.norm(one) * np.linalg.norm(other)))
+    first, second = modes.participation[:, i], modes.participation[:, j]
+    return bool(abs(np.vdot(first, second)) >= MIN_ALIKE * float(np.linalg.norm(first) * np.linalg.norm(second)))
 
 
 def _parts_points(modes: Modes, setup: np.ndarray) -> bool:

@@ -66,7 +66,8 @@ class AccuracyMetric:
 
     def _chip_doubts(self, side: PathSide, cut: CuttingDescription) -> tuple[Doubt, ...]:
         teeth = cut.tool.teeth
-        return side_chip(cut, side, 60 / (self.setup.speed * teeth), self.setup.chip).doubts(self.setup.speed, teeth)
+        chip = side_chip(cut, side, tooth=60 / (self.setup.speed * teeth), asked=self.setup.chip)
+        return chip.doubts(self.setup.speed, teeth)
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return the errors of a machine."""

@@ -65,7 +65,7 @@ def chip_kind(cut: CuttingDescription, asked: str = "") -> str:
     return kind
 
 
-def side_chip(cut: CuttingDescription, side: PathSide, tooth: float, asked: str = "") -> Chip:
+def side_chip(cut: CuttingDescription, side: PathSide, *, tooth: float, asked: str = "") -> Chip:
     """Return the chip along a side with a tooth period `tooth` (s)."""
     speeds = side.law.sample(np.linspace(0, side.law.duration, _FEED_SAMPLES))[:, 1]
     return Chip(chip_kind(cut, asked), cut.feed_per_tooth, float(speeds.max()) * tooth)

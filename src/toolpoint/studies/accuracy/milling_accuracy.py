@@ -208,7 +208,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     if setup.with_energy and any(servo.feeds_energy for servo in (setup.servos or {}).values()):
         fail("with_energy", "servos with an integral part or sampled loops", "feed energy as they like: there is no balance",
              remedy="take their integral gains and sample times (to 1e-9 s) away for it")
-    chip = side_chip(described, side, tooth, setup.chip)
+    chip = side_chip(described, side, tooth=tooth, asked=setup.chip)
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 
     def run(steps: int, system: VaryingSystem, chosen: MillingSetup, *, what: str) -> SideAccuracy:

@@ -138,7 +138,7 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
                               progress=lambda done, total: progress("sampled machines", done, total))
     if spread is not None and np.isfinite(chart.limit).any():
         notes = [spread.words(float(np.min(chart.limit))), *notes]
-    advice = advice_rows(chart, sampled, uncertainty, dynamics.withheld)
+    advice = advice_rows(chart, sampled, uncertainty, withheld=dynamics.withheld)
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
     if is_long(problem, best.depth) and not dynamics.withheld:

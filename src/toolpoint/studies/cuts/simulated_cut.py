@@ -58,8 +58,8 @@ class SimulatedCut(NotebookText):
         run = self.run
         tail = run.force[-10 * run.steps_per_revolution:]
         moved = run.peak_to_peak()
-        told = [] if self.withheld else [*self._growth(), *self.linear.rows()]
-        return [("state", self.state), ("because", self.reason), *told,
+        verdict = [] if self.withheld else [*self._growth(), *self.linear.rows()]
+        return [("state", self.state), ("because", self.reason), *verdict,
                 ("status", run.status),
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
                 ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),

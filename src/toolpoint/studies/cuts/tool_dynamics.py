@@ -54,8 +54,8 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
     at_speeds = speed_dynamics(machine, pose)
     notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)
     modes = condense_unreliable(machine, study.modes.at_pose(0))
-    told = (*question_tool_seat(machine), *notes, *study.leaning())
-    return ToolDynamics(modes, f"{study.point}:+x", across, machine, told, machine.name, at_speeds, dict(pose or {}))
+    remarks = (*question_tool_seat(machine), *notes, *study.leaning())
+    return ToolDynamics(modes, f"{study.point}:+x", across, machine, remarks, machine.name, at_speeds, dict(pose or {}))
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:

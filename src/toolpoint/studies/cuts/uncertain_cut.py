@@ -119,7 +119,7 @@ def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -
                                  f"{speeds[-1]:g} rev/min, with a depth above zero; widen `speeds`")
 
 
-def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty,
+def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty, *,
                 withheld: Sequence[Doubt] = ()) -> list[list[str]]:
     """Return rows (what, rev/min, depth mm, reason) of the cuts to make; none is given where grave doubts withhold it.
 

@@ -18,7 +18,7 @@ Pose = Mapping[str, float]
 _SAME_PLACE = 1e-10  # m: nearer places have the same branches
 
 
-def tool_target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, turn: float) -> FloatArray:
+def tool_target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, *, turn: float) -> FloatArray:
     """Return the displacement of the tool's link that puts tip and axes where they shall be; the work stands still."""
     asked = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
     return move_tool(asked, tf.transform(smallest_turn(pair.direction), pair.tip))
@@ -39,7 +39,7 @@ class ArmReach:
         """Return all branches at a place, within limits or not; fourth : angle of joint 4 where a straight wrist leaves it."""
         key = tuple(np.rint(place / _SAME_PLACE).astype(int).tolist())
         if key not in self._known:
-            target = tool_target(self.pair, place, self.direction, self.turn)
+            target = tool_target(self.pair, place, self.direction, turn=self.turn)
             branches = self.arm.inverse(target, turn_at_singular=fourth)
             if any(each.note for each in branches):
                 return branches

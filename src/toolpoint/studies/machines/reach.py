@@ -107,7 +107,7 @@ def branch_names(machine: Machine, place: ArrayLike, direction: ArrayLike | None
     if arm is None:
         return []
     goal = pair.direction if direction is None else floats("direction", direction, (3,)) / np.linalg.norm(direction)
-    target = tool_target(pair, floats("place", place, (3,)), goal, turn)
+    target = tool_target(pair, floats("place", place, (3,)), goal, turn=turn)
     return [each.name for each in arm.inverse(target) if each.within_limits]
 
 

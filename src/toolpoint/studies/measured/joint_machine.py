@@ -69,7 +69,7 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     if whole is None:
         fail("joints", "no machine", "the masses of all components must be known", remedy="give every component its body")
     layouts = layouts_of(whole, components)
-    machine = describe_fit(whole, whole.fit.x, components, layouts)
+    machine = describe_fit(whole, whole.fit.x, components, layouts=layouts)
     measured = ReferenceDescription("measured", tuple(float(modes.frequency[i]) for i in whole.modes),
                                     tuple(float(max(modes.damping_ratio[i], 0.0)) for i in whole.modes), "measured")
     left = [f"{modes.frequency[i]:.4g} Hz" for i in whole.lonely]
@@ -89,7 +89,7 @@ def layouts_of(whole: WholeMachine, components: Components) -> dict[str, JointLa
     return result
 
 
-def describe_fit(whole: WholeMachine, x: FloatArray, components: Components, layouts: Mapping[str, JointLayout]
+def describe_fit(whole: WholeMachine, x: FloatArray, components: Components, *, layouts: Mapping[str, JointLayout]
                ) -> MachineDescription:
     """Return the machine of a fit's numbers, damped by its law."""
     model = whole.fit.model
@@ -144,7 +144,8 @@ def _identified(whole: WholeMachine, components: Components, layouts: Mapping[st
     paths = [path for path in parameters(machine) if path.split(".")[2] in _NUMBERS and not _is_mirrored(path)]
     slopes = np.zeros((len(paths), root.shape[1]))
     for i, direction in enumerate(root.T):
-        ahead, back = (describe_fit(whole, whole.fit.x + sign * _STEP * direction, components, layouts) for sign in (1, -1))
+        moved = (whole.fit.x + sign * _STEP * direction for sign in (1, -1))
+        ahead, back = (describe_fit(whole, x, components, layouts=layouts) for x in moved)
         slopes[:, i] = [(ahead.value(path) - back.value(path)) / (2 * _STEP) for path in paths]
     scale = np.array([abs(machine.value(path)) for path in paths])
     moving = np.flatnonzero(np.sqrt((slopes**2).sum(axis=1)) > 1e-9 * np.maximum(scale, 1e-6))

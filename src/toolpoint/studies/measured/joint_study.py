@@ -144,7 +144,7 @@ def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, c
     rivals = []
     for fit in whole.law.rivals:
         other = replace(whole, fit=fit)
-        described = describe_fit(other, fit.x, components, layouts_of(other, components))
+        described = describe_fit(other, fit.x, components, layouts=layouts_of(other, components))
         rivals.append((name_of(fit.model), replace(described, points=machine.points)))
     covered, spread = cover_rivals(machine, rivals)
     return covered, spread.doubts

@@ -44,7 +44,7 @@ class CameraMotion:
     """Motion of the camera in every frame, by windows of what stands still.
 
     motion : (3, frames) right, down (pixels) and turn times `length`; variance : (2,) of a frame's right and down; middle :
-    (2,) place about which it turns; length : pixels; own : median scatter of the windows about it, in their noise; clear :
+    (2,) place about which it turns; length : pixels; scatter : median scatter of the windows about it, in their noise; clear :
     power of the motion that they share over that of their noise.
     """
 
@@ -52,7 +52,7 @@ class CameraMotion:
     variance: FloatArray
     middle: FloatArray
     length: float
-    own: float
+    scatter: float
     clear: float
 
     @property
@@ -63,7 +63,7 @@ class CameraMotion:
     @property
     def stands_out(self) -> bool:
         """Whether the windows show one motion, and nothing else, that stands out of their noise."""
-        return self.own < MAX_OWN_MOTION and self.clear > MIN_SHAKE
+        return self.scatter < MAX_OWN_MOTION and self.clear > MIN_SHAKE
 
     @property
     def fades(self) -> bool:

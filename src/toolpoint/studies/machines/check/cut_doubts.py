@@ -30,7 +30,7 @@ def _coefficients(cut: CuttingDescription) -> Iterator[Doubt]:
     k = cut.coefficients
     said = list[Doubt]()
     for key, bounds in COEFFICIENTS.items():
-        said += question_range(f"cutting.{key}", getattr(k, key), bounds, "(1 N/mm^2 is 1e6 Pa)")
+        said += question_range(f"cutting.{key}", getattr(k, key), bounds, words="(1 N/mm^2 is 1e6 Pa)")
     yield from said
     if not said and k.tangential and k.normal and not NORMAL_SHARE[0] <= k.normal / k.tangential <= NORMAL_SHARE[1]:
         ratio = k.normal / k.tangential
@@ -39,7 +39,7 @@ def _coefficients(cut: CuttingDescription) -> Iterator[Doubt]:
                     f"{NORMAL_SHARE[0]:g} to {NORMAL_SHARE[1]:g} is usual", "check the unit of both; are they exchanged?",
                     figure=ratio)
     for key in ("edge_tangential", "edge_normal", "edge_axial"):
-        yield from question_range(f"cutting.{key}", getattr(k, key), EDGES, "(1 N/mm is 1e3 N/m)")
+        yield from question_range(f"cutting.{key}", getattr(k, key), EDGES, words="(1 N/mm is 1e3 N/m)")
 
 
 def _tool(cut: CuttingDescription) -> Iterator[Doubt]:

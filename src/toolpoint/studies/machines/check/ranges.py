@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._doubt import Doubt
 
 
-def question_range(path: str, value: float | None, bounds: tuple[float, float, str], words: str = "") -> Iterator[Doubt]:
+def question_range(path: str, value: float | None, bounds: tuple[float, float, str], *, words: str = "") -> Iterator[Doubt]:
     """Doubt a value (SI) outside bounds (least, most, unit); none where it is left out or zero."""
     low, high, unit = bounds
     if value is None or value == 0 or low <= abs(value) <= high:

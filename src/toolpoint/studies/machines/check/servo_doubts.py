@@ -50,7 +50,7 @@ def _axis(path: str, axis: DriveAxisDescription) -> Iterator[Doubt]:
             odd.add(key)
             yield line
     gains = list(question_range(f"{path}.position.gain", position.gain, POSITION_GAIN,
-                                "(1 (m/min)/mm is 16.7 1/s)"))
+                                words="(1 (m/min)/mm is 16.7 1/s)"))
     yield from gains
     yield from question_range(f"{path}.position.sample_time", position.sample_time, SAMPLE_TIME)
     yield from question_range(f"{path}.velocity.sample_time", velocity.sample_time, SAMPLE_TIME)
@@ -84,7 +84,7 @@ def _friction(path: str, axis: DriveAxisDescription) -> Iterator[Doubt]:
         if law.bristle_stiffness and law.coulomb > 0 and section == "friction":
             bend = law.coulomb / law.bristle_stiffness
             yield from question_range(f"{path}.{section}.bristle_stiffness", bend, BREAK_AWAY,
-                                      "of motion before it breaks loose, coulomb over bristle_stiffness")
+                                      words="of motion before it breaks loose, coulomb over bristle_stiffness")
 
 
 def _motor_speed(path: str, axis: DriveAxisDescription, speed: float) -> Iterator[Doubt]:
@@ -95,7 +95,7 @@ def _motor_speed(path: str, axis: DriveAxisDescription, speed: float) -> Iterato
     in_range = MECHANICS["lead"][0] <= lead <= MECHANICS["lead"][1] and LIMITS["speed"][0] <= speed <= LIMITS["speed"][1]
     if in_range:
         yield from question_range(f"{path}.mechanics.lead", 30 * turning / np.pi, MOTOR_SPEED,
-                                  f"of the motor at limits.speed with a lead of {1e3 * lead:.4g} mm")
+                                  words=f"of the motor at limits.speed with a lead of {1e3 * lead:.4g} mm")
         friction = axis.friction
         if friction.coulomb > 0 and friction.viscous * turning > MOST_VISCOUS * friction.coulomb:
             yield Doubt(f"{path}.friction.viscous", f"{friction.viscous:.4g} N m s/rad is {friction.viscous * turning:.4g} N m "

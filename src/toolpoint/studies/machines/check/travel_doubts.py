@@ -76,9 +76,9 @@ def _signs(machine: Machine) -> Iterator[Doubt]:
     for name, way, turns in _ways(machine):
         if name not in NAMED or turns != (name in "ABC"):
             continue
-        wanted = np.eye(3)[NAMED[name]]
+        named = np.eye(3)[NAMED[name]]
         verb = "turns the tool about" if turns else "moves the tool along"
-        cosine = float(way @ wanted)
+        cosine = float(way @ named)
         if cosine < -ALONG:
             yield Doubt(f"axes.{name}", f"+{name} {verb} {direction_words(way)} relative to the work, against its name",
                         "turn the sign of its direction (ISO 841: + is the tool's way relative to the work)", figure=cosine)
