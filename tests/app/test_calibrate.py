@@ -224,5 +224,6 @@ def test_wrong_inputs_are_seen_in_the_forces_and_named(folder, tmp_path, capsys,
     if not wrong:
         assert fit["status"] == "converged" and found["doubts"] == []
         return
+    assert found["average"]["status"].startswith("doubtful")  # mean forces know no course that could refuse the tool
     assert fit["status"].startswith("doubtful") and cause.replace("`", "") in said.replace("`", "")
     held(fit, {name: TRUTH[name] for name in ("kt", "kn")})  # the widened intervals hold the truth

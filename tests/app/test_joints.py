@@ -1,6 +1,7 @@
 """`toolpoint joints`: measured responses in, the published machine's joints and a machine file that runs out."""
 
 import json
+import time
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from toolpoint.io.yaml import machine_file
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, surface_points, true_modes
-from toolpoint.vibration import Frf, Modes, frequency_response
+from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 from toolpoint.vibration.correlation import mac
 
 RIDES_ON = {"base": "base", "saddle": "base", "table": "base", "column": "column", "head": "column", "magazine": "magazine"}
@@ -89,6 +90,48 @@ def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_pat
     agreement = mac(true_modes(found, carried, 0.03).shape, true_modes(vertical, points, 0.03).shape)
     assert np.diag(agreement).min() > 0.99
     assert "Joints of from its test" in (tmp_path / "page/index.html").read_text()
+
+
+def test_a_geometry_in_another_unit_is_refused_before_the_fit(measured_machine, tmp_path, capsys):
+    points = geometry_files.read(measured_machine / "test.uff").points
+    given = arguments(measured_machine, "-o", str(tmp_path / "page"))
+    at = given.index("--geometry") + 1
+    given[at] = str(tmp_path / "g.csv")
+    (tmp_path / "g.csv").write_text("\n".join(f"{name},{','.join(repr(float(v / 0.0254)) for v in place)}"
+                                              for name, place in points.items()))
+    started = time.process_time()
+    with pytest.raises(SystemExit):
+        main(given)
+    shown = " ".join(capsys.readouterr().err.split())
+    assert "write the unit in the first line" in shown and time.process_time() - started < 3
+
+
+@pytest.mark.slow
+def test_a_turned_test_is_turned_back_with_a_doubt_and_in_silence_where_its_frame_is_told(measured_machine, tmp_path, capsys):
+    """The test's x is the machine's -y, in the labels of its responses and in its points."""
+    points = geometry_files.read(measured_machine / "test.uff").points
+    given = arguments(measured_machine, "-o", str(tmp_path / "page"))
+    given[given.index("--geometry") + 1] = str(tmp_path / "g.csv")
+    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    (tmp_path / "g.csv").write_text("\n".join(f"{name},{','.join(repr(float(v)) for v in turn @ place)}"
+                                              for name, place in points.items()))
+    frf = uff.read_frf(measured_machine / "test.uff")
+    to_test = {"+x": "-y", "+y": "+x", "+z": "+z"}
+    labels = [Dof(dof.point, to_test[dof.direction]) for dof in frf.outputs]
+    struck = [Dof(dof.point, to_test[dof.direction]) for dof in frf.inputs]
+    uff.write(tmp_path / "turned.uff", Frf(frf.frequency, frf.values, labels, struck, "accelerance"))
+    given[1] = str(tmp_path / "turned.uff")
+    main([*given, "--machine", str(tmp_path / "found.yaml"), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert any("rotation: [90 deg, 0 deg, 0 deg]" in doubt for doubt in told["doubts"])
+    assert {joint["child"]: joint["parent"] for joint in told["joints"]} == {
+        "base": "ground", "column": "base", "magazine": "column"}
+    parts = (measured_machine / "components.yaml").read_text() + "frame: {rotation: [90 deg, 0, 0]}\n"
+    (tmp_path / "components.yaml").write_text(parts)
+    given[given.index("--components") + 1] = str(tmp_path / "components.yaml")
+    main([*given, "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert not any("frame" in doubt for doubt in told["doubts"]) and told["status"].startswith("3 joints established")
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [

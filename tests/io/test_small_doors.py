@@ -81,3 +81,14 @@ def test_a_hammer_test_is_read_by_its_path_alone(tmp_path):
         io.read_hammer_test(tmp_path / "test.yaml")
     with pytest.raises(ToolpointError, match="beside the test file"):
         io.read_hammer_test([tmp_path / "test.yaml", tmp_path / "more.csv"])
+
+
+@pytest.mark.parametrize(("text", "value"), [("200 mm", 0.2), ("0.2", 0.2), ("30 deg", np.pi / 6)])
+def test_the_pose_of_a_plan_has_units(tmp_path, text, value):
+    plan = tmp_path / "plan.yaml"
+    plan.write_text("toolpoint: 1\nmachine: m.yaml\nmetrics: [frequency 1]\n"
+                    "factors: [{name: a, paths: [damping_ratio], low: 0.5, high: 2}]\n" f"pose: {{X: {text}}}\n")
+    assert io.read_plan(plan).pose == {"X": pytest.approx(value)}
+    plan.write_text(plan.read_text().replace(text, "3 kg"))
+    with pytest.raises(ToolpointError, match=r"plan.yaml:5:\d+: pose.X: .*kg"):
+        io.read_plan(plan)

@@ -15,7 +15,7 @@ from toolpoint.joint_identification import (
     identify_joints,
 )
 from toolpoint.joint_identification.joints.kinds import WAYS as KINDS
-from toolpoint.joint_identification.joints.kinds import effective_moves, unit_twists
+from toolpoint.joint_identification.joints.kinds import effective_moves, screw_chart, unit_twists
 from toolpoint.joint_identification.motion.finite_motion import bisector_axis, meeting_point, relative_bisector_axes
 from toolpoint.joint_identification.motion.measured import component
 from toolpoint.joint_identification.motion.relative_motion import screw_axis
@@ -290,3 +290,13 @@ def test_beside_a_general_joint_the_others_get_their_stiffness():
     hinge = result.joint("second")
     assert hinge.kind == "hinge"
     assert abs(hinge.stiffness[0] - 4e5) < 4 * hinge.stiffness_deviation[0] < 4e4
+
+
+@pytest.mark.parametrize("turn", [0.0, 1e-14, 1e-8, 0.3])
+def test_the_frame_of_a_screw_is_a_frame_also_where_it_only_slides(turn):
+    """Modes without noise give a slide no turn at all: its axis is its direction."""
+    twist = np.array([0.6, 0.0, 0.8, 0.0, turn, 0.0])
+    chart = screw_chart((twist / np.linalg.norm(twist))[:, None])
+    frame = chart.frame(np.zeros(5))
+    np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(frame[:3, 0], [0.0, 1.0, 0.0] if turn > 1e-9 else [0.6, 0.0, 0.8], atol=1e-12)

@@ -206,3 +206,15 @@ def test_frac_is_one_for_scaled_and_below_for_shifted_responses():
     stiffer = fr.direct(damping.modal(SecondOrderSystem(system.mass, 1.3 * system.stiffness), 0.02), FREQUENCY)
     np.testing.assert_allclose(correlation.frac(frf, frf), 1)
     assert correlation.frac(frf, stiffer).min() < 0.9
+
+
+@pytest.mark.parametrize("hold", ["first", "zero"])
+@pytest.mark.parametrize("every", [1, 2, 6, 50])
+def test_outputs_at_every_nth_sample_are_those_of_all_samples(hold, every):
+    rng = np.random.default_rng(3)
+    system = state_space.physical(SecondOrderSystem(np.diag([1.0, 2.0, 0.5]), 1e4 * np.array(
+        [[2.0, -1, 0], [-1, 2, -1], [0, -1, 1.5]]), 3.0 * np.eye(3)))
+    u, start = rng.normal(size=(200, len(system.inputs))), rng.normal(size=system.size)
+    whole = time_response.exact(system, u, 300.0, hold=hold, start=start)
+    np.testing.assert_allclose(time_response.exact(system, u, 300.0, hold=hold, start=start, every=every), whole[::every],
+                               rtol=1e-9, atol=1e-12 * np.abs(whole).max())

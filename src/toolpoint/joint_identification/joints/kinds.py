@@ -61,6 +61,7 @@ def _catalogue() -> dict[str, tuple[str, ...]]:
 
 
 WAYS = _catalogue()
+SLIDING_TURN = 1e-9  # rad/m: turn of a twist over its translation, below which it is a slide
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +121,10 @@ def screw_chart(span: FloatArray) -> FreedomChart:
 
     def frame(theta: FloatArray) -> FloatArray:
         v, w = np.split(chart.basis(theta)[:, 0], 2)
-        turn = float(w @ w)
-        point = np.cross(w, v) / max(turn, 1e-24)
-        return tf.transform(_from_axis(w / max(np.sqrt(turn), 1e-12)), point)
+        turn = float(np.linalg.norm(w))
+        if turn < SLIDING_TURN * np.linalg.norm(v):  # a slide, whose axis lies nowhere: that of exact modes has no turn at all
+            return tf.transform(_from_axis(v / np.linalg.norm(v)))
+        return tf.transform(_from_axis(w / turn), np.cross(w, v) / turn**2)
 
     return FreedomChart("screw", 1, chart.parameters, chart.basis, frame)
 
