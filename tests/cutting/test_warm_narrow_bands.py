@@ -9,7 +9,6 @@ from toolpoint.cutting.stability.panels.search import PanelSearch
 from toolpoint.cutting.stability.panels.store import PanelStore
 from toolpoint.vibration import Modes
 
-
 HIGH = 0.62e-3 * (1 - 2e-6)  # m, a level beside the root at 0.62 mm
 
 
