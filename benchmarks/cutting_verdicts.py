@@ -13,17 +13,17 @@ from cutting_time_domain import random_problem
 
 from toolpoint import ToolpointWarning
 from toolpoint.cutting import MillingProblem, stability
-from toolpoint.cutting.simulation.milling import ExactSteps, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut
 from toolpoint.cutting.simulation.verdict import run_until_decided
 
-STEPS, FIRST = 20_000_000, 60
+STEPS, FIRST, KEPT = 20_000_000, 60, 2_000_000  # steps of a cut at most; revolutions of its first look; steps that are kept
 
 
 def verdict(problem: MillingProblem, speed: float, depth: float, keeps_contact: bool) -> tuple[str, int]:
     """Return the verdict on a cut run on until it is decided, and the time steps of the last run."""
     method = ExactSteps(keeps_contact=keeps_contact)
     per_turn = method.chosen(problem, speed) * problem.tool.teeth
-    run = run_until_decided(lambda turns: simulate(problem, speed, depth, revolutions=turns, method=method), FIRST,
+    run = run_until_decided(RunningCut(problem, speed, depth, method=method, kept=KEPT), FIRST,
                             STEPS // per_turn)
     return run.verdict().state, run.time.size
 

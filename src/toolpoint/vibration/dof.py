@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -133,19 +133,22 @@ def positions(name: str, dofs: Iterable[Dof | str | int], labels: Sequence[Dof])
     """Return the places of the wanted labels (or plain indices) in `labels`."""
     if isinstance(dofs, (str, Dof, int)):
         dofs = [dofs]
-    return [_position(name, dof, labels) for dof in dofs]
+    # One table for all: looking each label up in the list takes the square of their number.
+    places = {label: k for k, label in reversed(list(enumerate(labels)))}
+    return [_position(name, dof, labels, places) for dof in dofs]
 
 
-def _position(name: str, name_or_place: Dof | str | int, labels: Sequence[Dof]) -> int:
+def _position(name: str, name_or_place: Dof | str | int, labels: Sequence[Dof], places: Mapping[Dof, int]) -> int:
     if isinstance(name_or_place, (int, np.integer)):
         if not -len(labels) <= name_or_place < len(labels):
             fail(name, f"index {name_or_place}", f"must be within 0 .. {len(labels) - 1}")
         return int(name_or_place) % len(labels)
     dof = name_or_place if isinstance(name_or_place, Dof) else Dof.parse(name_or_place)
-    if dof not in labels:
+    place = places.get(dof)
+    if place is None:
         known = ", ".join(str(label) for label in labels[:6]) + (" ..." if len(labels) > 6 else "")
         fail(name, f"no {dof}", f"must be one of {known}")
-    return list(labels).index(dof)
+    return place
 
 
 def summary(labels: Sequence[Dof]) -> str:

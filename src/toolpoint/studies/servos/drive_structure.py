@@ -86,7 +86,8 @@ def question_structure(drives: DriveDescription, machine: Machine | None, pose: 
     frequency = eigen.solve_undamped(replace(system, damping=None, structural_damping=None)).frequency
     moving = frequency[frequency > RIGID_SHARE * frequency.max()]
     lines = np.unique(np.concatenate([np.geomspace(0.3 * moving.min(), min(1.2 * moving.max(), TOP_HZ), LINES), moving]))
-    exact, taken = (frequency_response.direct(damped, lines).values for damped in (system, equivalent_viscous(system)))
+    exact = frequency_response.direct(system, lines).values
+    taken = frequency_response.direct(equivalent_viscous(system), lines).values
     error = np.linalg.norm(taken - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
     worst = int(error.argmax())
     if error[worst] < MIN_ERROR:

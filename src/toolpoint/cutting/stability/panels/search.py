@@ -301,6 +301,9 @@ class PanelSearch:
         error, mu = b - a, 0j
         for more in (3, 6):
             w, slope, mu, sure = self._polished(w, slope if (slope > 0) == rising else 0.0, more, a, b)
+            if sure and (slope > 0) != rising:
+                # The root of a near problem led to the other end of a narrow band, which is no root of this bracket.
+                return best, b - a, 0j, 0.0
             shift = abs(self.growth(w, more - 3)[0] / slope) if sure and slope else b - a
             shift *= ROUNDED if self.problem.tool.corner_radius > 0 else 1.0
             error, best = min(shift * (1 + shift / (b - a)) + FLOOR * w, b - a), w
