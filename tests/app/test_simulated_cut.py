@@ -114,7 +114,7 @@ def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     (["mill", MACHINE, "--speed", "1350", "--depth", "2", "--feed", "0"], "--feed: 0 mm; must be above zero"),
     (["mill", MACHINE, "--speed", "1350", "--depth", "2", "--revolutions", "0"], "--revolutions"),
     (["speeds", "--chatter", "850", "--teeth", "4", "--highest", "900", "--lowest", "1000"], "0 <= lowest < highest"),
-    (["lobes", MACHINE, *SPEEDS, "--method", "zero-order", "-o", "/proc/none/x"], "cannot be written")])
+    (["lobes", MACHINE, *SPEEDS, "--method", "zero-order", "-o", "/proc/none/x"], "nothing can be written")])
 def test_wrong_input_is_answered_in_the_words_of_the_command_line(folder, arguments, words, capsys):
     with pytest.raises(SystemExit) as stopped:
         main([part.format(folder) for part in arguments])
