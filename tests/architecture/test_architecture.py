@@ -235,12 +235,16 @@ def test_wheel_carries_scripts_styles_and_machines():
     assert {".js", ".css", ".yaml"} <= names
 
 
-def test_bars_page_names_commands_that_exist():
-    text = (ROOT / "docs" / "bars.md").read_text(encoding="utf-8")
-    for line in text.splitlines():
-        for word in line.replace("`", " ").split():
+def test_bars_name_commands_that_exist_and_their_page_is_written_from_them():
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    import bars
+
+    data = bars.read_areas()
+    for row in bars.rows(data):
+        for word in row.command.split():
             if word.startswith(("benchmarks/", "tests/")):
-                assert (ROOT / word.split("::")[0]).exists(), word
+                assert (ROOT / word.split("::")[0]).exists(), f"{row.figure}: {word}"
+    assert bars.PAGE.read_text(encoding="utf-8") == bars.page(data), "run python benchmarks/bars.py --write"
 
 
 def exports_of(path):
