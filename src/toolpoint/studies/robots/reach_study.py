@@ -58,7 +58,7 @@ class ReachStudy(NotebookText):
 
     def table(self) -> str:
         """Return the poses as text."""
-        title = f"{self.machine.name}: tip at " + ", ".join(f"{1e3 * v:.5g}" for v in self.tip) + " mm"
+        title = f"{self.machine.name}: tip at " + ", ".join(f"{1e3 * v:.5g}" for v in np.round(self.tip, 12) + 0.0) + " mm"
         if not self.poses:
             return f"{title}: {self.reason}"
         rows = [[each.branch or str(i + 1), pose_words(self.machine, each.pose), f"{each.condition:.3g}",
