@@ -19,7 +19,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.simulation.pixel_bed import PixelBed
 from toolpoint.machine.parts.model import Machine
-from toolpoint.studies.accuracy.chip import chip_kind, side_chip
+from toolpoint.studies.accuracy.chip import Chip, chip_kind, side_chip
 from toolpoint.studies.accuracy.cut_course import Arc, cut_course, mill_bed
 from toolpoint.studies.accuracy.cutting_table import check_regeneration, cutting_problem
 from toolpoint.studies.accuracy.joint_servos import servo_words
@@ -226,17 +226,23 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
         rough = run(steps, structure.system.thinned(), plain, what="rough")
         halving = max(_change(coarse, fine, mean) + _change(rough, coarse, mean)
                       for mean in ("position_error", "rotation_error"))
+    notes = _with_setup(fine, side, setup, chip=chip, arcs=arcs)
+    if judged:
+        notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
+    if "cutting" in setup.loads and setup.with_force:
+        notes = (*chip.doubts(setup.speed, problem.tool.teeth), *notes)
+    return replace(fine, halving=halving, notes=notes)
+
+
+def _with_setup(fine: SideAccuracy, side: PathSide, setup: MillingSetup, *, chip: Chip, arcs: list[tuple[float, Arc]] | None
+                ) -> tuple[str, ...]:
+    """Return a side's notes with those of its chip, window, servos and block."""
     notes = fine.notes if arcs is None else (*fine.notes, _arc_words(arcs, side.length))
     if setup.servos:
         notes = (*notes, servo_words(setup.servos))
     if setup.window is not None and setup.window < side.law.duration:
         notes = (f"only {fine.duration:.6g} s of the middle of every side were run, in whole tooth periods", *notes)
-    if "cutting" in setup.loads and setup.with_force:
-        notes = (chip.words, *notes)
-    if judged:
-        notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
-    notes = (*(chip.doubts(setup.speed, problem.tool.teeth) if "cutting" in setup.loads and setup.with_force else ()), *notes)
-    return replace(fine, halving=halving, notes=notes)
+    return (chip.words, *notes) if "cutting" in setup.loads and setup.with_force else notes
 
 
 def _change(rough: SideAccuracy, fine: SideAccuracy, mean: str) -> float:
