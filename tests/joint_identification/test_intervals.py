@@ -1,12 +1,13 @@
 """Intervals that hold: with wrong coordinates of the points, and with errors that modes have in common."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from joint_identification import p1_case as p1
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import Criterion, identify_joints
 from toolpoint.joint_identification.joints.chain import pair
 from toolpoint.joint_identification.joints.joint_fit import candidates, settle_floor, stack_twists
@@ -38,8 +39,11 @@ def collected(model, seeds, deviation, told, corrupted=lambda modes, case, rng: 
         case = p1.case(model, rng)
         modes = corrupted(p1.noisy(case.truth, 0.02, rng), case, rng)
         points = {name: np.asarray(at) + deviation * rng.normal(size=3) for name, at in case.points.items()}
-        result = identify_joints(modes, points, case.components, chain=p1.CHAIN, masses=case.masses,
-                                 coordinate_deviation=deviation if told else 0.0)
+        with warnings.catch_warnings():
+            if not told:  # errors that nobody told may be doubted: the fit misses the frequencies
+                warnings.simplefilter("ignore", ToolpointWarning)
+            result = identify_joints(modes, points, case.components, chain=p1.CHAIN, masses=case.masses,
+                                     coordinate_deviation=deviation if told else 0.0)
         assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
         one, two = scores(result)
         place += one
