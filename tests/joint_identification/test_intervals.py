@@ -1,6 +1,6 @@
 """Intervals that hold: with wrong coordinates of the points, and with errors that modes have in common."""
 
-import warnings
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -39,9 +39,7 @@ def collected(model, seeds, deviation, told, corrupted=lambda modes, case, rng: 
         case = p1.case(model, rng)
         modes = corrupted(p1.noisy(case.truth, 0.02, rng), case, rng)
         points = {name: np.asarray(at) + deviation * rng.normal(size=3) for name, at in case.points.items()}
-        with warnings.catch_warnings():
-            if not told:  # errors that nobody told may be doubted: the fit misses the frequencies
-                warnings.simplefilter("ignore", ToolpointWarning)
+        with contextlib.nullcontext() if told else pytest.warns(ToolpointWarning, match="doubtful"):
             result = identify_joints(modes, points, case.components, chain=p1.CHAIN, masses=case.masses,
                                      coordinate_deviation=deviation if told else 0.0)
         assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
@@ -53,12 +51,13 @@ def collected(model, seeds, deviation, told, corrupted=lambda modes, case, rng: 
 
 @pytest.mark.slow
 def test_wrong_coordinates_are_in_the_intervals(model):
-    """20 mm of scatter: 95 % of the intervals hold (here 87 to 100 % of 80 and 60), without being told far fewer."""
+    """20 mm of scatter: 95 % of the intervals hold (here 87 to 100 % of 80 and 60). Untold the result is doubted, and what the
+    misfit leaves is in the intervals."""
     place, stiff = collected(model, 10, 0.02, told=True)
     assert 0.87 <= (place < 1.96**2).mean() <= 1.0 and 0.87 <= (stiff < 1.96**2).mean() <= 1.0
     assert 0.7 < place.mean() < 1.5 and 0.6 < stiff.mean() < 1.6
     untold, _ = collected(model, 5, 0.02, told=False)
-    assert untold.mean() > 2
+    assert (untold < 1.96**2).mean() >= 0.87
 
 
 @pytest.mark.slow
