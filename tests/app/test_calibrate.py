@@ -79,7 +79,7 @@ def test_coefficients_and_runout_of_records_that_begin_anywhere(folder, tmp_path
     assert fit["parameters"]["kt"]["interval"][1] < 1.05 * fit["parameters"]["kt"]["interval"][0]
     # The mean forces are blind to run-out, which lifts the thin end of the chip out of the work.
     assert found["average"]["parameters"]["kt"]["value"] == pytest.approx(767e6, rel=0.06)
-    section = YAML(typ="safe").load(yaml_file.read_text())["cutting"]
+    section = YAML(typ="safe", pure=True).load(yaml_file.read_text())["cutting"]
     assert section["tangential"] == fit["parameters"]["kt"]["value"] and section["helix"] == pytest.approx(np.pi / 6)
     assert "Measured and fitted forces" in (tmp_path / "index.html").read_text()
 

@@ -24,7 +24,7 @@ def sources(node, key=()):
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.name)
 def test_a_published_source_names_its_publication(path):
-    data = YAML(typ="safe").load(path)
+    data = YAML(typ="safe", pure=True).load(path)
     for key, text in sources(data):
         if "published" in text:
             after = text.split("published", 1)[1]

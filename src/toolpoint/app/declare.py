@@ -27,9 +27,15 @@ from toolpoint.app.frame import Frame
 
 REPLACE = "toolpoint.replace"
 
+if TYPE_CHECKING:
+    _ParameterType = click.ParamType[Any]
+    _WordsType = click.Choice[str]
+else:  # generic from click 8.3 on only
+    _ParameterType = click.ParamType
+    _WordsType = click.Choice
 
 
-class WordChoice(click.Choice[str]):
+class WordChoice(_WordsType):
     """One of a few words; a word of the same meaning, or a near one, is proposed."""
 
     def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
@@ -93,11 +99,6 @@ class Group(Protocol):
         """Take the values of the parameters out of all values, and return what the command receives."""
         ...
 
-
-if TYPE_CHECKING:
-    _ParameterType = click.ParamType[Any]
-else:
-    _ParameterType = click.ParamType  # generic from click 8.3 on only
 
 
 
