@@ -25,6 +25,8 @@ def all_commands():
 PAGED = [name for name, each in all_commands().items() if any(p.name == "output" for p in each.params)]
 KEEPING = [name for name, each in all_commands().items() if any(p.name == "folder" for p in each.params)]
 
+RANGES = {"--axis": "X=0:1:2", "--along": "x=0mm:100mm:2"}
+
 
 def test_places_that_take_no_file_are_refused(tmp_path):
     file = tmp_path / "a.txt"
@@ -50,12 +52,13 @@ def test_every_page_is_refused_before_its_command_reads_anything(tmp_path, name,
     each = all_commands()[name]
     arguments = [str(tmp_path / "file") for p in each.params if isinstance(p, click.Argument) for _ in range(max(p.nargs, 1))]
     required = [word for p in each.params if isinstance(p, click.Option) and p.required
-                for word in (p.opts[-1], "1" if p.type.name in ("integer", "float", "float range") else str(tmp_path / "file"))]
+                for word in (p.opts[-1], "1" if p.type.name in ("integer", "float", "float range")
+                             else RANGES.get(p.opts[-1], str(tmp_path / "file")))]
     with pytest.raises(SystemExit) as ended:
         main([name, *arguments, *required, "-o", str(tmp_path / "file" / "page")])
     shown = " ".join(capsys.readouterr().err.split())
     assert ended.value.code == 2
-    assert "is a file; must be a folder" in shown or "Missing" in shown or "Usage" in shown or "given" in shown, shown
+    assert "is a file; must be a folder" in shown, shown
 
 
 @pytest.mark.parametrize("name", KEEPING)
