@@ -1,0 +1,44 @@
+"""Text of the rooms that have been reread: names and first lines as docs/vocabulary.md asks."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "benchmarks"))
+import house_text  # noqa: E402
+
+# Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
+ROOMS_REREAD = ()
+
+
+@pytest.mark.parametrize("room", ROOMS_REREAD)
+def test_rooms_that_were_reread_keep_the_rules_of_names_and_first_lines(room):
+    faults = [f"{place.path.relative_to(ROOT)}:{place.line}: {place.rule}: {place.words}"
+              for place in house_text.places(ROOT, f"src/toolpoint/{room}")]
+    assert not faults, "\n".join(faults)
+
+
+@pytest.mark.parametrize(("line", "rule"), [
+    ("MOST = 160", "unclear constant"),
+    ("_BOUND = 2e-3", "unclear constant"),
+    ("ALIKE = 'what is alike'", "unclear constant"),
+    ("def scale(low):\n    return low", "place in a sentence"),
+    ("rest = [1]", "place in a sentence"),
+    ('"""What moves."""', "first line"),
+    ('"""Of a misfit so large by noise alone."""', "first line"),
+])
+def test_each_rule_of_text_refuses_what_it_names(tmp_path, line, rule):
+    folder = tmp_path / "src/toolpoint"
+    folder.mkdir(parents=True)
+    (folder / "module.py").write_text(line + "\n", encoding="utf-8")
+    assert [place.rule for place in house_text.places(tmp_path)] == [rule]
+
+
+def test_a_number_of_two_modules_is_refused_in_both(tmp_path):
+    folder = tmp_path / "src/toolpoint"
+    folder.mkdir(parents=True)
+    for name in ("first", "second"):
+        (folder / f"{name}.py").write_text("MAX_BASIS_SIZE = 160  # vectors\n", encoding="utf-8")
+    assert [place.rule for place in house_text.places(tmp_path)] == ["constant of several modules"] * 2
