@@ -28,7 +28,8 @@ def chain(stiffness=(4e5, 3e5, 2e5, 1e5), damping=(20.0, 15.0, 10.0, 5.0), lines
     values = (*map(float, stiffness), *map(float, damping))
     outputs = system.outputs if lines is not None else ()
     model = SystemModel(AffineSystem(system, slopes, values), n, lines, outputs, system.inputs[:1] if outputs else ())
-    return model, [Parameter(name, value, value / 100, value * 100) for name, value in zip(names, values, strict=True)]
+    positive = [(name, value) for name, value in zip(names, values, strict=True) if value > 0]
+    return model, [Parameter(name, value, value / 100, value * 100) for name, value in positive]
 
 
 def measured(model):

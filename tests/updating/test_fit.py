@@ -49,6 +49,8 @@ def test_exact_derivatives_are_those_of_central_differences(kind):
 def test_complex_measured_shapes_have_the_same_law():
     model, parameters = chain()
     modes = measured(model).modes
+    # Damping of this chain is proportional: each shape is real but for its own phase.
+    modes = replace(modes, shape=np.real(modes.shape * np.exp(-1j * np.angle(modes.shape[-1]))))
     turned = Modes(modes.frequency, modes.damping_ratio, modes.shape * np.exp(0.7j), modes.dofs, "unscaled")
     problem = Problem(model, moved(parameters, [1.2, 0.9, 1.1, 0.8] * 2), Targets(turned, shape=True, mac=True))
     real = Problem(model, problem.parameters, Targets(modes, shape=True, mac=True))

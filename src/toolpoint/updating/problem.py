@@ -179,6 +179,6 @@ def _directed(model: PredictionModel, values: dict[str, float], names: tuple[str
         return None if array is None else np.tensordot(chain.T, array, 1)
 
     shape = prediction.shape_slopes
-    turned = ShapeSlopes(shape.basis, shape.turns @ chain) if isinstance(shape, ShapeSlopes) else chained(shape)
+    turned = replace(shape, turns=shape.turns @ chain) if isinstance(shape, ShapeSlopes) else chained(shape)
     return Prediction(prediction.modes, prediction.frf, chained(prediction.frequency_slopes),
                       chained(prediction.damping_slopes), turned, chained(prediction.frf_slopes))

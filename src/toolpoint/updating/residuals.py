@@ -140,15 +140,15 @@ class Weighting:
         modes, y = prediction.modes, self.unit_shape
         assert modes is not None and self.targets.modes is not None
         rows = [modes.dofs.index(d) for d in self.targets.dofs] if modes.dofs != self.targets.dofs else slice(None)
-        phi = np.real(modes.shape[rows][:, at])
-        power, product = (phi**2).sum(axis=0), (phi * y).sum(axis=0)
+        phi = modes.shape[rows][:, at]
+        power, product = (np.abs(phi) ** 2).sum(axis=0), (phi.conj() * y).sum(axis=0)
         factor = product / power
         turned = None
         if prediction.shape_slopes is not None:
-            turned = _Turned(prediction.shape_slopes, rows, at, phi, y, power)
+            turned = _Turned(prediction.shape_slopes, modes.shape, rows, at, phi, y, power)
         result: list[Block] = []
         if self.targets.shape:
-            slopes = None if turned is None else turned.scaled(factor, self.shape_sd)
+            slopes = None if turned is None else turned.scaled(factor, self.shape_sd, y)
             result.append(("shape", _real_rows((factor * phi - y) / self.shape_sd, y), slopes))
         if self.targets.mac:
             value, slopes = np.abs(product) ** 2 / power, None
@@ -198,28 +198,26 @@ def silent_responses(frf: Frf) -> BoolArray:
 
 
 class _Turned:
-    """Derivatives of paired shapes: growth (m, p) of phi^T phi over it, product (m, p) of phi^T y."""
+    """Derivatives of paired shapes: growth (m, p) of phi^H phi over it, product (m, p) of phi^H y."""
 
-    def __init__(self, slopes: FloatArray | ShapeSlopes, rows: list[int] | slice, at: np.ndarray, phi: FloatArray, y: Array,
-                 power: FloatArray) -> None:
-        given = slopes if isinstance(slopes, ShapeSlopes) else ShapeSlopes.of(slopes)
+    def __init__(self, slopes: Array | ShapeSlopes, shapes: Array, rows: list[int] | slice, at: np.ndarray, phi: Array,
+                 y: Array, power: FloatArray) -> None:
+        given = slopes if isinstance(slopes, ShapeSlopes) else ShapeSlopes.of(slopes, shapes)
         self.basis, self.turns, self.power = given.basis[rows], np.ascontiguousarray(given.turns[:, at]), power
-        # The coordinates of phi in the basis: the shapes themselves are its columns, or it is the identity.
-        self.own = np.eye(len(given.turns))[:, at] if given is slopes else np.real(phi)
-        self.growth = np.einsum("im,imp->mp", 2 * (self.basis.T @ phi) / power, self.turns)
-        self.product = np.einsum("im,imp->mp", self.basis.T @ y, self.turns)
+        self.coordinates = given.coordinates_of(at)
+        self.growth = np.real(np.einsum("im,imp->mp", 2 * (self.basis.T @ phi.conj()) / power, self.turns))
+        self.product = np.einsum("im,imp->mp", self.basis.T @ y, self.turns.conj())
 
-    def scaled(self, factor: Array, sd: FloatArray) -> FloatArray:
-        """Return the derivative (rows, p) of factor phi / sd, factor = phi^T y / phi^T phi, rows as in `_real_rows`."""
+    def scaled(self, factor: Array, sd: FloatArray, measured: Array) -> FloatArray:
+        """Return the derivative (rows, p) of factor phi / sd, factor = phi^H y / phi^H phi, rows as in `_real_rows`."""
         change = self.product / self.power[:, None] - factor[:, None] * self.growth
-        result = []
-        for part in (np.real, np.imag) if np.iscomplexobj(factor) else (np.real,):
-            moved = self.turns * part(factor)[:, None]
-            moved += self.own[:, :, None] * part(change)
-            seen = (self.basis @ moved.reshape(len(moved), -1)).reshape(len(self.basis), *moved.shape[1:])
-            seen *= (1 / sd)[:, :, None]
-            result.append(seen.reshape(-1, seen.shape[2]))
-        return np.concatenate(result) * np.sqrt(2.0) if len(result) > 1 else result[0]
+        moved = self.turns * factor[:, None] + self.coordinates[:, :, None] * change
+        sensed = (self.basis @ moved.reshape(len(moved), -1)).reshape(len(self.basis), *moved.shape[1:])
+        sensed *= (1 / sd)[:, :, None]
+        flat = sensed.reshape(-1, sensed.shape[2])
+        if not np.iscomplexobj(measured):
+            return np.asarray(flat.real)
+        return np.concatenate([flat.real, flat.imag]) * np.sqrt(2.0)
 
 
 def _real_rows(array: Array, measured: Array) -> FloatArray:

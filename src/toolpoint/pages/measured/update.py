@@ -18,6 +18,7 @@ from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.measured.machine_update import Agreement, MachineUpdate
 from toolpoint.studies.measured.measured_update import MeasuredUpdate, as_assumed
 from toolpoint.updating.fits.sampler import Samples
+from toolpoint.updating.residuals import track_modes
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
 _CURVES = 4
@@ -36,7 +37,7 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
         b, a = updated.all_before[k], updated.all_after[k]
         if part.modes is not None:
             report = report.with_section(f"Modes before and after{of}", _agreement(b, a),
-                                         *_mac(((before, b), (updated.machine, a)), part.modes, part.pose))
+                                         *_mac((b, a), part.modes))
         if part.frf is not None:
             report = report.with_section(f"Responses before and after{of}", *_frac(b, a),
                                          *_responses(before, updated.machine, part.frf, part.pose))
@@ -101,11 +102,13 @@ def _agreement(b: Agreement, a: Agreement) -> Table:
     return Table(["mode", "measured, Hz", "before, Hz", "before, %", "before MAC", "after, Hz", "after, %", "after MAC"], rows)
 
 
-def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Mapping[str, float] | None) -> list[Chart]:
+def _mac(pair: tuple[Agreement, ...], measured: Modes) -> list[Chart]:
     charts = []
-    for words, (machine, agreed) in zip(("before", "after"), pair, strict=True):
-        count = max(int(agreed.modes.max()) + 1, min(measured.count + 2, machine.size))
-        modes = eigen.solve_undamped(assemble(machine, pose, measured.dofs, modal_damping=False), count)
+    for words, agreed in zip(("before", "after"), pair, strict=True):
+        assert agreed.candidates is not None
+        count = max(int(agreed.modes.max()) + 1, min(measured.count + 2, agreed.candidates.count))
+        candidates = agreed.candidates.selected(list(range(count)))
+        modes = replace(candidates, shape=candidates.shape_at(measured.dofs), dofs=measured.dofs)
         pairs = np.stack([np.arange(agreed.modes.size), agreed.modes], axis=1)
         charts.append(Chart(mac_matrix(
             correlation.mac(measured.shape, modes.shape), measured, modes, row_title="Measured mode",
@@ -125,12 +128,21 @@ def _shapes(before: Machine, updated: MachineUpdate, pose: Mapping[str, float] |
     scene, shapes = machine_shapes(before, pose, before.size)
     other, moved = machine_shapes(updated.machine, pose, before.size)
     if updated.before.modes.size:
-        shapes, moved = shapes.selected(updated.before.modes.tolist()), moved.selected(updated.after.modes.tolist())
+        shapes = shapes.selected(_undamped(before, updated.before, pose))
+        moved = moved.selected(_undamped(updated.machine, updated.after, pose))
     else:
         shapes = shapes.selected(range(min(12, shapes.count)))
         moved = moved.selected(partners(shapes, moved))
     return ShapeView(scene, shapes, "pair", "before", "Shapes that belong to one measured mode, or else look alike.",
                      (other, turn_alike(moved, shapes), "after"))
+
+
+def _undamped(machine: Machine, agreement: Agreement, pose: Mapping[str, float] | None) -> list[int]:
+    """Return which undamped modes, whose shapes the view draws, are those that were paired."""
+    damped = agreement.partners
+    assert damped is not None
+    undamped = eigen.solve_undamped(assemble(machine, pose, damped.dofs, modal_damping=False))
+    return [int(i) for i in track_modes(damped, undamped).model]
 
 
 def _responses(before: Machine, after: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:

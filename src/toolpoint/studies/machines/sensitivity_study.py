@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, fail
+from toolpoint._check import Array, FloatArray, count, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
@@ -26,7 +26,7 @@ from toolpoint.machine.derivatives import has_derivative, matrix_derivatives
 from toolpoint.machine.description import parameters
 from toolpoint.machine.pose.placement import body_coordinates, place_machine
 from toolpoint.studies.machines.energy_law import warn_of_energy_law
-from toolpoint.updating.models.prediction import ShapeSlopes
+from toolpoint.updating.models.prediction import Prediction, ShapeSlopes
 from toolpoint.updating.models.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sensitivity import MatrixDerivatives
@@ -43,7 +43,8 @@ class SensitivityStudy(NotebookText):
     """Table of sensitivities.
 
     paths : (n_p); parts : joint or body of each; values : (n_p,), SI; frequencies : (n_modes,), Hz; frequency : (n_p, n_modes),
-    (p/f) df/dp; damping : (n_p, n_modes), p d zeta/dp; turns : (n_p, n_dofs, n_modes), p d phi/dp across phi over |phi|.
+    (p/f) df/dp; damping : (n_p, n_modes), p d zeta/dp; turns : (n_p, n_dofs, n_modes), p d phi/dp across phi over |phi|,
+    complex where there is damping.
     """
 
     paths: tuple[str, ...]
@@ -52,7 +53,7 @@ class SensitivityStudy(NotebookText):
     frequencies: FloatArray
     frequency: FloatArray
     damping: FloatArray
-    turns: FloatArray
+    turns: Array
 
     @property
     def shape(self) -> FloatArray:
@@ -77,8 +78,8 @@ class SensitivityStudy(NotebookText):
         """Return the angle of turn of the shapes with all parameters (of a kind) of each part scaled together, (n_modes,)."""
         return {part: np.linalg.norm(turn, axis=0) for part, turn in self._summed(self.turns, kind).items()}
 
-    def _summed(self, rows: FloatArray, kind: str) -> dict[str, FloatArray]:
-        result: dict[str, FloatArray] = {}
+    def _summed(self, rows: Array, kind: str) -> dict[str, Any]:
+        result: dict[str, Any] = {}
         for name, part, row in zip(self.kinds, self.parts, rows, strict=True):
             if not kind or name == kind:
                 result[part] = result.get(part, np.zeros_like(row)) + row
@@ -141,13 +142,28 @@ def study_sensitivity(
     system = assemble(machine, pose, dofs, modal_damping=False, joint_damping=True)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
-    assert prediction.modes is not None and prediction.frequency_slopes is not None
-    assert prediction.damping_slopes is not None and isinstance(prediction.shape_slopes, ShapeSlopes)
-    frequency = values[:, None] * prediction.frequency_slopes / prediction.modes.frequency
+    assert prediction.modes is not None and isinstance(prediction.shape_slopes, ShapeSlopes)
+    is_structural = system.damping is None and system.structural_damping is not None
+    hertz, frequency, damping = _poles(prediction, is_structural=is_structural)
     parts = tuple(".".join(n.split(".")[:2]) for n in names)
-    damping = values[:, None] * prediction.damping_slopes
-    return SensitivityStudy(names, parts, values, prediction.modes.frequency, frequency, damping, _turn(
-        np.real(prediction.modes.shape), values[:, None, None] * prediction.shape_slopes.array))
+    return SensitivityStudy(names, parts, values, hertz, values[:, None] * frequency, values[:, None] * damping, _turn(
+        prediction.modes.shape, values[:, None, None] * prediction.shape_slopes.array))
+
+
+def _poles(prediction: Prediction, *, is_structural: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+    r"""Return frequencies, Hz, with their relative slopes and those of the damping ratios, (n_p, n_modes).
+
+    As `modes` states them: modes of structural damping alone by :math:`s^2 = -\omega^2 (1 + 2 i \zeta)`, all others by size
+    and decay of s.
+    """
+    assert prediction.modes is not None and prediction.frequency_slopes is not None and prediction.damping_slopes is not None
+    hertz, ratio = prediction.modes.frequency, prediction.modes.damping_ratio
+    relative, ratio_slopes = prediction.frequency_slopes / hertz, prediction.damping_slopes
+    if not is_structural:
+        return hertz, relative, ratio_slopes
+    part, root = 1 - 2 * ratio**2, np.sqrt(1 - ratio**2)
+    return (hertz * np.sqrt(part), relative - 2 * ratio * ratio_slopes / part,
+            ratio_slopes * (1 / root + 4 * ratio**2 * root / part**2))
 
 
 def _at_standstill(slopes: MatrixDerivatives) -> MatrixDerivatives:
@@ -157,10 +173,10 @@ def _at_standstill(slopes: MatrixDerivatives) -> MatrixDerivatives:
     return replace(slopes, damping=(slopes.damping + np.swapaxes(slopes.damping, -1, -2)) / 2)
 
 
-def _turn(shape: FloatArray, change: FloatArray) -> FloatArray:
+def _turn(shape: Array, change: Array) -> Array:
     """Return the part of the change that is square to the shape, over the shape's length."""
-    power = (shape**2).sum(axis=0)
-    along = (change * shape).sum(axis=1, keepdims=True) / power
+    power = (np.abs(shape) ** 2).sum(axis=0)
+    along = (change * shape.conj()).sum(axis=1, keepdims=True) / power
     return np.asarray((change - along * shape) / np.sqrt(power))
 
 

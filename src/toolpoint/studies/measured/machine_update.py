@@ -96,18 +96,24 @@ def _equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
 class Agreement(NotebookText):
     """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
 
-    modes : (n_measured,) indices of the predicted partners; frac : (n_outputs, n_inputs) or None; nan where neither holds more
-    than the measurement's noise, so that there is nothing to compare.
+    candidates : all predicted modes, or None; modes : (n_measured,) which of them are paired with the measured ones;
+    frac : (n_outputs, n_inputs) or None; nan where neither holds more than the measurement's noise: nothing to compare.
     """
 
     measured: FloatArray
     predicted: FloatArray
+    candidates: Modes | None
     modes: np.ndarray
     mac: FloatArray
     measured_damping: FloatArray
     predicted_damping: FloatArray
     frac: FloatArray | None = None
     frf: Frf | None = None
+
+    @property
+    def partners(self) -> Modes | None:
+        """The predicted modes paired with the measured ones, or None."""
+        return None if self.candidates is None else self.candidates.selected(self.modes.tolist())
 
     @property
     def frequency_error(self) -> FloatArray:
@@ -352,7 +358,8 @@ def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
         frac = np.where(np.any([_rises(frf, targets) for frf in both], axis=0), frac, np.nan)
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)
-        return Agreement(none, none, np.zeros(0, int), none, none, none, frac, predicted.frf)
+        return Agreement(none, none, None, np.zeros(0, int), none, none, none, frac, predicted.frf)
     pairs = track_modes(targets.modes, predicted.modes)
-    return Agreement(targets.modes.frequency, predicted.modes.frequency[pairs.model], pairs.model, pairs.mac,
-                     targets.modes.damping_ratio, predicted.modes.damping_ratio[pairs.model], frac, predicted.frf)
+    partners = predicted.modes.selected(pairs.model.tolist())
+    return Agreement(targets.modes.frequency, partners.frequency, predicted.modes, pairs.model, pairs.mac,
+                     targets.modes.damping_ratio, partners.damping_ratio, frac, predicted.frf)

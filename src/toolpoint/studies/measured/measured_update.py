@@ -13,7 +13,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint.machine import Machine, assemble
+from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.doubts import question
@@ -25,7 +25,7 @@ from toolpoint.updating.fits.left_alone import name_effects
 from toolpoint.updating.fits.misfit import question_misfit
 from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
 from toolpoint.updating.models.system_model import DAMPING_RATIO
-from toolpoint.vibration import Frf, Modes, eigen
+from toolpoint.vibration import Frf, Modes
 
 SCALE = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no interval "
          "holds that; measured responses tell both")
@@ -163,10 +163,9 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
         if part.frf is not None and before.frf is not None:
             lines += question_unit(part.frf, before.frf)
     for part, agreement, targets in zip(measured, result.all_after, result.problem.targets, strict=True):
-        if part.modes is not None:
-            modes = real_modes(part.modes)
-            system = assemble(result.machine, part.pose, modes.dofs)
-            lines += question_shapes(modes, eigen.solve_undamped(system).selected(agreement.modes))
+        if part.modes is not None and agreement.partners is not None:
+            partners = replace(agreement.partners, shape=agreement.partners.shape_at(part.modes.dofs), dofs=part.modes.dofs)
+            lines += question_shapes(part.modes, partners)
         if part.frf is not None and agreement.frf is not None:
             missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
             if missed and ratio:
@@ -184,7 +183,7 @@ def _leading(machine: Machine, part: Measurement) -> Modes | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ToolpointWarning)  # they lead only; what they are worth shows in the fit
-            modes = real_modes(identify(part.frf).modes)
+            modes = identify(part.frf).modes
             return _with_partners(machine, replace(part, modes=modes)).modes
     except ToolpointError:
         return None  # without modes the responses find their own way, with restarts

@@ -14,7 +14,6 @@ from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.pose.placement import place_machine
-from toolpoint.modal_identification import real_modes
 from toolpoint.studies.measured.machine_update import MachineUpdate, agreements, update
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
@@ -126,7 +125,7 @@ def update_from_videos(
         for way in getattr(machine.description.joints[name], kind)]
     targets = []
     for video in videos:
-        modes = real_modes(video.modes_at(seen_places(machine, video, pose)))
+        modes = video.modes_at(seen_places(machine, video, pose))
         targets.append(Targets(_with_floor(modes), None, damping=damped and any(".damping." in n for n in names),
                                shape=len(modes.dofs) > 2))
     if frf is not None:

@@ -12,7 +12,7 @@ from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.video.machine_view import INSET, body_corners, body_regions
-from toolpoint.vibration import Dof, eigen
+from toolpoint.vibration import Dof, SecondOrderSystem, eigen
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.rendering.scene import MARGIN, Camera, Motion, PicturedBody, Scene2D, film
 from toolpoint.vision.rendering.texture import plain, random_texture
@@ -41,7 +41,7 @@ def film_machine(
     Parameters
     ----------
     machine : Machine
-        With boxes to draw; it moves in its modes, each with the damping ratio of the damped one of equal rank.
+        With boxes to draw; it rings with the damping of its joints, coupled between modes.
     view : View
         With its scale.
     struck : Dof
@@ -61,7 +61,7 @@ def film_machine(
     shapes = body_shapes(machine, pose)
     regions = body_regions(machine, view, camera.shape, pose=pose)
     label = struck if isinstance(struck, Dof) else Dof.parse(struck)
-    motion = _ringing(machine, label, pose)
+    motion = ring(assemble(machine, pose, (label,)))
     bodies = []
     for name, region in regions.items():
         box = (region.left - INSET, region.top - INSET, region.width + 2 * INSET, region.height + 2 * INSET)
@@ -79,18 +79,30 @@ def film_machine(
                         regions)
 
 
-def _ringing(machine: Machine, struck: Dof, pose: Mapping[str, float] | None) -> Motion:
-    """Return modal amplitudes over time for a unit impulse, unit modal mass."""
-    system = assemble(machine, pose, (struck,))
-    real, damped = eigen.solve_undamped(system), eigen.solve_damped(system)
-    omega, zeta = real.omega, np.clip(damped.damping_ratio[:real.count], 0.0, 0.999)
-    rate = omega * np.sqrt(1 - zeta**2)
-    size = real.shape[0] / rate
+def ring(system: SecondOrderSystem) -> Motion:
+    r"""Return the free motion after a unit impulse at the first input, in the undamped modes of unit modal mass.
+
+    With C and D the damping matrices in these modes, the motion is the sum of :math:`2 \Re\, c\, u\, e^{s t}` over the upper
+    poles s of :math:`s^2 I + s C + \Omega^2 + i D`, and of the real poles of overdamped modes once. Viscous damping is exact
+    from the blow on. A loss factor has no motion at negative frequencies: its motion is exact once the blow is over.
+    """
+    squares, vectors = eigen.mass_normalised(system.mass, system.stiffness)
+    modal = SecondOrderSystem(np.eye(squares.size), np.diag(squares), _in_modes(system.damping, vectors),
+                              _in_modes(system.structural_damping, vectors))
+    poles, shapes, rigid = eigen.viscous_pencil(modal, hysteretic=True)
+    if rigid.shape[1]:
+        fail("machine", f"{rigid.shape[1]} motions without stiffness", "must be held in all directions to ring")
+    # A pole of a pair stands for both; residues of u u^T / u^T (2 s + C) u, whose denominator is 1 here.
+    strength = np.where(poles.imag > 0, 2.0, 1.0) * (shapes.T @ (vectors.T @ system.input_map[:, 0]))
 
     def amplitudes(times: FloatArray) -> FloatArray:
         t = np.maximum(np.asarray(times, float)[:, None], 0.0)
-        return np.asarray(size * np.exp(-zeta * omega * t) * np.sin(rate * t))
+        return np.asarray(np.real((strength * np.exp(poles * t)) @ shapes.T))
     return amplitudes
+
+
+def _in_modes(matrix: FloatArray | None, vectors: FloatArray) -> FloatArray | None:
+    return None if matrix is None else vectors.T @ matrix @ vectors
 
 
 def _scaled(motion: Motion, now: float, then: float) -> Motion:

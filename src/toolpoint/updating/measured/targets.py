@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import Array, FloatArray, fail, one_of, positive
 from toolpoint.updating.measured.frf_noise import Whitening, check_correlation
 from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.damped_modes import upper_poles
 from toolpoint.vibration.line_noise import line_noise
 
 FRF_KINDS = ("real and imaginary", "log")
@@ -85,6 +86,7 @@ class Targets:
         one_of("Targets.frf_kind", self.frf_kind, FRF_KINDS)
         if self.modes is not None:
             self._check_modes(self.modes)
+            object.__setattr__(self, "modes", _with_frequencies_of_poles(self.modes))
         if self.frf is not None:
             if self.frf.values.ndim != 3:
                 fail("Targets.frf", repr(self.frf), "must be one pose", remedy="use at_pose(i)")
@@ -233,6 +235,18 @@ class Targets:
         if self.line_correlation is None and self.channel_correlation is None:
             return None
         return Whitening.of(self.line_correlation, self.channel_correlation)
+
+
+def _with_frequencies_of_poles(modes: Modes) -> Modes:
+    """Return modes whose frequency and damping ratio are the size and the decay of their poles, as responses show them.
+
+    Modes of structural damping state :math:`\\omega` and :math:`\\eta / 2` of :math:`s^2 = -\\omega^2 (1 + i \\eta)`: their
+    poles are larger by :math:`(1 + \\eta^2)^{1/4}`, 0.25 % at a loss factor of 0.1.
+    """
+    if modes.damping != "structural" or modes.scaling != "unit modal mass":
+        return modes
+    poles = upper_poles(modes)
+    return replace(modes, frequency=np.abs(poles) / (2 * np.pi), damping_ratio=-poles.real / np.abs(poles), damping="viscous")
 
 
 def _noise_of_lines(frf: Frf) -> FloatArray:

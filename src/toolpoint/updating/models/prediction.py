@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.vibration import Frf, Modes
 
 
@@ -16,20 +16,25 @@ from toolpoint.vibration import Frf, Modes
 class ShapeSlopes:
     """Derivatives of shapes kept as a product, d shape = basis @ turns: basis (n_dofs, n), turns (n, n_modes, n_p).
 
-    The first n_modes columns of the basis are the shapes. Most of what a fit needs of the derivatives are sums over the
-    Dofs, which are cheaper in the n coordinates.
+    coordinates : (n, n_modes), the shapes themselves in the basis; its first n_modes columns where left out. Most of what a fit
+    needs of the derivatives are sums over the Dofs, which are cheaper in the n coordinates.
     """
 
     basis: FloatArray
-    turns: FloatArray
+    turns: Array
+    coordinates: Array | None = None
+
+    def coordinates_of(self, modes: np.ndarray) -> Array:
+        """Return the coordinates of these modes in the basis, (n, len(modes))."""
+        return np.eye(len(self.turns))[:, modes] if self.coordinates is None else self.coordinates[:, modes]
 
     @classmethod
-    def of(cls, array: FloatArray) -> ShapeSlopes:
+    def of(cls, array: Array, shapes: Array) -> ShapeSlopes:
         """Return the derivatives of an array (n_p, n_dofs, n_modes), with the identity as basis."""
-        return cls(np.eye(array.shape[1]), np.ascontiguousarray(np.moveaxis(array, 0, -1)))
+        return cls(np.eye(array.shape[1]), np.ascontiguousarray(np.moveaxis(array, 0, -1)), shapes)
 
     @property
-    def array(self) -> FloatArray:
+    def array(self) -> Array:
         """All derivatives, (n_p, n_dofs, n_modes)."""
         return np.asarray(np.moveaxis(np.tensordot(self.basis, self.turns, 1), -1, 0))
 
@@ -41,13 +46,13 @@ class Prediction:
     Parameters
     ----------
     modes : Modes, optional
-        Real, mass-normalised modes at least at the measured Dofs; more modes than measured, so that crossings can be
-        followed.
+        Modes at least at the measured Dofs, real with unit modal mass or complex of any scale; more modes than measured, so
+        that crossings can be followed.
     frf : Frf, optional
         Receptances at the measured lines, outputs and inputs.
     frequency_slopes, damping_slopes : (n_p, n_modes) floats, optional
         Hz and 1 per unit.
-    shape_slopes : (n_p, n_dofs, n_modes) floats, or `ShapeSlopes`, optional
+    shape_slopes : (n_p, n_dofs, n_modes), or `ShapeSlopes`, optional
     frf_slopes : (n_p, n_f, n_outputs, n_inputs) complex, optional
     """
 
@@ -55,7 +60,7 @@ class Prediction:
     frf: Frf | None = None
     frequency_slopes: FloatArray | None = None
     damping_slopes: FloatArray | None = None
-    shape_slopes: FloatArray | ShapeSlopes | None = None
+    shape_slopes: Array | ShapeSlopes | None = None
     frf_slopes: ComplexArray | None = None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
-from toolpoint.updating.models.shape_turns import EqualDamping, Modal, Weighted
+from toolpoint.updating.models.shape_turns import EqualDamping, UndampedModes, Weighted
 from toolpoint.vibration import SecondOrderSystem
 
 
@@ -37,7 +37,7 @@ def direct_response(
 
 
 def modal_response(
-    lines: FloatArray, left: Array, right: Array, *, modal: Modal, every: EqualDamping
+    lines: FloatArray, left: Array, right: Array, *, modal: UndampedModes, every: EqualDamping
 ) -> tuple[ComplexArray, ComplexArray | None]:
     """Return the same by superposition of all modes with one damping ratio."""
     a, b = left @ modal.vectors, modal.vectors.T @ right

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -20,14 +21,13 @@ from toolpoint.vibration.eigen import mass_normalised
 from toolpoint.vibration.modes import remark_overdamped
 
 Weighted = Mapping[str, tuple[Term, FloatArray]]
-_EQUAL = 1e-9
+REPEATED_SQUARE_TOLERANCE = 1e-9  # distance of two squared frequencies over their size up to which they are one
 
 
-class Modal:
-    """All undamped modes, and derivatives of the lowest `keep` along `count` parameters.
+class UndampedModes:
+    """All undamped modes, with derivatives of the lowest `keep` along `count` parameters, worked out when asked for.
 
-    squares, omega : (n,); vectors : (n, n); square_slopes : (keep, count); turns : (n, keep, count), the derivatives of the
-    vectors written in the vectors.
+    squares, omega : (n,), (rad/s)^2 and rad/s; vectors : (n, n) of unit modal mass.
     """
 
     def __init__(self, system: SecondOrderSystem, factors: Weighted, count: int, keep: int | None = None) -> None:
@@ -35,26 +35,36 @@ class Modal:
         self.keep = self.squares.size if keep is None else min(keep, self.squares.size)
         self.omega = np.sqrt(np.maximum(self.squares, 0.0))
         self.factors, self.count = factors, count
-        if not count:
-            return
+
+    @property
+    def square_slopes(self) -> FloatArray:
+        """Derivatives of the squared natural frequencies, (keep, count)."""
+        return self._slopes[0]
+
+    @property
+    def turns(self) -> FloatArray:
+        """Derivatives of the vectors written in the vectors, (n, keep, count)."""
+        return self._slopes[1]
+
+    @cached_property
+    def _slopes(self) -> tuple[FloatArray, FloatArray]:
         kept, each = self.squares[:self.keep], np.arange(self.keep)
-        form, half = np.zeros((count, self.squares.size, self.keep)), np.zeros((count, self.keep))
+        form, growth = np.zeros((self.count, self.squares.size, self.keep)), np.zeros((self.count, self.keep))
         for term in ("stiffness", "mass"):
-            if term in factors:
+            if term in self.factors:
                 used, products = self.projected(term)
                 if term == "stiffness":
                     form[used] = products
                 else:
                     form[used] -= kept * products
-                    half[used] = -0.5 * products[:, each, each]
+                    growth[used] = -0.5 * products[:, each, each]
         gap = kept - self.squares[:, None]
-        near = np.abs(gap) <= _EQUAL * np.maximum(kept, self.squares[:, None])
-        gap[near] = np.inf
-        self.square_slopes = form[:, each, each].T
+        gap[np.abs(gap) <= REPEATED_SQUARE_TOLERANCE * np.maximum(kept, self.squares[:, None])] = np.inf
+        square_slopes = form[:, each, each].T
         # Inside a group of equal roots the vectors turn with the parameter in jumps; there only frequencies are followed.
         form /= gap
-        form[:, each, each] = half
-        self.turns = form.transpose(1, 2, 0)
+        form[:, each, each] = growth
+        return square_slopes, form.transpose(1, 2, 0)
 
     def projected(self, term: str) -> tuple[np.ndarray, FloatArray]:
         """Return the parameters that a matrix depends on, and phi^T A' phi for the modes kept, (used, n, keep)."""
@@ -79,7 +89,7 @@ class EqualDamping:
     slopes: FloatArray
 
 
-def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, every: EqualDamping | None) -> Prediction:
+def mode_prediction(system: SecondOrderSystem, modal: UndampedModes, keep: int, *, every: EqualDamping | None) -> Prediction:
     """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `every` mode's alike."""
     omega = modal.omega[:keep]
     if (omega <= 0).any():
@@ -96,7 +106,7 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, every
 
 
 def _damping(
-    system: SecondOrderSystem, modal: Modal, keep: int, every: EqualDamping | None
+    system: SecondOrderSystem, modal: UndampedModes, keep: int, every: EqualDamping | None
 ) -> tuple[FloatArray, FloatArray | None]:
     """Diagonal of the modal damping matrix as ratios, sum of the viscous and the structural part, and slopes (count, keep)."""
     omega, zeta = modal.omega[:keep], np.zeros(keep)

@@ -9,10 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint.updating.models.damped_modes import damped_prediction, has_damping
 from toolpoint.updating.models.low_rank import TERMS, Term, factor_matrices
 from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.models.response_slopes import direct_response, modal_response
-from toolpoint.updating.models.shape_turns import EqualDamping, Modal, mode_prediction
+from toolpoint.updating.models.shape_turns import EqualDamping, UndampedModes, mode_prediction
 from toolpoint.vibration import Dof, Frf, SecondOrderSystem
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
@@ -122,9 +123,11 @@ class SystemModel:
         every = (None if self.modal_damping is None else
                  EqualDamping(values.get(DAMPING_RATIO, self.modal_damping), ratio_slopes))
         weighted = {name: (term, term.scaled(slopes)) for name, term in factors.items()}
-        modal = Modal(system, weighted, number, None if every else self.modes) if self.modes or every else None
+        modal = UndampedModes(system, weighted, number, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
-            result = mode_prediction(system, modal, min(self.modes, system.size), every=every)
+            number_of_modes = min(self.modes, system.size)
+            result = (damped_prediction(system, modal, number_of_modes) if every is None and has_damping(system, weighted)
+                      else mode_prediction(system, modal, number_of_modes, every=every))
         if self.lines is None:
             return result
         left = system.output_map[_places(system.outputs, self.outputs)]
