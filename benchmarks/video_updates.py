@@ -19,6 +19,7 @@ from toolpoint.machine import Machine
 from toolpoint.studies.video.filmed_machine import study_videos
 from toolpoint.studies.video.video_update import VideoUpdate
 from toolpoint.studies.video.virtual_video import film_machine
+from toolpoint.updating.fits.wide_search import undetermined
 from toolpoint.vibration import Dof
 from toolpoint.vision.clip import Clip, clip_of
 from toolpoint.vision.rendering.scene import Camera
@@ -63,11 +64,16 @@ def films(machine: Machine, truth: dict[str, float], rng: np.random.Generator, s
     return clips
 
 
+def determined(result: VideoUpdate) -> list[str]:
+    """Return the values that the videos determine; the others keep what was assumed of them and count for nothing."""
+    return [name for name in result.update.fit.free if name not in undetermined(result.update.fit)]
+
+
 def verdict(result: VideoUpdate, truth: dict[str, float], machine: Machine) -> tuple[list[str], list[str]]:
-    """Return values outside their intervals, and the doubts."""
+    """Return determined values outside their intervals, and the doubts."""
     fit = result.update.fit
     outside = []
-    for name in fit.free:
+    for name in determined(result):
         low, high = fit.interval(name)
         true = truth.get(name, machine.value(name))
         if not low <= true <= high:
@@ -94,7 +100,7 @@ def main() -> None:
         try:
             result = study_videos(clips, machine, views=views(), update=True, band=BAND).answer
             outside, doubts = verdict(result, truth, machine)
-            count = len(result.update.fit.free)
+            count = len(determined(result))
         except ToolpointError as error:
             outside, doubts, count = [], [str(error)], 0
         held, values, doubted = held + count - len(outside), values + count, doubted + bool(doubts)

@@ -10,7 +10,7 @@ from toolpoint.io import read_machine
 from toolpoint.machine import assemble
 from toolpoint.studies.measured.machine_update import update
 from toolpoint.updating import Targets
-from toolpoint.updating.fits.wide_search import search_widely
+from toolpoint.updating.fits.wide_search import DAMPING_PRIOR_SD, search_widely, undetermined
 from toolpoint.vibration import Modes, eigen
 
 MILL = Path(toolpoint.__file__).parent / "app/machines/small_mill.yaml"
@@ -47,8 +47,8 @@ def test_a_joint_forty_times_softer_than_its_file_is_found_within_its_interval()
 
 
 @pytest.mark.parametrize("factor", [5.0, 0.2])
-def test_a_damper_left_alone_widens_the_one_that_makes_up_for_it(factor):
-    """One mode has one damping: the data tell the sum of two dampers, and the one not fitted is five times off its file."""
+def test_a_damper_that_the_data_do_not_determine_widens_the_one_that_makes_up_for_it(factor):
+    """One mode has one damping: the data determine the sum of two dampers, and one of them is five times off its file."""
     names = ("joints.floor_base.damping.ry", "joints.base_column.damping.ry")
     machine = read_machine(MILL)
     soft = machine.with_values({"joints.floor_base.stiffness.ry": 1.2e6, "joints.base_column.stiffness.ry": 1.2e6,
@@ -61,8 +61,21 @@ def test_a_damper_left_alone_widens_the_one_that_makes_up_for_it(factor):
     targets = Targets(Modes(first.frequency, first.damping_ratio, first.shape.real, first.dofs, "unscaled",
                             covariance=covariance), damping=True, shape=False)
     near = update(soft, names, targets=targets, restarts=0)
+    low, high = near.fit.interval(near.fit.free[0])
+    assert len(near.fit.free) == 1 and not (low < truth.value(near.fit.free[0]) < high)
     result = search_widely(near.problem, near.fit)
-    assert len(result.free) == 1
-    low, high = result.interval(result.free[0])
-    assert low < truth.value(result.free[0]) < high
-    assert not (near.fit.interval(result.free[0])[0] < truth.value(result.free[0]) < near.fit.interval(result.free[0])[1])
+    for name in names:
+        low, high = result.interval(name)
+        assert low < truth.value(name) < high
+
+
+def test_a_number_that_no_data_move_keeps_its_prior_and_is_named():
+    machine = read_machine(MILL)
+    names = ("joints.floor_base.stiffness.rx", "joints.base_column.stiffness.rx", "joints.base_cross_slide.damping.x")
+    targets = Targets(measured(machine.with_values(TRUTH), np.random.default_rng(5)), shape=True)
+    near = update(machine, names, targets=targets, restarts=0)
+    result = search_widely(near.problem, near.fit, starts=4)
+    assert undetermined(result) == ("joints.base_cross_slide.damping.x",)
+    low, high = result.interval(names[2])
+    assert high / machine.value(names[2]) == pytest.approx(np.exp(1.959964 * DAMPING_PRIOR_SD), rel=0.05)
+    assert low < machine.value(names[2])

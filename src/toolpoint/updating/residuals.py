@@ -91,7 +91,7 @@ class Weighting:
             self.poles = targets.pole_whitening()
             length = np.linalg.norm(targets.modes.shape, axis=0)
             self.unit_shape = targets.modes.shape / length
-            self.shape_sd = targets.shape_deviation()
+            self.shape_sd, self.shape_whitening = targets.shape_deviation(), targets.shape_whitening()
         if targets.frf is not None:
             self.frf_sd = targets.frf_deviation()
             self.whitening = targets.frf_whitening()
@@ -148,8 +148,8 @@ class Weighting:
             turned = _Turned(prediction.shape_slopes, modes.shape, rows, at, phi, y, power)
         result: list[Block] = []
         if self.targets.shape:
-            slopes = None if turned is None else turned.scaled(factor, self.shape_sd, y)
-            result.append(("shape", _real_rows((factor * phi - y) / self.shape_sd, y), slopes))
+            slopes = None if turned is None else _real_rows(self._whitened(turned.scaled(factor)), y)
+            result.append(("shape", _real_rows(self._whitened(factor * phi - y), y), slopes))
         if self.targets.mac:
             value, slopes = np.abs(product) ** 2 / power, None
             if turned is not None:
@@ -157,6 +157,12 @@ class Weighting:
                 slopes = (value[:, None] * turned.growth - change) / self.targets.mac_sd
             result.append(("mac", (1 - value) / self.targets.mac_sd, slopes))
         return result
+
+    def _whitened(self, shapes: Array) -> Array:
+        """Return deviations of shapes, (n_dofs, n_modes, ...), made independent of unit variance."""
+        if self.shape_whitening is None:
+            return shapes / self.shape_sd.reshape(self.shape_sd.shape + (1,) * (shapes.ndim - 2))
+        return np.asarray(np.einsum("rab,br...->ar...", self.shape_whitening, shapes))
 
     def _frf(self, prediction: Prediction) -> Block:
         measured, frf = self.targets.frf, prediction.frf
@@ -208,21 +214,19 @@ class _Turned:
         self.growth = np.real(np.einsum("im,imp->mp", 2 * (self.basis.T @ phi.conj()) / power, self.turns))
         self.product = np.einsum("im,imp->mp", self.basis.T @ y, self.turns.conj())
 
-    def scaled(self, factor: Array, sd: FloatArray, measured: Array) -> FloatArray:
-        """Return the derivative (rows, p) of factor phi / sd, factor = phi^H y / phi^H phi, rows as in `_real_rows`."""
+    def scaled(self, factor: Array) -> Array:
+        """Return the derivative (n_dofs, m, p) of factor phi, factor = phi^H y / phi^H phi."""
         change = self.product / self.power[:, None] - factor[:, None] * self.growth
         moved = self.turns * factor[:, None] + self.coordinates[:, :, None] * change
-        sensed = (self.basis @ moved.reshape(len(moved), -1)).reshape(len(self.basis), *moved.shape[1:])
-        sensed *= (1 / sd)[:, :, None]
-        flat = sensed.reshape(-1, sensed.shape[2])
-        if not np.iscomplexobj(measured):
-            return np.asarray(flat.real)
-        return np.concatenate([flat.real, flat.imag]) * np.sqrt(2.0)
+        return np.asarray((self.basis @ moved.reshape(len(moved), -1)).reshape(len(self.basis), *moved.shape[1:]))
 
 
 def _real_rows(array: Array, measured: Array) -> FloatArray:
-    """Return rows of real numbers: (dofs, modes) flattened, real and imaginary part of complex shapes below each other."""
-    flat = array.reshape(-1)
+    """Return rows of real numbers: (dofs, modes) flattened, real and imaginary part of complex shapes below each other.
+
+    array : (n_dofs, n_modes), or (n_dofs, n_modes, n_parameters) for rows (2 n_dofs n_modes, n_parameters).
+    """
+    flat = array.reshape(-1, *array.shape[2:])
     if not np.iscomplexobj(measured):
         return np.asarray(flat.real)
     return np.concatenate([flat.real, flat.imag]) * np.sqrt(2.0)

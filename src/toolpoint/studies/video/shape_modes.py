@@ -13,6 +13,8 @@ from toolpoint.vision.modes.bodies import BodyMotion
 from toolpoint.vision.modes.projection import PointShapes
 from toolpoint.vision.view import View
 
+RIGID_NUMBERS = 3  # of a rigid motion in the plane of a picture: two translations and a rotation
+
 
 def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, *, view: View) -> Modes:
     """Return the modes at the measured directions of windows, metres where the view knows its scale, else pixels."""
@@ -46,3 +48,32 @@ def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, *, places
         fail("places", "none on a body whose motion is known", "must be one at least", remedy="put texture on the bodies")
     return Modes(poles.frequency, poles.damping_ratio, np.concatenate(rows), tuple(labels), "unscaled",
                  covariance=poles.covariance, shape_variance=np.concatenate(variances))
+
+
+def body_covariance(poles: Modes, bodies: Sequence[BodyMotion], view: View, *,
+                    places: Mapping[str | int, tuple[str, FloatArray]], floor: float) -> FloatArray:
+    """Return the covariance E[e e^H] of the shapes of `body_modes` at the same places, (n_modes, n_dofs, n_dofs), m^2.
+
+    All places of a body move with its few coefficients, so their errors are common; bodies err independently.
+
+    floor : deviation of a body's motion, over the root mean square of the shape at all places, that it has at least. It is
+    that of the three numbers of a rigid motion, not of each place: it is spread over the rows of the body.
+    """
+    known = {body.name: body for body in bodies}
+    by_body: dict[str, list[FloatArray]] = {}
+    rows: dict[str, list[int]] = {}
+    count = 0
+    for owner, place in places.values():
+        if "unknown" not in known[owner].orders:
+            by_body.setdefault(owner, []).append(view.project(np.asarray(place, float)[None])[0])
+            rows.setdefault(owner, []).extend((count, count + 1))
+            count += 2
+    power = (np.abs(body_modes(poles, bodies, view, places=places).shape) ** 2).mean(axis=0)
+    result = np.zeros((poles.count, count, count))
+    for owner, pixels in by_body.items():
+        joint = known[owner].joint_covariance_at(np.array(pixels)) * view.metres**2
+        least = floor**2 * max(1.0, len(rows[owner]) / RIGID_NUMBERS) * power
+        joint += least[:, None, None] * np.eye(len(rows[owner]))
+        place = np.array(rows[owner])
+        result[:, place[:, None], place] = joint
+    return result

@@ -16,7 +16,7 @@ from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.camera_motion import find_camera_motion
 from toolpoint.studies.video.machine_view import body_regions
-from toolpoint.studies.video.shape_modes import body_modes, window_modes
+from toolpoint.studies.video.shape_modes import body_covariance, body_modes, window_modes
 from toolpoint.studies.video.video_doubts import SEEN, has_smoothed_frames, video_doubts
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.geometry import Geometry
@@ -128,6 +128,16 @@ class VideoStudy(NotebookText):
         """Return the modes at places (3,) in m on bodies, by the motion of each: name to (body, place)."""
         modes = body_modes(self.poles, self.bodies, self.view, places=places)
         return modes.selected(np.flatnonzero(self.is_mode).tolist())
+
+    def shape_covariance_at(self, places: Mapping[str | int, tuple[str, FloatArray]], *, floor: float) -> FloatArray:
+        """Return the covariance E[e e^H] of the shapes of `modes_at`, (n_modes, n_dofs, n_dofs), m^2.
+
+        Places of one body err together.
+
+        floor : deviation of a body's motion over the root mean square of the shape that it has at least.
+        """
+        covariance = body_covariance(self.poles, self.bodies, self.view, places=places, floor=floor)
+        return covariance[np.flatnonzero(self.is_mode)]
 
     def rows(self) -> list[list[str]]:
         """Return the table's rows, one a pole."""

@@ -19,8 +19,8 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.updating import Targets
-from toolpoint.updating.fits.wide_search import search_widely
-from toolpoint.vibration import Frf, Modes
+from toolpoint.updating.fits.wide_search import search_widely, undetermined
+from toolpoint.vibration import Frf
 
 VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
 # MAC below which an updated machine does not have a measured mode.
@@ -69,12 +69,16 @@ class VideoUpdate(NotebookText):
         return replace(self.machine.description, doubts=self.doubts)
 
     def rows(self) -> list[list[str]]:
-        """Return the fitted values with their 95 % intervals, and those left alone."""
-        fit = self.update.fit
+        """Return the fitted values with their 95 % intervals, and which of them rest on what was assumed of them."""
+        fit, assumed = self.update.fit, undetermined(self.update.fit)
         result = []
-        for name, value in fit.values.items():
-            low, high = fit.interval(name) if name in fit.free else (None, None)
-            result.append([name, f"{value:.5g}", "left as it was" if low is None else f"{low:.5g} .. {high:.5g}"])
+        for name in fit.values:
+            words = "left as it was"
+            if name in fit.free:
+                lower, upper = fit.interval(name)
+                words = f"{lower:.3g} .. {upper:.3g} (assumed, the videos do not determine it)" if name in assumed else (
+                    f"{lower:.5g} .. {upper:.5g}")
+            result.append([name, f"{fit.values[name]:.{3 if name in assumed else 5}g}", words])
         return result
 
     def table(self) -> str:
@@ -87,7 +91,8 @@ class VideoUpdate(NotebookText):
         """Return ranking and fitted values (SI) as plain data."""
         fit = self.update.fit
         return {"doubts": list(self.doubts), "ranking": self.ranking.to_dict(), "values": fit.values,
-                "intervals": {name: list(fit.interval(name)) for name in fit.free}, "status": fit.status,
+                "intervals": {name: list(fit.interval(name)) for name in fit.free},
+                "undetermined": list(undetermined(fit)), "status": fit.status,
                 "mac": [agreement.mac.tolist() for agreement in self.update.all_after]}
 
 
@@ -125,23 +130,16 @@ def update_from_videos(
         for way in getattr(machine.description.joints[name], kind)]
     targets = []
     for video in videos:
-        modes = video.modes_at(seen_places(machine, video, pose))
-        targets.append(Targets(_with_floor(modes), None, damping=damped and any(".damping." in n for n in names),
-                               shape=len(modes.dofs) > 2))
+        places = seen_places(machine, video, pose)
+        modes = video.modes_at(places)
+        targets.append(Targets(modes, None, damping=damped and any(".damping." in n for n in names), shape=len(modes.dofs) > 2,
+                               shape_covariance=video.shape_covariance_at(places, floor=SHAPE_FLOOR)))
     if frf is not None:
         targets.append(Targets(None, frf))
     near = update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence)
-    fit = search_widely(near.problem, near.fit, least_influence=influence)
+    fit = search_widely(near.problem, near.fit)
     best = replace(near, machine=machine.with_values(fit.values), fit=fit, all_after=agreements(near.problem, fit.x))
     return VideoUpdate(ranking, best, tuple(videos))
-
-
-def _with_floor(modes: Modes) -> Modes:
-    """Return modes whose shapes are known no better than rigid bodies in a picture can be."""
-    if modes.shape_variance is None:
-        return modes
-    level = (np.abs(modes.shape) ** 2).mean(axis=0)
-    return replace(modes, shape_variance=modes.shape_variance + SHAPE_FLOOR**2 * level)
 
 
 def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None = None

@@ -1,8 +1,11 @@
-"""A wide search: the same fit from starts over decades, where modes alone lead into many minima that look like ends.
+"""Wide search: the same fit from starts over decades, where modes alone lead into many minima that look like ends.
 
 A joint that is ten times softer than its file says lies beyond what restarts near the start reach, and a minimum with small
 intervals says nothing of the others. Minima that the evidence does not tell from the best widen its intervals; a misfit above
 the stated deviations widens them, too.
+
+Every number stays free, with a wide prior about its file's value. A number that was held at its file's value because the data
+do not determine it would be taken as exact: the free ones would make up for its error with intervals that leave it out.
 """
 
 from __future__ import annotations
@@ -16,29 +19,34 @@ from scipy.stats import qmc
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._threads import on_one_thread
 from toolpoint.updating.fits.fit import fit
-from toolpoint.updating.fits.fit_methods import LeastSquares
+from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares
 from toolpoint.updating.fits.parameter_fit import ParameterFit
-from toolpoint.updating.identifiability import identifiability
 from toolpoint.updating.measured.targets import Targets
+from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.problem import Problem
 
 # The search in the parameters' coordinates (from a factor 1/90 to 7: joints are softer than their files more often), points
 # where the misfit is asked for a start, evaluations of each start, minima that are refined.
-LOWEST, HIGHEST, POINTS, EVALUATIONS, REFINED = -4.5, 2.0, 40, 60, 4
+MIN_SEARCH_COORDINATE, MAX_SEARCH_COORDINATE = -4.5, 2.0
+POINTS_PER_START, EVALUATIONS_PER_START, MAX_REFINED_MINIMA = 40, 60, 4
 # Deviations of the search: wide, so that its valleys are.
-FREQUENCY_SD, SHAPE_SD = 0.02, 0.1
-# Chi-square, in its own scale, within which two minima are alike, and standard deviations by which their values differ.
-ALIKE, APART = 9.0, 3.0
-# Logarithm by which a number that is left alone may be off, and what it moves then over its slope: an effect goes with the
-# number itself or with its inverse (a damper, a compliance), so at two deviations it is exp(2) - 1 of it, for 2 by the slope.
-LEFT_ALONE_SD = 1.0
-BEYOND_SLOPE = (np.exp(2 * LEFT_ALONE_SD) - 1) / (2 * LEFT_ALONE_SD)
+SEARCH_FREQUENCY_SD, SEARCH_SHAPE_SD = 0.02, 0.1
+# Cost, in the scale of chi-square, within which two minima explain the data alike; standard deviations by which they differ.
+MAX_COST_OF_RIVALS, MIN_DISTANCE_OF_RIVALS = 9.0, 3.0
+# Prior of the logarithm of a number about its file's value: dampers are guessed within a factor 7 (95 %), springs within 400.
+DAMPING_PRIOR_SD, STIFFNESS_PRIOR_SD = 1.0, 3.0
+# Deviation over that of the prior from which the data do not determine a number.
+UNDETERMINED_FRACTION = 0.7
+# Evaluations of a fit with one number moved, which starts next to its end; rise of chi-square at two standard deviations.
+REFIT_EVALUATIONS, TWO_SIGMA_RISE = 20, 4.0
 
 
 @on_one_thread
-def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24, limit: float = 0.5, least_influence: float = 0.02
-                  ) -> ParameterFit:
+def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24) -> ParameterFit:
     """Return the best minimum from `first` and from Halton points far about the problem's start, its intervals widened.
+
+    All parameters are free; those without a prior get a wide one. Its deviation in `ParameterFit.parameters` tells, with
+    `undetermined`, which of them the data do not determine.
 
     Parameters
     ----------
@@ -46,30 +54,41 @@ def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24, li
     first : ParameterFit
         From near its start.
     starts : int
-    limit, least_influence : float
-        Of `identifiability`, asked at every minimum: what the data do not tell there goes back to its start.
     """
-    ends = [_refined(problem, x, limit, least_influence) for x in _ends(problem, starts)]
-    minima = [first, *(end for end in ends if end is not None)]
+    held = _with_priors(problem)
+    ends = [_refined(held, x) for x in [first.x, *_ends(problem, starts)]]
+    minima = [end for end in ends if end is not None]
+    if not minima:
+        return first
     best = min(minima, key=lambda result: (not result.converged, _cost(result)))
     scale = max(1.0, best.reduced_chi_square if np.isfinite(best.reduced_chi_square) else 1.0)
-    if not best.scaled:
-        best = replace(best, covariance=best.covariance * scale)
+    best = replace(best, covariance=best.covariance * scale)
     rivals = [result for result in minima if result is not best and result.converged
-              and _cost(result) - _cost(best) <= ALIKE * scale]
-    return _widened(problem, _with_left_alone(problem, best), rivals)
+              and _cost(result) - _cost(best) <= MAX_COST_OF_RIVALS * scale]
+    return _widened(_with_undetermined_moved(held, best), rivals)
 
 
-def _with_left_alone(problem: Problem, best: ParameterFit) -> ParameterFit:
-    """Return a fit whose intervals hold that the numbers left alone may be off by a factor: the others make up for them."""
-    at = [problem.names.index(name) for name in best.free]
-    rest = [k for k, parameter in enumerate(problem.parameters) if k not in at and parameter.log]
-    if not at or not rest:
-        return best
-    jacobian = problem.evaluated(best.x, slopes=True).jacobian
-    assert jacobian is not None
-    moved = np.linalg.lstsq(jacobian[:, at], jacobian[:, rest], rcond=None)[0] * LEFT_ALONE_SD * BEYOND_SLOPE
-    return replace(best, covariance=best.covariance + moved @ moved.T)
+def undetermined(result: ParameterFit) -> tuple[str, ...]:
+    """Return the free parameters of a fit that its data determine no better than their priors."""
+    deviation = dict(zip(result.free, np.sqrt(np.maximum(np.diag(result.covariance), 0.0)), strict=True))
+    return tuple(p.name for p in result.parameters if p.name in deviation and p.prior is not None
+                 and deviation[p.name] > UNDETERMINED_FRACTION * p.prior)
+
+
+def _with_priors(problem: Problem) -> Problem:
+    parameters = [p if p.prior_sd is not None or not p.log else replace(p, prior_sd=_prior_sd(p)) for p in problem.parameters]
+    # A number on a linear scale is a loss that may be zero: half of its range is as wide as its prior can be.
+    parameters = [p if p.prior_sd is not None else replace(p, prior_sd=_half_range(p)) for p in parameters]
+    return Problem(problem.models, parameters, problem.targets, problem.sensitivities, problem.frequency_weight)
+
+
+def _prior_sd(parameter: Parameter) -> float:
+    return DAMPING_PRIOR_SD if parameter.kind in ("damping", "loss_factor", "damping_ratio") else STIFFNESS_PRIOR_SD
+
+
+def _half_range(parameter: Parameter) -> float:
+    span = parameter.high - parameter.low
+    return span / 2 if np.isfinite(span) else parameter.scale
 
 
 def _ends(problem: Problem, starts: int) -> list[FloatArray]:
@@ -85,7 +104,7 @@ def _ends(problem: Problem, starts: int) -> list[FloatArray]:
     ends: list[tuple[float, FloatArray]] = []
     for x in _far_points(wide, at, starts):
         try:
-            rough = fit(wide, LeastSquares(evaluations=EVALUATIONS, tolerance=1e-4), free=tuple(moved), start=x)
+            rough = fit(wide, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(moved), start=x)
         except ToolpointError:  # the model does not exist there
             continue
         ends.append((_cost(rough), rough.x))
@@ -93,7 +112,7 @@ def _ends(problem: Problem, starts: int) -> list[FloatArray]:
     for _, x in sorted(ends, key=lambda pair: pair[0]):
         if all(np.abs(x - other)[at].max() > 0.1 for other in kept):
             kept.append(x)
-    return kept[:REFINED]
+    return kept[:MAX_REFINED_MINIMA]
 
 
 def _relaxed(targets: Targets) -> Targets:
@@ -101,16 +120,17 @@ def _relaxed(targets: Targets) -> Targets:
     if targets.modes is None:
         return targets
     modes = replace(targets.modes, covariance=None, shape_variance=None)
-    return replace(targets, modes=modes, damping=False, frequency_sd=FREQUENCY_SD, shape_sd=SHAPE_SD)
+    return replace(targets, modes=modes, damping=False, frequency_sd=SEARCH_FREQUENCY_SD, shape_sd=SEARCH_SHAPE_SD)
 
 
-def _far_points(wide: Problem, at: Sequence[int], starts: int) -> list[FloatArray]:
+def _far_points(wide: Problem, moved: Sequence[int], starts: int) -> list[FloatArray]:
     """Return the Halton points of least misfit."""
-    low, high = wide.bounds
+    lower, upper = wide.bounds
     points = []
-    for row in qmc.Halton(len(at), scramble=False).random(starts * POINTS + 1)[1:]:
+    for row in qmc.Halton(len(moved), scramble=False).random(starts * POINTS_PER_START + 1)[1:]:
         x = wide.start
-        x[at] = np.clip(LOWEST + (HIGHEST - LOWEST) * row, low[at], high[at])
+        coordinates = MIN_SEARCH_COORDINATE + (MAX_SEARCH_COORDINATE - MIN_SEARCH_COORDINATE) * row
+        x[moved] = np.clip(coordinates, lower[moved], upper[moved])
         try:
             points.append((float((wide.evaluated(x).values ** 2).sum()), x))
         except ToolpointError:
@@ -118,31 +138,55 @@ def _far_points(wide: Problem, at: Sequence[int], starts: int) -> list[FloatArra
     return [x for _, x in sorted(points, key=lambda pair: pair[0])[:starts]]
 
 
-def _refined(problem: Problem, x: FloatArray, limit: float, least: float) -> ParameterFit | None:
-    """Return the fit from a far end with what the data tell there alone, None where there is none."""
+def _refined(problem: Problem, x: FloatArray) -> ParameterFit | None:
+    """Return the fit of all numbers from a far end, None where the model does not exist on the way."""
     try:
-        known = identifiability(problem, x, limit, least_influence=least).identifiable
-        if not known:
-            return None
-        start = np.where(np.isin(problem.names, known), x, 0.0)
-        return fit(problem, limit=limit, least_influence=least, free=tuple(known), start=start)
+        return fit(problem, Bayesian(), limit=None, start=x)
     except ToolpointError:
         return None
 
 
-def _widened(problem: Problem, best: ParameterFit, rivals: Sequence[ParameterFit]) -> ParameterFit:
+def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterFit:
+    """Return a fit whose intervals hold where the determined numbers go when an undetermined one is anywhere in its prior.
+
+    The covariance at the best point has their slopes alone. A damper enters the damping of a mode as itself, not as its
+    logarithm, and a frequency by its square: two deviations up move the others by more than twice the slope.
+    """
+    covariance, deviation = best.covariance, np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
+    others = np.array([name not in undetermined(best) for name in best.free])
+    for name in undetermined(best):
+        k = problem.names.index(name)
+        moves = [_displacement(problem, best, k, sign * 2 * (problem.parameters[k].prior or 0.0)) for sign in (-1.0, 1.0)]
+        largest = max(moves, key=lambda move: float(np.abs(move / deviation).max())) / 2 * others
+        covariance = covariance + np.outer(largest, largest)
+    return replace(best, covariance=covariance)
+
+
+def _displacement(problem: Problem, best: ParameterFit, k: int, move: float) -> FloatArray:
+    """Return how far all coordinates go when coordinate k is held away from the best; zero where no model exists there."""
+    start, (lower, upper) = best.x.copy(), problem.bounds
+    start[k] = np.clip(start[k] + move, lower[k], upper[k])
+    try:
+        moved = fit(problem, Bayesian(evaluations=REFIT_EVALUATIONS), start=start,
+                    free=tuple(name for i, name in enumerate(problem.names) if i != k))
+    except ToolpointError:
+        return np.zeros_like(best.x)
+    # A move that the data contradict is taken back to the size that raises their chi-square by 4, as two deviations do.
+    rise = max(moved.chi_square - best.chi_square, 0.0)
+    return np.asarray((moved.x - best.x) * min(1.0, np.sqrt(TWO_SIGMA_RISE / max(rise, 1e-300))))
+
+
+def _widened(best: ParameterFit, rivals: Sequence[ParameterFit]) -> ParameterFit:
     """Return a fit with intervals that reach the minima that are as good, and a status that names what they differ in."""
-    at = [problem.names.index(name) for name in best.free]
     covariance, names = best.covariance, []
+    deviation = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
     for rival in rivals:
-        away = rival.x[at] - best.x[at]
-        known = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
-        apart = np.abs(away) > APART * known
-        if apart.any():
+        distance = rival.x - best.x
+        is_apart = np.abs(distance) > MIN_DISTANCE_OF_RIVALS * deviation
+        if is_apart.any():
             # Anywhere between the two, as likely: the variance of an even distribution from one end.
-            covariance = covariance + np.outer(away, away) / 3
-            names += [name for name, is_apart in zip(best.free, apart, strict=True) if is_apart]
-        names += [name for name in rival.free if name not in best.free]
+            covariance = covariance + np.outer(distance, distance) / 3
+            names += [name for name, apart in zip(best.free, is_apart, strict=True) if apart]
     if not names:
         return best
     return replace(best, covariance=covariance, status=f"{best.status}; another minimum explains the data as well, with another"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray, fail, one_of, positive
+from toolpoint._check import Array, FloatArray, fail, floats, one_of, positive
 from toolpoint.updating.measured.frf_noise import Whitening, check_correlation
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.damped_modes import upper_poles
@@ -39,6 +39,9 @@ class Targets:
     shape_sd : float
         Standard deviation of a shape's entries as part of the shape's root mean square.
     mac_sd : float
+    shape_covariance : (n_modes, n_dofs, n_dofs) floats, optional
+        Covariance :math:`E\\, e e^H` of the entries of each shape, in the units of the shapes; counts instead of
+        `Modes.shape_variance`. Points of one rigid body have common errors: taken as independent, each point would count anew.
     frf_kind : str
         ``real and imaginary`` (H - H_m), or ``log`` (ln H - ln H_m: logarithm of size and phase), which weighs
         antiresonances like resonances and forgives a shift of a peak.
@@ -77,6 +80,7 @@ class Targets:
     channel_correlation: Array | None = None
     frf_noise: FloatArray | None = None
     frf_quantity: str = ""
+    shape_covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.modes is None and self.frf is None:
@@ -87,6 +91,8 @@ class Targets:
         if self.modes is not None:
             self._check_modes(self.modes)
             object.__setattr__(self, "modes", _with_frequencies_of_poles(self.modes))
+        if self.shape_covariance is not None:
+            self._check_shape_covariance(self.shape_covariance)
         if self.frf is not None:
             if self.frf.values.ndim != 3:
                 fail("Targets.frf", repr(self.frf), "must be one pose", remedy="use at_pose(i)")
@@ -108,6 +114,17 @@ class Targets:
             if value is not None:
                 object.__setattr__(self, name, check_correlation(f"Targets.{name}", value, size))
 
+    def _check_shape_covariance(self, covariance: FloatArray) -> None:
+        if self.modes is None:
+            fail("Targets.shape_covariance", "given without modes", "belongs to measured shapes")
+        count, size = self.modes.count, len(self.modes.dofs)
+        given = floats("Targets.shape_covariance", covariance, (count, size, size))
+        lowest = [float(np.linalg.eigvalsh(part)[0]) for part in given]
+        if min(lowest) <= 0:
+            fail("Targets.shape_covariance", f"that of mode {int(np.argmin(lowest)) + 1} is not positive",
+                 "must be positive definite", remedy="add the variance of what single points err by to its diagonal")
+        object.__setattr__(self, "shape_covariance", given)
+
     def _check_modes(self, modes: Modes) -> None:
         if modes.frequency.ndim != 1:
             fail("Targets.modes", repr(modes), "must be one pose", remedy="use at_pose(i)")
@@ -119,12 +136,16 @@ class Targets:
             fail("Targets", "modes of which nothing counts", "must use frequency, damping, shape or mac")
 
     @property
+    def _knows_shape_errors(self) -> bool:
+        return self.shape_covariance is not None or (self.modes is not None and self.modes.shape_variance is not None)
+
+    @property
     def assumed(self) -> bool:
         """Whether any standard deviation in use is an assumption and not the measurement's own."""
         modes, frf = self.modes, self.frf
         from_modes = modes is not None and (
             ((self.frequency or self.damping) and modes.covariance is None)
-            or (self.shape and modes.shape_variance is None) or self.mac)
+            or (self.shape and not self._knows_shape_errors) or self.mac)
         return from_modes or (frf is not None and frf.variance is None)
 
     @property
@@ -132,7 +153,7 @@ class Targets:
         """Whether any standard deviation in use is the measurement's own."""
         modes, frf = self.modes, self.frf
         from_modes = modes is not None and (((self.frequency or self.damping) and modes.covariance is not None)
-                                            or (self.shape and modes.shape_variance is not None))
+                                            or (self.shape and self._knows_shape_errors))
         return from_modes or (frf is not None and frf.variance is not None)
 
     @property
@@ -144,7 +165,9 @@ class Targets:
             lines.append("poles: " + ("assumed standard deviations" if modes.covariance is None else both
                                       if self.frequency and self.damping else "measured variances"))
         if modes is not None and self.shape:
-            lines.append("shapes: " + ("assumed" if modes.shape_variance is None else "measured") + " standard deviations")
+            words = "measured covariance of the points" if self.shape_covariance is not None else (
+                ("measured" if self._knows_shape_errors else "assumed") + " standard deviations")
+            lines.append(f"shapes: {words}")
         if modes is not None and self.mac:
             lines.append("MAC: assumed standard deviation")
         if frf is not None:
@@ -204,6 +227,17 @@ class Targets:
         if modes.shape_variance is None:
             return np.full(modes.shape.shape, floor)
         return np.maximum(np.sqrt(modes.shape_variance) / length, 1e-3 * floor)
+
+    def shape_whitening(self) -> FloatArray | None:
+        """Return W, (n_modes, n_dofs, n_dofs), with W times the error of a shape of unit length uncorrelated of unit variance.
+
+        None where the errors of the entries are taken as independent.
+        """
+        if self.shape_covariance is None:
+            return None
+        assert self.modes is not None
+        length = np.linalg.norm(self.modes.shape, axis=0)
+        return np.linalg.inv(np.linalg.cholesky(self.shape_covariance)) * length[:, None, None]
 
     def noise_of_lines(self) -> FloatArray:
         """Return the standard deviation of every line (of the absolute error), (n_f, n_outputs, n_inputs)."""

@@ -81,6 +81,14 @@ class BodyMotion(NotebookText):
         blocks = self.covariance.reshape(-1, 2, 6, 2, 6)
         return np.asarray(np.einsum("rikjl,nk,nl->nrij", blocks, terms, terms))
 
+    def joint_covariance_at(self, points: FloatArray) -> FloatArray:
+        """Return the covariance E[e e^H] of all points together, (r, 2n, 2n), pixels^2; rows: right and down of each point."""
+        terms = _terms(points, self.region)
+        blocks = self.covariance.reshape(-1, 2, 6, 2, 6)
+        trace = np.trace(self.basis_covariance, axis1=1, axis2=2)
+        joint = np.einsum("rikjl,nk,ml,r->rnimj", blocks, terms, terms, trace)
+        return np.asarray(joint.reshape(len(trace), 2 * len(points), 2 * len(points)))
+
     def deviation_at(self, points: FloatArray) -> FloatArray:
         """Return the standard deviation of ``|error|``, (n, 2, r), pixels."""
         trace = np.trace(self.basis_covariance, axis1=1, axis2=2)
