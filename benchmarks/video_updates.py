@@ -19,7 +19,7 @@ from toolpoint.machine import Machine
 from toolpoint.studies.video.filmed_machine import study_videos
 from toolpoint.studies.video.video_update import VideoUpdate
 from toolpoint.studies.video.virtual_video import film_machine
-from toolpoint.updating.fits.wide_search import undetermined
+from toolpoint.updating.fits.wide_search import name_undetermined
 from toolpoint.vibration import Dof
 from toolpoint.vision.clip import Clip, clip_of
 from toolpoint.vision.rendering.scene import Camera
@@ -66,7 +66,7 @@ def films(machine: Machine, truth: dict[str, float], rng: np.random.Generator, s
 
 def determined(result: VideoUpdate) -> list[str]:
     """Return the values that the videos determine; the others keep what was assumed of them and count for nothing."""
-    return [name for name in result.update.fit.free if name not in undetermined(result.update.fit)]
+    return [name for name in result.update.fit.free if name not in name_undetermined(result.update.fit)]
 
 
 def verdict(result: VideoUpdate, truth: dict[str, float], machine: Machine) -> tuple[list[str], list[str]]:

@@ -10,7 +10,7 @@ from toolpoint.io import read_machine
 from toolpoint.machine import assemble
 from toolpoint.studies.measured.machine_update import update
 from toolpoint.updating import Targets
-from toolpoint.updating.fits.wide_search import DAMPING_PRIOR_SD, search_widely, undetermined
+from toolpoint.updating.fits.wide_search import DAMPING_PRIOR_SD, name_undetermined, search_widely
 from toolpoint.vibration import Modes, eigen
 
 MILL = Path(toolpoint.__file__).parent / "app/machines/small_mill.yaml"
@@ -75,7 +75,7 @@ def test_a_number_that_no_data_move_keeps_its_prior_and_is_named():
     targets = Targets(measured(machine.with_values(TRUTH), np.random.default_rng(5)), shape=True)
     near = update(machine, names, targets=targets, restarts=0)
     result = search_widely(near.problem, near.fit, starts=4)
-    assert undetermined(result) == ("joints.base_cross_slide.damping.x",)
+    assert name_undetermined(result) == ("joints.base_cross_slide.damping.x",)
     low, high = result.interval(names[2])
     assert high / machine.value(names[2]) == pytest.approx(np.exp(1.959964 * DAMPING_PRIOR_SD), rel=0.05)
     assert low < machine.value(names[2])

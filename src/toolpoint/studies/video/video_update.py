@@ -19,7 +19,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.updating import Targets
-from toolpoint.updating.fits.wide_search import search_widely, undetermined
+from toolpoint.updating.fits.wide_search import name_undetermined, search_widely
 from toolpoint.vibration import Frf
 
 VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
@@ -70,7 +70,7 @@ class VideoUpdate(NotebookText):
 
     def rows(self) -> list[list[str]]:
         """Return the fitted values with their 95 % intervals, and which of them rest on what was assumed of them."""
-        fit, assumed = self.update.fit, undetermined(self.update.fit)
+        fit, assumed = self.update.fit, name_undetermined(self.update.fit)
         result = []
         for name in fit.values:
             words = "left as it was"
@@ -92,7 +92,7 @@ class VideoUpdate(NotebookText):
         fit = self.update.fit
         return {"doubts": list(self.doubts), "ranking": self.ranking.to_dict(), "values": fit.values,
                 "intervals": {name: list(fit.interval(name)) for name in fit.free},
-                "undetermined": list(undetermined(fit)), "status": fit.status,
+                "undetermined": list(name_undetermined(fit)), "status": fit.status,
                 "mac": [agreement.mac.tolist() for agreement in self.update.all_after]}
 
 

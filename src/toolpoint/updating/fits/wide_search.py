@@ -68,7 +68,7 @@ def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24) ->
     return _widened(_with_undetermined_moved(held, best), rivals)
 
 
-def undetermined(result: ParameterFit) -> tuple[str, ...]:
+def name_undetermined(result: ParameterFit) -> tuple[str, ...]:
     """Return the free parameters of a fit that its data determine no better than their priors."""
     deviation = dict(zip(result.free, np.sqrt(np.maximum(np.diag(result.covariance), 0.0)), strict=True))
     return tuple(p.name for p in result.parameters if p.name in deviation and p.prior is not None
@@ -153,8 +153,8 @@ def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterF
     logarithm, and a frequency by its square: two deviations up move the others by more than twice the slope.
     """
     covariance, deviation = best.covariance, np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
-    others = np.array([name not in undetermined(best) for name in best.free])
-    for name in undetermined(best):
+    others = np.array([name not in name_undetermined(best) for name in best.free])
+    for name in name_undetermined(best):
         k = problem.names.index(name)
         moves = [_displacement(problem, best, k, sign * 2 * (problem.parameters[k].prior or 0.0)) for sign in (-1.0, 1.0)]
         largest = max(moves, key=lambda move: float(np.abs(move / deviation).max())) / 2 * others
