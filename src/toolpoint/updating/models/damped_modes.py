@@ -39,7 +39,7 @@ def has_damping(system: SecondOrderSystem, factors: Weighted) -> bool:
                for name in ("damping", "structural_damping"))
 
 
-def damped_prediction(system: SecondOrderSystem, undamped: UndampedModes, keep: int) -> Prediction:
+def predict_damped_modes(system: SecondOrderSystem, undamped: UndampedModes, keep: int) -> Prediction:
     """Return the `keep` oscillating modes of lowest natural frequency with their derivatives.
 
     Frequencies are :math:`|s| / 2 \\pi` and damping ratios :math:`-\\Re s / |s|`, as they are identified from responses.

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.updating.models.damped_modes import damped_prediction, has_damping
+from toolpoint.updating.models.damped_modes import predict_damped_modes, has_damping
 from toolpoint.updating.models.low_rank import TERMS, Term, factor_matrices
 from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.models.response_slopes import direct_response, modal_response
@@ -126,7 +126,7 @@ class SystemModel:
         modal = UndampedModes(system, weighted, number, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
             number_of_modes = min(self.modes, system.size)
-            result = (damped_prediction(system, modal, number_of_modes) if every is None and has_damping(system, weighted)
+            result = (predict_damped_modes(system, modal, number_of_modes) if every is None and has_damping(system, weighted)
                       else mode_prediction(system, modal, number_of_modes, every=every))
         if self.lines is None:
             return result
