@@ -1,5 +1,7 @@
 """Modes from video: the decay's transform is exact, shapes of points, picture and bodies agree, what is no mode is named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import video_scenes as scenes
@@ -13,7 +15,7 @@ from toolpoint.vision.modes.bodies import fit_bodies
 from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import full_field
 from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
-from toolpoint.vision.modes.projection import decay_basis, point_shapes
+from toolpoint.vision.modes.projection import count_transient_frames, decay_basis, point_shapes
 from toolpoint.vision.modes.views import join_views
 
 OMEGA, POLES = scenes.OMEGA, scenes.POLES
@@ -35,6 +37,32 @@ def test_projection_gives_back_what_was_put_in():
     history = (amplitude * np.exp(POLES * times[:, None])).real.sum(axis=1) + 0.7 + 0.2 * times
     np.testing.assert_allclose(basis.amplitudes(history[:, None])[:, 0], amplitude, atol=1e-10)
     np.testing.assert_allclose(basis.residual(history[:, None]), 0, atol=1e-10)
+
+
+def test_amplitudes_are_those_at_the_first_frame_whatever_is_skipped():
+    times = np.arange(300) / 480
+    amplitude = np.array([1 - 2j, 0.3 + 0.1j])
+    history = (amplitude * np.exp(POLES * times[:, None])).real.sum(axis=1)
+    history[:40] += 5.0
+    np.testing.assert_allclose(decay_basis(POLES, times, skip=40).amplitudes(history[:, None])[:, 0], amplitude, atol=1e-10)
+
+
+def test_a_mode_that_dies_at_once_is_left_out_of_the_shapes_of_others(case):
+    """A mode of 60 % damping is gone after some frames: no pole is identified, and its motion is not that of the known ones."""
+    _, scanned = case
+    field = measure(scanned, choose_points(scanned.reference, scanned.survey, 60, side=17))
+    assert count_transient_frames(field, POLES, 0) == 0
+    times = np.arange(len(field.values)) / scenes.RATE
+    omega = 2 * np.pi * 30
+    dying = 0.2 * np.exp(-0.6 * omega * times) * np.sin(0.8 * omega * times)
+    disturbed = replace(field, values=field.values + dying[:, None, None].astype(field.values.dtype))
+    skip = count_transient_frames(disturbed, POLES, 0)
+    assert 0 < skip <= 0.25 * len(times)
+    true, wrong, mended = (point_shapes(part, POLES, skip=left_out).shape
+                           for part, left_out in ((field, 0), (disturbed, 0), (disturbed, skip)))
+    # All windows move alike, so the mean over them shows what the shapes take of it beyond their noise.
+    bias, left = (np.abs((part - true).mean(axis=0)).max() for part in (wrong, mended))
+    assert bias > 5 * left and bias > 0.005
 
 
 def test_aliases_of_each_other_cannot_be_told_apart():

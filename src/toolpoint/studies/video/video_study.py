@@ -36,7 +36,7 @@ from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.jumps import Jump, find_unbroken
 from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, lamps_everywhere, name_line, name_modes
 from toolpoint.vision.modes.pooling import pool_windows
-from toolpoint.vision.modes.projection import PointShapes, point_shapes
+from toolpoint.vision.modes.projection import PointShapes, count_transient_frames, point_shapes
 from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
 from toolpoint.vision.view import View
 
@@ -235,7 +235,9 @@ def study_video(
     decay, jumps = _decay(whole, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
     lamps = lamps_everywhere(lamp_lines(scanned.survey.brightness, clip.frame_rate), scanned.survey.means, clip.frame_rate)
     known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
-    shapes, line = point_shapes(field, known.poles, decay.first, stop=decay.stop), clip.frame_rate / len(decay.components)
+    skip = count_transient_frames(field, known.poles, decay.first, stop=decay.stop)
+    shapes = point_shapes(field, known.poles, decay.first, stop=decay.stop, skip=skip)
+    line = clip.frame_rate / len(decay.components)
     lamps = lamps_alone(lamps, known, clip.frame_rate, resolution=line)
     names = ("",) * known.count if poles is not None else name_modes(_with_shapes(known, shapes), lamps, clip.frame_rate,
                                                                      resolution=line)
@@ -244,7 +246,7 @@ def study_video(
                       for i, name in enumerate(names))
         names = name_artefacts(_with_shapes(known, shapes), names, clip.frame_rate, resolution=line, is_lossy=clip.is_lossy,
                                shake=shake_lines(camera, clip.frame_rate))
-    shown = _whole_picture(scanned, known, decay, field=field, camera=camera, side=side, progress=progress)
+    shown = _whole_picture(scanned, known, decay, field=field, camera=camera, side=side, skip=skip, progress=progress)
     seen = _seen(shapes)
     names = _with_doubtful(names, identification, seen, loss=quality.loss)
     moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)),
@@ -330,14 +332,14 @@ def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
 
 
 def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, camera: CameraMotion | None,
-                   side: int, progress: Progress | None) -> FullField:
+                   side: int, skip: int, progress: Progress | None) -> FullField:
     """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
     size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
     if size <= LARGE and camera is None:
-        return full_field(scanned, known.poles, decay.first, side=side, stop=decay.stop, progress=progress)
+        return full_field(scanned, known.poles, decay.first, side=side, stop=decay.stop, skip=skip, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side)
     tracked = _steady(measure(scanned, windows, TemplateProducts(2 if camera is None else 4), progress=progress), camera)
-    shapes = point_shapes(tracked, known.poles, decay.first, stop=decay.stop)
+    shapes = point_shapes(tracked, known.poles, decay.first, stop=decay.stop, skip=skip)
     return FullField(tracked.windows, shapes, np.zeros((known.count, 0, 0), complex))
 
 

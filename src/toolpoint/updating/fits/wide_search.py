@@ -36,9 +36,10 @@ MAX_COST_OF_RIVALS, MIN_DISTANCE_OF_RIVALS = 9.0, 3.0
 # Prior of the logarithm of a number about its file's value: dampers are guessed within a factor 7 (95 %), springs within 400.
 DAMPING_PRIOR_SD, STIFFNESS_PRIOR_SD = 1.0, 3.0
 # Deviation over that of the prior from which the data do not determine a number.
-UNDETERMINED_FRACTION = 0.7
-# Evaluations of a fit with one number moved, which starts next to its end; rise of chi-square at two standard deviations.
-REFIT_EVALUATIONS, TWO_SIGMA_RISE = 20, 4.0
+UNDETERMINED_FRACTION = 0.5
+# Evaluations of a fit with one number moved, which starts next to its end; halvings of such a move; rise of chi-square at two
+# standard deviations.
+REFIT_EVALUATIONS, MAX_HALVINGS, TWO_SIGMA_RISE = 20, 5, 4.0
 
 
 @on_one_thread
@@ -163,17 +164,23 @@ def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterF
 
 
 def _displacement(problem: Problem, best: ParameterFit, k: int, move: float) -> FloatArray:
-    """Return how far all coordinates go when coordinate k is held away from the best; zero where no model exists there."""
-    start, (lower, upper) = best.x.copy(), problem.bounds
-    start[k] = np.clip(start[k] + move, lower[k], upper[k])
-    try:
-        moved = fit(problem, Bayesian(evaluations=REFIT_EVALUATIONS), start=start,
-                    free=tuple(name for i, name in enumerate(problem.names) if i != k))
-    except ToolpointError:
-        return np.zeros_like(best.x)
-    # A move that the data contradict is taken back to the size that raises their chi-square by 4, as two deviations do.
-    rise = max(moved.chi_square - best.chi_square, 0.0)
-    return np.asarray((moved.x - best.x) * min(1.0, np.sqrt(TWO_SIGMA_RISE / max(rise, 1e-300))))
+    """Return how far all coordinates go when coordinate k is held away from the best; zero where no model exists there.
+
+    A move that the data contradict is halved until their chi-square rises by no more than two deviations of one number do.
+    """
+    lower, upper = problem.bounds
+    others = tuple(name for i, name in enumerate(problem.names) if i != k)
+    for _ in range(MAX_HALVINGS):
+        start = best.x.copy()
+        start[k] = np.clip(start[k] + move, lower[k], upper[k])
+        try:
+            moved = fit(problem, Bayesian(evaluations=REFIT_EVALUATIONS), start=start, free=others)
+        except ToolpointError:
+            return np.zeros_like(best.x)
+        if moved.chi_square - best.chi_square <= TWO_SIGMA_RISE:
+            return np.asarray(moved.x - best.x)
+        move /= 2
+    return np.zeros_like(best.x)
 
 
 def _widened(best: ParameterFit, rivals: Sequence[ParameterFit]) -> ParameterFit:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.updating.models.damped_modes import predict_damped_modes, has_damping
+from toolpoint.updating.models.damped_modes import has_damping, predict_damped_modes
 from toolpoint.updating.models.low_rank import TERMS, Term, factor_matrices
 from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.models.response_slopes import direct_response, modal_response

@@ -55,10 +55,10 @@ def project_frames(scanned: Scan, basis: DecayBasis, first: int, *, progress: Pr
 
 
 def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int = 16, stop: int | None = None,
-               progress: Progress | None = None) -> FullField:
-    """Return the shapes of the whole picture for known poles (rad/s), from frame `first` to `stop`."""
+               skip: int = 0, progress: Progress | None = None) -> FullField:
+    """Return the shapes of the whole picture for known poles (rad/s), frame `first` to `stop`; `skip` as in `point_shapes`."""
     last = scanned.survey.frames if stop is None else stop
-    basis = decay_basis(poles, np.arange(last - first) / scanned.clip.frame_rate)
+    basis = decay_basis(poles, np.arange(last - first) / scanned.clip.frame_rate, skip=skip)
     pictures = project_frames(scanned, basis, first, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side, coarsest=COARSEST)
     moved = scanned.reference.moved(0.0, 0.0)

@@ -17,6 +17,9 @@ from toolpoint._check import ComplexArray, FloatArray, complexes, fail
 from toolpoint.vision.displacement.result import DisplacementField
 
 LARGEST_CONDITION = 1e4
+# Parts of a decay and least frames of one, by which first frames are left out; ratio of a part's residual to that of the
+# second half from which it holds more than noise.
+TRANSIENT_PARTS, MIN_TRANSIENT_FRAMES, MIN_TRANSIENT_RATIO = 48, 4, 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +52,11 @@ class DecayBasis:
         return (flat - self.columns @ (self.weights @ flat)).reshape(values.shape)
 
 
-def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] = (), *, drift: bool = True) -> DecayBasis:
-    """Return the functions of poles (rad/s) and lines (Hz) at these times (s).
+def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] = (), *, drift: bool = True, skip: int = 0
+                ) -> DecayBasis:
+    """Return the functions of poles (rad/s) and lines (Hz) at these times (s), fitted without the first `skip` of them.
+
+    Amplitudes are those at the first time, also where the first frames are left out of the fit.
 
     Raises
     ------
@@ -69,7 +75,8 @@ def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] =
     if condition > LARGEST_CONDITION:
         fail("poles", ", ".join(f"{abs(p) / 2 / np.pi:.4g} Hz" for p in s), "the frames cannot tell them apart",
              remedy="leave one out, or film longer; at this frame rate two of them may be aliases of each other")
-    weights = np.linalg.pinv(columns / size) / size[:, None]
+    fitted = np.linalg.pinv(columns[skip:] / size) / size[:, None]
+    weights = np.concatenate([np.zeros((len(fitted), skip)), fitted], axis=1)
     return DecayBasis(columns, s, weights @ weights.T, weights)
 
 
@@ -95,15 +102,41 @@ class PointShapes:
 
 
 def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, *, stop: int | None = None,
-                 lines: Sequence[float] = ()) -> PointShapes:
-    """Return the shapes of all windows for these poles from frame `first` to `stop`, phases at the first row's exposure."""
+                 lines: Sequence[float] = (), skip: int = 0) -> PointShapes:
+    """Return the shapes of all windows for these poles from frame `first` to `stop`, phases at the first row's exposure.
+
+    The first `skip` frames are left out of the fit (`count_transient_frames`).
+    """
     part = field.values[first:stop]
     times = np.arange(len(part)) / field.frame_rate
-    basis = decay_basis(poles, times, lines)
+    basis = decay_basis(poles, times, lines, skip=skip)
     values = part.astype(float)
     amplitude = np.moveaxis(basis.amplitudes(values), 0, -1)
     amplitude = amplitude * np.exp(-basis.poles * field.delay[:, None])[:, None, :]
     return PointShapes(amplitude, field.covariance, basis, _scatter(field, basis, first), field.common)
+
+
+def count_transient_frames(field: DisplacementField, poles: ComplexArray, first: int, *, stop: int | None = None) -> int:
+    """Return how many first frames hold motion that the poles do not explain: modes that die before they can be identified.
+
+    Least squares would give their motion to the shapes of the known poles, far beyond the stated noise. Frames are left out
+    until the residual has fallen to that of the second half, but never beyond the time constant of the fastest known pole.
+    """
+    values, sigma, _, _ = field.measured()
+    part = values[first:stop] / sigma
+    times = np.arange(len(part)) / field.frame_rate
+    length = max(len(part) // TRANSIENT_PARTS, MIN_TRANSIENT_FRAMES)
+    longest = min(len(part) // 4, int(field.frame_rate / max(float(-poles.real.min()), 1e-12)))
+    skip = 0
+    while skip + length <= longest:
+        residual = decay_basis(poles, times, skip=skip).residual(part)
+        level = np.sqrt((residual[len(part) // 2:] ** 2).mean())
+        ahead = np.sqrt((residual[skip:skip + length] ** 2).mean()) / level
+        # The deviation of a mean square of n values is sqrt(2 / n), half of it that of the root.
+        if ahead < max(MIN_TRANSIENT_RATIO, 1 + 5 * np.sqrt(0.5 / (length * part.shape[1]))):
+            break
+        skip += length
+    return skip
 
 
 def _scatter(field: DisplacementField, basis: DecayBasis, first: int) -> FloatArray:
