@@ -10,6 +10,8 @@ import pytest
 ROOMS_WITH_EXAMPLES = {
     "spatial": {"Registration", "Screw"},  # results: shown by the functions that make them
     "joints": {"DIRECTIONS"},
+    "vibration": set(),
+    "vibration.sparse": set(),
 }
 
 
@@ -28,7 +30,8 @@ def test_exported_names_have_an_example(room):
 @pytest.mark.parametrize("room", ROOMS_WITH_EXAMPLES)
 def test_examples_of_docstrings_run_as_written(room):
     finder, runner = doctest.DocTestFinder(exclude_empty=True), doctest.DocTestRunner()
-    for module in {importlib.import_module(thing.__module__) for thing in _exports(room).values() if hasattr(thing, "__module__")}:
+    modules = {thing.__module__ for thing in _exports(room).values() if hasattr(thing, "__module__")}
+    for module in map(importlib.import_module, sorted(modules)):
         for example in finder.find(module, module.__name__):
             runner.run(example)
     assert runner.summarize(verbose=False).failed == 0
