@@ -10,6 +10,8 @@ import pytest
 ROOMS_WITH_EXAMPLES = {
     "spatial": {"Registration", "Screw"},  # results: shown by the functions that make them
     "joints": {"DIRECTIONS"},
+    "bodies": set(),
+    "bodies.solid": {"CAST_IRON", "STEEL"},
     "vibration": set(),
     "vibration.sparse": set(),
 }
