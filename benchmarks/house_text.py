@@ -32,6 +32,10 @@ NO_NOUNS = frozenset((ROOT / "benchmarks/unclear_words/constants.txt").read_text
 # Locals, parameters and fields that give a place in a sentence, not a quantity.
 PLACES_IN_A_SENTENCE = frozenset((ROOT / "benchmarks/unclear_words/locals.txt").read_text(encoding="utf-8").split())
 
+# Fields of descriptions are keys of files, which keep their names (`at`, `rest`).
+KEY_MEANINGS = ROOT / SOURCE / "io/yaml/key_meanings.yaml"
+KEYS_OF_FILES = frozenset(re.findall(r"^  (\w+):", KEY_MEANINGS.read_text(encoding="utf-8"), re.MULTILINE))
+
 UNREADABLE_START = re.compile(
     r"(?:About|Above|Across|After|Against|Along|Among|As|At|Before|Below|Beside|Between|Beyond|By|During|For|From|How|In|Inside|Into|Like"
     r"|Near|Nor|Not|Of|On|Over|Per|Since|So|That|Through|To|Under|Until|Upon|What|Where|Which|While|Who|Whom|Whose|With|Within|Without)\b"
@@ -110,7 +114,11 @@ def _constant_places(path: Path, tree: ast.Module, modules_of: dict[str, set[Pat
 
 
 def _name_places(path: Path, tree: ast.Module) -> Iterator[Place]:
+    fields = {field.target for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+              for field in node.body if isinstance(field, ast.AnnAssign)}
     for node in ast.walk(tree):
+        if node in fields and isinstance(node, ast.Name) and node.id in KEYS_OF_FILES:
+            continue
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             name, line = node.id, node.lineno
         elif isinstance(node, ast.arg):

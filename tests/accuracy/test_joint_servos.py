@@ -133,7 +133,7 @@ def test_many_coordinates_are_reduced_and_the_motors_kept():
                                                    rng.normal(size=(6, n)))]
     same[3][:, -2:] = 0
     whole = VaryingSystem(np.arange(nodes) * 1e-3, *same, np.zeros((nodes, 6, n)))
-    small = reduce_system(whole, kept=2)
+    small = reduce_system(whole, kept_count=2)
     assert small.size < n - 20
     answers = [s.output_map[0] @ np.linalg.solve(s.stiffness[0] + 20j * s.damping[0] - 400 * s.mass[0], s.input_map[0])
                for s in (whole, small)]

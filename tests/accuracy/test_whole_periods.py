@@ -41,7 +41,7 @@ def both(change, feed, *, count=5, keep=1, first=0, load=0.3, mean=1.0):
     for whole in (False, True):
         run, out = RunArrays(np.full(8, 1e-7), np.zeros((PERIOD, 3)), np.zeros(0)), np.empty((STEPS // keep + 1, 6))
         nodes = nodes_of(change, count)
-        kept = (advance_periods(nodes, cut, course, motion=run, keep=keep, first=first, out=out, known={}) if whole else
+        kept = (advance_periods(nodes, cut, course, motion=run, keep=keep, first=first, out=out, maps={}) if whole else
                 advance(nodes, cut, course, run, keep, first, out, np.empty((0, 9))))
         results += [out[:kept], run.state]
     return results

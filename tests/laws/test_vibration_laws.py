@@ -216,5 +216,5 @@ def test_outputs_at_every_nth_sample_are_those_of_all_samples(hold, every):
         [[2.0, -1, 0], [-1, 2, -1], [0, -1, 1.5]]), 3.0 * np.eye(3)))
     u, start = rng.normal(size=(200, len(system.inputs))), rng.normal(size=system.size)
     whole = time_response.exact(system, u, 300.0, hold=hold, start=start)
-    np.testing.assert_allclose(time_response.exact(system, u, 300.0, hold=hold, start=start, every=every), whole[::every],
+    np.testing.assert_allclose(time_response.exact(system, u, 300.0, hold=hold, start=start, stride=every), whole[::every],
                                rtol=1e-9, atol=1e-12 * np.abs(whole).max())

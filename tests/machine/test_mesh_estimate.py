@@ -44,7 +44,7 @@ def machine(folder: Path, mesh: float):
 
 def test_a_coarse_mesh_is_doubted_beside_a_fine_reduction(tmp_path, monkeypatch):
     """Reduction within 1e-3, the mesh a quarter off: the user reads both. The finer mesh is still some per cent too stiff."""
-    monkeypatch.setattr(factorisation, "_SMALL", 100_000)  # SciPy's solver: it is there without compiling
+    monkeypatch.setattr(factorisation, "_MIN_COMPILED_ROWS", 100_000)  # SciPy's solver: it is there without compiling
     coarse = solve_modes(machine(tmp_path, 50.0), None, 6)
     truth = solve_modes(machine(tmp_path, 25.0), None, 6)
     true = coarse.frequency / truth.frequency - 1

@@ -87,7 +87,7 @@ def grid_laplacian(n):
 @pytest.mark.parametrize("with_places", [True, False])
 def test_interpreted_solver_solves_and_counts(with_places, interpreted_solver, monkeypatch):
     """The kernels as plain Python on a small grid, cut into parts of a dozen nodes: every index is checked."""
-    monkeypatch.setattr(elimination, "_LEAF", 12)
+    monkeypatch.setattr(elimination, "_MAX_LEAF_SIZE", 12)
     solve_and_count(4, with_places)
 
 
@@ -116,7 +116,7 @@ def solve_and_count(n, with_places):
 
 
 def test_our_own_factorisation_takes_apart_pieces_and_lone_rows(interpreted_solver, monkeypatch):
-    monkeypatch.setattr(elimination, "_LEAF", 12)
+    monkeypatch.setattr(elimination, "_MAX_LEAF_SIZE", 12)
     k, m = chain(40)
     matrix = csc_array(block_diag([k + m, [[2.0]], k + m, [[3.0]]]))
     right = np.arange(82.0)
@@ -126,15 +126,15 @@ def test_our_own_factorisation_takes_apart_pieces_and_lone_rows(interpreted_solv
 
 
 def test_interpreted_counts_keep_no_factors(interpreted_solver, monkeypatch):
-    monkeypatch.setattr(elimination, "_LEAF", 12)
-    monkeypatch.setattr(elimination, "_CHUNK", 300)
+    monkeypatch.setattr(elimination, "_MAX_LEAF_SIZE", 12)
+    monkeypatch.setattr(elimination, "_PIECE_SIZE", 300)
     count_beside_factors(3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("numbers", [elimination._CHUNK, 5000])
+@pytest.mark.parametrize("numbers", [elimination._PIECE_SIZE, 5000])
 def test_negative_eigenvalues_are_counted_without_keeping_factors(numbers, monkeypatch):
-    monkeypatch.setattr(elimination, "_CHUNK", numbers)  # of a factor that a piece may hold: all of it, or many pieces
+    monkeypatch.setattr(elimination, "_PIECE_SIZE", numbers)  # of a factor that a piece may hold: all of it, or many pieces
     count_beside_factors(12)
 
 
@@ -202,7 +202,7 @@ def test_a_mass_between_rows_that_no_stiffness_joins_is_in_the_factors(solver):
 
 
 def test_interpreted_wide_fronts_are_solved_by_blocks(interpreted_solver, monkeypatch):
-    for kernel_size in ("BLOCK", "_PANEL"):
+    for kernel_size in ("KEPT_BLOCK_COLUMNS", "_PIVOT_BLOCK_COLUMNS"):
         monkeypatch.setattr(kernels, kernel_size, 8)
     solve_by_blocks(19)
 

@@ -1,4 +1,4 @@
-"""Bodies: what moves, with its mass, and where others hold on to it. Names below are loaded on first use."""
+"""Bodies: masses that move, and the interfaces where others hold on to them. Names below are loaded on first use."""
 
 from __future__ import annotations
 

@@ -19,9 +19,9 @@ from toolpoint._check import FloatArray, count, fail, floats, nonnegative, posit
 from toolpoint.bodies.body import Body, Interface
 from toolpoint.spatial.rotation import skew
 
-# Four Gauss points integrate the square of a cubic exactly.
+# Gauss points and weights over 0 .. 1: four integrate the square of a cubic exactly.
 _POINTS, _WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, np.polynomial.legendre.leggauss(4)[1] / 2
-_INNER = 8  # coordinates of an element beside those of its ends
+_INTERIOR_SIZE = 8  # coordinates of an element beside those of its ends
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class BeamSection:
     mass : float
         rho A, kg/m.
     inertia_y, inertia_z : float
-        rho I about y and z, kg m; of rotary inertia in bending (zero for a slender beam).
+        rho I about y and z, kg m: rotary inertia in bending (zero for a slender beam).
     polar : float
-        rho (I_y + I_z), kg m; of torsion and of a spin.
+        rho (I_y + I_z), kg m: inertia in torsion and of a spin.
     """
 
     axial: float
@@ -83,35 +83,37 @@ def rectangle(width: float, height: float, modulus: float, *, density: float, po
     Cowper, J. Appl. Mech. 33 (1966), 10 (1 + nu) / (12 + 11 nu).
     """
     b, h = positive("width", width), positive("height", height)
-    long, short = max(b, h), min(b, h)
-    twist = long * short**3 * (1 / 3 - 0.21 * short / long * (1 - short**4 / (12 * long**4)))
-    return _section(b * h, b * h**3 / 12, h * b**3 / 12, twist, modulus=modulus, density=density, poisson=poisson,
+    longer, shorter = max(b, h), min(b, h)
+    torsion_constant = longer * shorter**3 * (1 / 3 - 0.21 * shorter / longer * (1 - shorter**4 / (12 * longer**4)))
+    return _section(b * h, b * h**3 / 12, h * b**3 / 12, torsion_constant, modulus=modulus, density=density, poisson=poisson,
                     shear=10 * (1 + poisson) / (12 + 11 * poisson))
 
 
 def ring(diameter: float, bore: float, modulus: float, *, density: float, poisson: float, shear: float) -> BeamSection:
     """Return a round section, bored where `bore` (m) is not zero; `shear` is Timoshenko's shear coefficient."""
-    outer, inner = positive("diameter", diameter), float(nonnegative("bore", floats("bore", bore)))
-    if inner >= outer:
-        fail("bore", f"{inner:g} m", f"must be below the diameter, {outer:g} m")
-    area, second = np.pi / 4 * (outer**2 - inner**2), np.pi / 64 * (outer**4 - inner**4)
+    outer_diameter, inner_diameter = positive("diameter", diameter), float(nonnegative("bore", floats("bore", bore)))
+    if inner_diameter >= outer_diameter:
+        fail("bore", f"{inner_diameter:g} m", f"must be below the diameter, {outer_diameter:g} m")
+    area, second = np.pi / 4 * (outer_diameter**2 - inner_diameter**2), np.pi / 64 * (outer_diameter**4 - inner_diameter**4)
     return _section(area, second, second, 2 * second, modulus=modulus, density=density, poisson=poisson, shear=shear)
 
 
-def _section(area: float, about_y: float, about_z: float, twist: float, *, modulus: float, density: float, poisson: float,
+def _section(area: float, about_y: float, about_z: float, torsion_constant: float, *, modulus: float, density: float,
+             poisson: float,
              shear: float) -> BeamSection:
+    """Return the section of one material from its area, second moments (m^4), torsion constant (m^4) and shear coefficient."""
     e, rho = positive("modulus", modulus), positive("density", density)
     g = e / (2 * (1 + poisson))
-    return BeamSection(e * area, e * about_y, e * about_z, g * twist, shear * g * area, shear * g * area, rho * area,
+    return BeamSection(e * area, e * about_y, e * about_z, g * torsion_constant, shear * g * area, shear * g * area, rho * area,
                        rho * about_y, rho * about_z, rho * (about_y + about_z))
 
 
 @dataclass(frozen=True, eq=False)
 class BeamMatrices:
-    """A free beam.
+    """Matrices of a free beam.
 
-    places : (n,), m along x, of the nodes; mass, stiffness, gyroscopic (per rad/s of spin about x) : (size, size), six
-    coordinates (x y z rx ry rz) a node, then the inner ones of the elements.
+    places : (n,) floats, m along x, of the nodes. mass, stiffness, gyroscopic (per rad/s of spin about x) : (size, size)
+    floats, six coordinates (x y z rx ry rz) a node, then the interior ones of the elements.
     """
 
     places: FloatArray
@@ -127,10 +129,10 @@ class BeamMatrices:
 
     @property
     def centres(self) -> FloatArray:
-        """Where every coordinate is along x, m, (size,): of inner ones the middle of their element is near enough."""
-        inner = len(self.mass) - 6 * len(self.places)
-        middle = (self.places[1:] + self.places[:-1]) / 2
-        return np.concatenate([np.repeat(self.places, 6), np.repeat(middle, _INNER)[:inner]])
+        """Position of every coordinate along x, m, (size,); interior ones are taken at the middle of their element."""
+        interior_count = len(self.mass) - 6 * len(self.places)
+        middles = (self.places[1:] + self.places[:-1]) / 2
+        return np.concatenate([np.repeat(self.places, 6), np.repeat(middles, _INTERIOR_SIZE)[:interior_count]])
 
 
 def join_elements(places: FloatArray, sections: Sequence[BeamSection | None]) -> BeamMatrices:
@@ -140,103 +142,110 @@ def join_elements(places: FloatArray, sections: Sequence[BeamSection | None]) ->
     """
     if len(places) != len(sections) + 1 or len(sections) < 1:
         fail("sections", f"{len(sections)} for {len(places)} places", "must be one fewer than the places, at least one")
-    parts = [np.zeros((3, 12 + _INNER, 12 + _INNER)) if section is None
+    parts = [np.zeros((3, 12 + _INTERIOR_SIZE, 12 + _INTERIOR_SIZE)) if section is None
              else beam_element(section, positive("distance of places", float(b - a)))
              for (a, b), section in zip(pairwise(places), sections, strict=True)]
-    end = 6 * len(places)
-    size = end + sum(part.shape[1] - 12 for part in parts)
+    row_end = 6 * len(places)
+    size = row_end + sum(part.shape[1] - 12 for part in parts)
     total = np.zeros((3, size, size))
     for i, part in enumerate(parts):
-        inner = part.shape[1] - 12
-        at = np.r_[6 * i:6 * i + 12, end:end + inner]
-        total[np.ix_(range(3), at, at)] += part
-        end += inner
+        interior_count = part.shape[1] - 12
+        rows = np.r_[6 * i:6 * i + 12, row_end:row_end + interior_count]
+        total[np.ix_(range(3), rows, rows)] += part
+        row_end += interior_count
     return BeamMatrices(np.asarray(places, float), *total)
 
 
 def beam_element(section: BeamSection, length: float) -> FloatArray:
     """Return mass, stiffness and gyroscopic matrix (per rad/s about x) of one element.
 
-    (3, 20, 20), both ends and eight inner coordinates, where the section shears; (3, 12, 12) of a slender one.
+    (3, 20, 20), both ends and eight interior coordinates, where the section shears; (3, 12, 12) of a slender one.
     """
     is_slender = not (np.isfinite(section.shear_y) and np.isfinite(section.shear_z))
-    size = 12 if is_slender else 12 + _INNER
+    size = 12 if is_slender else 12 + _INTERIOR_SIZE
     mass, stiffness, gyroscopic = np.zeros((3, size, size))
 
     def add(index: list[int], shapes: FloatArray, *, rigidities: tuple[float, ...], inertias: tuple[float, ...]) -> None:
-        squares = np.einsum("g,kga,kgb->kab", length * _WEIGHTS, shapes, shapes)
-        at, n = np.ix_(index, index), len(inertias)
-        mass[at] += np.einsum("k,kab->ab", inertias, squares[:n])
-        stiffness[at] += np.einsum("k,kab->ab", rigidities, squares[n:n + len(rigidities)])
+        integrals = np.einsum("g,kga,kgb->kab", length * _WEIGHTS, shapes, shapes)
+        entries, n = np.ix_(index, index), len(inertias)
+        mass[entries] += np.einsum("k,kab->ab", inertias, integrals[:n])
+        stiffness[entries] += np.einsum("k,kab->ab", rigidities, integrals[n:n + len(rigidities)])
 
-    drawn = _drawn_shapes(length)[:, :, :2 if is_slender else 3]
-    add([0, 6, 12][:drawn.shape[2]], drawn, rigidities=(section.axial,), inertias=(section.mass,))
-    add([3, 9, 13][:drawn.shape[2]], drawn, rigidities=(section.torsion,), inertias=(section.polar,))
-    bent = _slender_shapes(length) if is_slender else _shearing_shapes(length)
-    turned = np.zeros((2, _POINTS.size, size))
+    axial_shapes = _axial_shapes(length)[:, :, :2 if is_slender else 3]
+    add([0, 6, 12][:axial_shapes.shape[2]], axial_shapes, rigidities=(section.axial,), inertias=(section.mass,))
+    add([3, 9, 13][:axial_shapes.shape[2]], axial_shapes, rigidities=(section.torsion,), inertias=(section.polar,))
+    bending_shapes = _hermite_shapes(length) if is_slender else _timoshenko_shapes(length)
+    section_rotations = np.zeros((2, _POINTS.size, size))
     # y with rz, and z with ry, whose slope has the other sign: z' = -ry.
     for k, (index, bending, shear, inertia, sign) in enumerate((
             ([1, 5, 7, 11, 14, 15, 16], section.bending_z, section.shear_y, section.inertia_z, 1.0),
             ([2, 4, 8, 10, 17, 18, 19], section.bending_y, section.shear_z, section.inertia_y, -1.0))):
-        index, shapes = index[:bent.shape[2]], bent * np.array([1, sign, 1, sign, 1, 1, sign])[:bent.shape[2]]
+        index, shapes = index[:bending_shapes.shape[2]], bending_shapes * np.array([1, sign, 1, sign, 1, 1,
+                                                                                    sign])[:bending_shapes.shape[2]]
         add(index, shapes, rigidities=(bending,) if is_slender else (bending, shear), inertias=(section.mass, inertia))
-        turned[k][:, index] = sign * shapes[1]
-    # Moment of the spin's momentum, omega x h: across the axis only.
-    pair = np.einsum("g,ga,gb->ab", length * _WEIGHTS * section.polar, turned[1], turned[0])
-    return np.stack([mass, stiffness, gyroscopic + pair - pair.T])
+        section_rotations[k][:, index] = sign * shapes[1]
+    # Gyroscopic moment omega x h of the spin's angular momentum: across the axis only.
+    coupling = np.einsum("g,ga,gb->ab", length * _WEIGHTS * section.polar, section_rotations[1], section_rotations[0])
+    return np.stack([mass, stiffness, gyroscopic + coupling - coupling.T])
 
 
-def _drawn_shapes(length: float) -> FloatArray:
+def _axial_shapes(length: float) -> FloatArray:
     """Return displacement along (or twist about) the axis and its slope at the Gauss points, (2, points, 3), with a bubble."""
     x, ones = _POINTS, np.ones_like(_POINTS)
     return np.stack([np.stack([1 - x, x, x * (1 - x)], axis=1), np.stack([-ones, ones, 1 - 2 * x], axis=1) / length])
 
 
-def _shearing_shapes(length: float) -> FloatArray:
-    """Return deflection, turn, curvature and shear strain at the Gauss points, (4, points, 7).
+def _timoshenko_shapes(length: float) -> FloatArray:
+    """Return deflection, rotation, curvature and shear strain at the Gauss points, (4, points, 7).
 
-    Deflection is cubic and the turn quadratic, so the shear strain may vanish anywhere: nothing locks. Coordinates: deflection
-    and turn at both ends, two bubbles of the deflection, one of the turn.
+    Deflection is cubic and the rotation quadratic, so the shear strain can vanish anywhere: nothing locks. Coordinates:
+    deflection and rotation at both ends, two bubbles of the deflection, one of the rotation.
     """
-    x, ones, nil = _POINTS, np.ones_like(_POINTS), np.zeros_like(_POINTS)
-    bubble, skewed = x * (1 - x), x * (1 - x) * (1 - 2 * x)
-    moved = np.stack([1 - x, nil, x, nil, bubble, skewed, nil], axis=1)
-    rise = np.stack([-ones, nil, ones, nil, 1 - 2 * x, 1 - 6 * x + 6 * x**2, nil], axis=1) / length
-    turn = np.stack([nil, 1 - x, nil, x, nil, nil, bubble], axis=1)
-    bent = np.stack([nil, -ones, nil, ones, nil, nil, 1 - 2 * x], axis=1) / length
-    return np.stack([moved, turn, bent, rise - turn])
+    x, ones, zeros = _POINTS, np.ones_like(_POINTS), np.zeros_like(_POINTS)
+    bubble, skew_bubble = x * (1 - x), x * (1 - x) * (1 - 2 * x)
+    deflection = np.stack([1 - x, zeros, x, zeros, bubble, skew_bubble, zeros], axis=1)
+    slope = np.stack([-ones, zeros, ones, zeros, 1 - 2 * x, 1 - 6 * x + 6 * x**2, zeros], axis=1) / length
+    rotation = np.stack([zeros, 1 - x, zeros, x, zeros, zeros, bubble], axis=1)
+    curvature = np.stack([zeros, -ones, zeros, ones, zeros, zeros, 1 - 2 * x], axis=1) / length
+    return np.stack([deflection, rotation, curvature, slope - rotation])
 
 
-def _slender_shapes(length: float) -> FloatArray:
+def _hermite_shapes(length: float) -> FloatArray:
     """Return deflection, slope, curvature and no shear strain at the Gauss points by Hermite's cubics, (4, points, 4)."""
     x, l = _POINTS, length
-    moved = np.stack([1 - 3 * x**2 + 2 * x**3, l * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, l * (x**3 - x**2)], axis=1)
+    deflection = np.stack([1 - 3 * x**2 + 2 * x**3, l * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, l * (x**3 - x**2)], axis=1)
     slope = np.stack([6 * (x**2 - x) / l, 1 - 4 * x + 3 * x**2, 6 * (x - x**2) / l, 3 * x**2 - 2 * x], axis=1)
-    bent = np.stack([(12 * x - 6) / l**2, (6 * x - 4) / l, (6 - 12 * x) / l**2, (6 * x - 2) / l], axis=1)
-    return np.stack([moved, slope, bent, np.zeros_like(moved)])
+    curvature = np.stack([(12 * x - 6) / l**2, (6 * x - 4) / l, (6 - 12 * x) / l**2, (6 * x - 2) / l], axis=1)
+    return np.stack([deflection, slope, curvature, np.zeros_like(deflection)])
 
 
 def beam(section: BeamSection, length: float, elements: int = 20, *, modes: int = 6) -> Body:
     """Return a beam body with interfaces ``root`` and ``tip``.
 
     Modal coordinates: the six motions of the tip relative to the root's rigid motion, then the amplitudes of the
-    lowest `modes` vibration modes with both ends held (mass-normalised).
+    lowest `modes` vibration modes with both ends held (mass-normalised); Craig, Bampton.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.beam import beam, rectangle
+    >>> beam(rectangle(0.05, 0.05, 210e9, density=7850.0), 0.5, elements=4, modes=2)
+    Body(8 modal coordinates, mass 9.8125 kg, 2 interfaces)
     """
     places = np.linspace(0.0, positive("length", length), count("elements", elements) + 1)
-    whole = join_elements(places, [section] * elements)
-    mass, stiffness = whole.mass, whole.stiffness
+    matrices = join_elements(places, [section] * elements)
+    mass, stiffness = matrices.mass, matrices.stiffness
     tip = np.arange(6 * elements, 6 * elements + 6)
-    free = np.setdiff1d(np.arange(6, len(mass)), tip)
-    k_inner = stiffness[np.ix_(free, free)]
+    interior = np.setdiff1d(np.arange(6, len(mass)), tip)
+    k_interior = stiffness[np.ix_(interior, interior)]
     size = len(mass)
     basis = np.zeros((size, 6 + 6 + modes))
-    basis[:, :6] = whole.rigid
+    basis[:, :6] = matrices.rigid
     basis[tip, 6:12] = np.eye(6)
-    if len(free):
-        basis[np.ix_(free, np.arange(6, 12))] = -np.linalg.solve(k_inner, stiffness[np.ix_(free, tip)])
-        squares, vectors = eigh(k_inner, mass[np.ix_(free, free)])
+    if len(interior):
+        basis[np.ix_(interior, np.arange(6, 12))] = -np.linalg.solve(k_interior, stiffness[np.ix_(interior, tip)])
+        squares, vectors = eigh(k_interior, mass[np.ix_(interior, interior)])
         keep = min(modes, len(squares))
-        basis[np.ix_(free, np.arange(12, 12 + keep))] = vectors[:, :keep]
+        basis[np.ix_(interior, np.arange(12, 12 + keep))] = vectors[:, :keep]
         basis = basis[:, :12 + keep]
     reduced_mass, reduced_stiffness = basis.T @ mass @ basis, basis.T @ stiffness @ basis
     modal = basis.shape[1] - 6

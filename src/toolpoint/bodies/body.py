@@ -21,7 +21,7 @@ from toolpoint.spatial.motion_table import MotionTable
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A place on a body where a joint, a load or a sensor holds on.
+    """Place on a body where a joint, a load or a sensor holds on.
 
     Parameters
     ----------
@@ -33,6 +33,17 @@ class Interface:
         In place of `participation` where the place slides along the body: `position` is then the one at 0 of the table.
     along : (3,) floats, optional
         Direction of the slide, in the body's axes.
+
+    Raises
+    ------
+    ToolpointError
+        For a slide without direction, or beside a participation.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies import Interface
+    >>> Interface([0.1, 0.0, 0.25]).position.tolist()
+    [0.1, 0.0, 0.25]
     """
 
     position: FloatArray
@@ -53,16 +64,16 @@ class Interface:
     def slid_to(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return positions (P, 3) on the body and participation (P, 6, n_modal) where places (P, 3) of the body are nearest.
 
-        Raises ToolpointError where a place is beyond the way.
+        Raises ToolpointError where a place is beyond the table of the slide.
         """
         assert self.slide is not None and self.along is not None
-        way = (place - self.position) @ self.along
-        return self.position + way[:, None] * self.along, self.slide.at(way)
+        travel = (place - self.position) @ self.along
+        return self.position + travel[:, None] * self.along, self.slide.at(travel)
 
 
 @dataclass(frozen=True, eq=False)
 class Body(NotebookText):
-    """A rigid or reduced elastic body in its own frame.
+    """Rigid or reduced elastic body in its own frame.
 
     Parameters
     ----------
@@ -72,17 +83,29 @@ class Body(NotebookText):
         Of the modal coordinates.
     interfaces : mapping of name to Interface
     notes : sequence of str
-        What a reduced body leaves out, and up to where it is good.
+        Limits of a reduced body: its band, and the modes left out.
     gyroscopic : (6 + n_modal, 6 + n_modal) floats, optional
         Skew, per rad/s of spin about `spin_axis` (3,) of the body's frame; for elastic bodies of revolution.
     structural_damping : (n_modal, n_modal) floats, optional
         Imaginary part of the complex stiffness, from the loss factors of its materials.
     surface : BodySurface, optional
-        What is drawn.
+        Nodes and triangles for drawing.
     residual : ResidualForm, optional
-        From which the error of a machine's modes by the reduction is stated; none: it cannot be.
+        Form that gives the error of a machine's modes by the reduction; without it the error is not stated.
     mesh_energy : (n_modal, n_modal) floats, optional
-        Energy that the body's mesh errs by in its modal coordinates, as a quadratic form, J; none: it is not known.
+        Energy of the error of the body's mesh in its modal coordinates, as a quadratic form, J; None: not known.
+
+    Raises
+    ------
+    ToolpointError
+        For wrong shapes, matrices that are not symmetric, or a gyroscopic matrix that is not skew.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.bodies import Body, MassProperties
+    >>> Body.rigid(MassProperties(120.0, np.zeros(3), np.diag([2.0, 3.0, 4.0])))
+    Body(rigid, mass 120 kg, 0 interfaces)
     """
 
     mass: FloatArray
@@ -142,13 +165,13 @@ class Body(NotebookText):
     def participation(self, interface: str | None) -> FloatArray:
         """Return the participation of an interface, shape (6, n_modal), zero for a rigid body.
 
-        On an elastic body every joint, load and point must name an interface: the motion elsewhere is not known.
+        On an elastic body every joint, load and point must name an interface: only there is its motion known.
         """
         if self.modal_count == 0:
             return np.zeros((6, 0))
         if interface is None or interface not in self.interfaces:
-            known = ", ".join(self.interfaces) or "none"
-            fail("interface", repr(interface), f"an elastic body needs one of its interfaces ({known})")
+            names = ", ".join(self.interfaces) or "none"
+            fail("interface", repr(interface), f"an elastic body needs one of its interfaces ({names})")
         if self.interfaces[interface].slide is not None:
             fail("interface", repr(interface), "slides: it can be held by a joint only",
                  remedy="a joint's place says where it is")

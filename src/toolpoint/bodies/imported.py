@@ -17,8 +17,8 @@ from toolpoint.vibration.dof import check_labels
 from toolpoint.vibration.sparse import modes
 from toolpoint.vibration.sparse.factorisation import check_symmetric
 
-_MASS_SPREAD = 1e-6
-_SLOW = 0.01  # Hz
+_MAX_MASS_SPREAD = 1e-6  # of the largest: relative difference of total mass between directions
+_MIN_TOP_FREQUENCY = 0.01  # Hz, of the stiffest row alone: below, stiffness and mass are exchanged or in other units
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class ImportedMatrices(NotebookText):
     coordinates : mapping of point to (3,) floats, optional
         m.
     notes : sequence of str
-        What was left out, and doubts.
+        Parts of the file left out, and doubts.
     is_labelled : bool
         Whether the file says which direction each row is; where not, no mass is stated.
 
@@ -62,21 +62,22 @@ class ImportedMatrices(NotebookText):
         put(self, "notes", (*self.notes, *self._doubts()))
 
     def _doubts(self) -> tuple[Doubt, ...]:
-        """Say what looks wrong: a mass that differs by direction, no mass at all in many rows, entries far from SI."""
+        """Return and warn of what is implausible: a mass that differs by direction, rows without mass, entries far from SI."""
         doubts = []
         total = self.directional_mass
-        known = total[total > 0]
-        if len(known) and np.ptp(known) > _MASS_SPREAD * known.max():
+        present = total[total > 0]
+        if len(present) and np.ptp(present) > _MAX_MASS_SPREAD * present.max():
             doubts.append(Doubt("mass differs by direction", ", ".join(f"{m:.6g}" for m in total) + " kg along x, y, z: held "
-                                "rows were left out, or rows are labelled wrongly", figure=float(np.ptp(known) / known.max())))
+                                "rows were left out, or rows are labelled wrongly",
+                                figure=float(np.ptp(present) / present.max())))
         massless = int((self.mass.diagonal() <= 0).sum())
         if massless:
             doubts.append(Doubt("mass", f"{massless} of {len(self.dofs)} rows have no mass"))
-        stiff, heavy = self.stiffness.diagonal(), self.mass.diagonal()
-        highest = float(np.sqrt(np.abs(stiff[heavy > 0] / heavy[heavy > 0]).max(initial=0.0))) / (2 * np.pi)
-        if 0 < highest < _SLOW:
-            doubts.append(Doubt("stiffness and mass", f"the stiffest row alone would swing at {highest:.2g} Hz",
-                                "are they exchanged, or in units of their own?", figure=highest))
+        springs, inertias = self.stiffness.diagonal(), self.mass.diagonal()
+        top_frequency = float(np.sqrt(np.abs(springs[inertias > 0] / inertias[inertias > 0]).max(initial=0.0))) / (2 * np.pi)
+        if 0 < top_frequency < _MIN_TOP_FREQUENCY:
+            doubts.append(Doubt("stiffness and mass", f"the stiffest row alone would swing at {top_frequency:.2g} Hz",
+                                "are they exchanged, or in units of their own?", figure=top_frequency))
         for doubt in doubts:
             warnings.warn(doubt, ToolpointWarning, stacklevel=4)
         return tuple(doubts)

@@ -32,7 +32,7 @@ def mass_properties(nodes: ArrayLike, triangles: ArrayLike, density: float) -> M
     """
     points, faces = floats("nodes", nodes, (None, 3)), check_triangles(nodes, triangles)
     centre = points.mean(axis=0)
-    # Around the middle of the nodes, so that far-off coordinates cost no digits.
+    # About the centre of the nodes, so that distant coordinates cost no digits.
     a, b, c = (points[faces[:, i]] - centre for i in range(3))
     volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
     volume = float(volumes.sum())
@@ -58,28 +58,28 @@ def check_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
         fail("triangles", f"node number {int(faces.max())}", f"must be within 0 .. {count - 1}")
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     code = edges[:, 0].astype(np.int64) * count + edges[:, 1]
-    back = edges[:, 1].astype(np.int64) * count + edges[:, 0]
+    reverse_code = edges[:, 1].astype(np.int64) * count + edges[:, 0]
     unique, repeats = np.unique(code, return_counts=True)
     if (repeats > 1).any():
-        at = divmod(int(unique[repeats > 1][0]), count)
-        fail("triangles", f"edge {at[0]}-{at[1]} {_where(nodes, at)} is run through twice in the same direction",
+        edge = divmod(int(unique[repeats > 1][0]), count)
+        fail("triangles", f"edge {edge[0]}-{edge[1]} {_edge_in_words(nodes, edge)} is run through twice in the same direction",
              "neighbours must be turned the same way", remedy="turn the triangles consistently, or remove doubled ones")
-    open_edges = np.setdiff1d(back, code)
+    open_edges = np.setdiff1d(reverse_code, code)
     if open_edges.size:
-        at = divmod(int(open_edges[0]), count)
-        fail("triangles", f"{open_edges.size} open edges, the first {at[1]}-{at[0]} {_where(nodes, at)}",
+        edge = divmod(int(open_edges[0]), count)
+        fail("triangles", f"{open_edges.size} open edges, the first {edge[1]}-{edge[0]} {_edge_in_words(nodes, edge)}",
              "must close around a solid",
              remedy="merge equal nodes, or fill the holes in the CAD program")
     return faces
 
 
-def _where(nodes: ArrayLike, edge: tuple[int, int]) -> str:
-    """The middle of an edge in words, mm."""
-    middle = 1e3 * np.asarray(nodes, float)[list(edge)].mean(axis=0)
-    return "at " + ", ".join(f"{name} {value:.5g}" for name, value in zip("xyz", middle + 0.0, strict=True)) + " mm"
+def _edge_in_words(nodes: ArrayLike, edge: tuple[int, int]) -> str:
+    """Return the middle of an edge in words, mm."""
+    centre = 1e3 * np.asarray(nodes, float)[list(edge)].mean(axis=0)
+    return "at " + ", ".join(f"{name} {value:.5g}" for name, value in zip("xyz", centre + 0.0, strict=True)) + " mm"
 
 
 def merge_corners(corners: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Return nodes and triangles of triangle corners (t, 3, 3) as STL files hold them, equal corners made one."""
+    """Return nodes and triangles of triangle corners (t, 3, 3) as in STL files, equal corners merged."""
     nodes, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return nodes, index.reshape(-1, 3)

@@ -1,9 +1,9 @@
 r"""ReducedBody: a reduced elastic body in parts that scale with modulus and density of named sets; nothing is assembled again.
 
-With the shapes V kept, :math:`K = \sum_s (E_s/E_{s,0}) V^T K_s V` and :math:`M = \sum_s (\rho_s/\rho_{s,0}) V^T M_s V`, and a
+With the kept shapes V, :math:`K = \sum_s (E_s/E_{s,0}) V^T K_s V` and :math:`M = \sum_s (\rho_s/\rho_{s,0}) V^T M_s V`, and a
 loss factor per set gives :math:`D = \sum_s \eta_s (E_s/E_{s,0}) V^T K_s V`. Derivatives are the parts themselves; those of
-frequencies are those of the machine with these shapes. Where sets scale apart, shapes of the changed body would be a little
-better (second order in the change): `at` says so in the body's notes.
+frequencies are those of the machine with these shapes. Where sets scale differently, shapes of the changed body would be
+a little better (second order in the change): `at` says so in the body's notes.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies.body import Body
 from toolpoint.bodies.residual_form import ResidualForm
 
-ALIKE = 1e-9  # relative difference of scales that are one
-APART = 1.2  # ratio of scales of two sets from which the shapes are called those of other numbers
+EQUAL_SCALE_TOLERANCE = 1e-9  # relative difference of the scales of all sets that are one scale of the body
+MAX_SCALE_SPREAD = 1.2  # ratio of the scales of two sets: above, the kept shapes are noted as those of other numbers
 Kind = Literal["modulus", "density", "loss_factor"]
 KINDS: tuple[Kind, ...] = ("modulus", "density", "loss_factor")
 
@@ -36,8 +36,11 @@ class ElasticNumbers:
 
 @dataclass(frozen=True, eq=False)
 class ReducedPart:
-    """What a set brings at its nominal numbers: stiffness (m, m), mass and gyroscopic matrix (6 + m, 6 + m) or None, and the
-    energy (m, m) that its mesh errs by, or None."""
+    """Part of a body that a set brings at its nominal numbers.
+
+    stiffness (m, m); mass and gyroscopic matrix (6 + m, 6 + m), the latter or None; energy (m, m) of the error of its mesh, or
+    None.
+    """
 
     numbers: ElasticNumbers
     stiffness: FloatArray
@@ -58,13 +61,13 @@ class BodySlope:
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody(NotebookText):
-    """A body at its nominal numbers, without loss factors, and its parts by set."""
+    """Reduced body at its nominal numbers, without loss factors, and its parts by set."""
 
     nominal: Body
     parts: Mapping[str, ReducedPart]
 
     def at(self, numbers: Mapping[str, ElasticNumbers]) -> Body:
-        """Return the body with these numbers of its sets, the shapes kept."""
+        """Return the body with these numbers of its sets and the kept shapes."""
         if set(numbers) != set(self.parts):
             fail("numbers", f"sets {', '.join(numbers)}", f"must be those of the body, {', '.join(self.parts)}")
         body = self.nominal
@@ -73,35 +76,37 @@ class ReducedBody(NotebookText):
         energy = None if body.mesh_energy is None else np.array(body.mesh_energy)
         loss = np.zeros_like(stiffness)
         for name, part in self.parts.items():
-            stiff, heavy = numbers[name].modulus / part.numbers.modulus, numbers[name].density / part.numbers.density
-            if stiff != 1:
-                stiffness += (stiff - 1) * part.stiffness
+            stiffer, denser = numbers[name].modulus / part.numbers.modulus, numbers[name].density / part.numbers.density
+            if stiffer != 1:
+                stiffness += (stiffer - 1) * part.stiffness
                 if energy is not None and part.mesh_energy is not None:
-                    energy += (stiff - 1) * part.mesh_energy
-            if heavy != 1:
-                mass += (heavy - 1) * part.mass
+                    energy += (stiffer - 1) * part.mesh_energy
+            if denser != 1:
+                mass += (denser - 1) * part.mass
                 if gyroscopic is not None and part.gyroscopic is not None:
-                    gyroscopic += (heavy - 1) * part.gyroscopic
-            loss += numbers[name].loss_factor * stiff * part.stiffness
+                    gyroscopic += (denser - 1) * part.gyroscopic
+            loss += numbers[name].loss_factor * stiffer * part.stiffness
         return replace(body, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic, residual=self._residual(numbers),
                        structural_damping=loss, mesh_energy=energy, notes=(*body.notes, *self._notes(numbers)))
 
     def _residual(self, numbers: Mapping[str, ElasticNumbers]) -> ResidualForm | None:
-        """Return the form of the scaled body; None where sets scale apart: what their shapes leave out is not known then."""
+        """Return the form of the scaled body; None where sets scale differently: the kept shapes' residual is then unknown."""
         form = self.nominal.residual
         if form is None:
             return None
-        stiff, heavy = (np.array([getattr(numbers[name], kind) / getattr(part.numbers, kind)
+        stiffer, denser = (np.array([getattr(numbers[name], kind) / getattr(part.numbers, kind)
                                   for name, part in self.parts.items()]) for kind in ("modulus", "density"))
-        if np.ptp(stiff) > ALIKE * stiff.max() or np.ptp(heavy) > ALIKE * heavy.max():
+        if np.ptp(stiffer) > EQUAL_SCALE_TOLERANCE * stiffer.max() or np.ptp(denser) > EQUAL_SCALE_TOLERANCE * denser.max():
             return None
-        return form if stiff[0] == heavy[0] == 1 else form.scaled(float(stiff[0]), float(heavy[0]))
+        return form if stiffer[0] == denser[0] == 1 else form.scaled(float(stiffer[0]),
+                                                                                    float(denser[0]))
 
     def _notes(self, numbers: Mapping[str, ElasticNumbers]) -> tuple[str, ...]:
+        """Return a note for every number whose scales differ by set."""
         notes = []
         for kind in ("modulus", "density"):
             scales = {name: getattr(numbers[name], kind) / getattr(part.numbers, kind) for name, part in self.parts.items()}
-            if max(scales.values()) > APART * min(scales.values()):
+            if max(scales.values()) > MAX_SCALE_SPREAD * min(scales.values()):
                 words = ", ".join(f"{name} x {scale:.3g}" for name, scale in scales.items() if scale != 1)
                 notes.append(f"shapes are those before {kind} changed by set ({words}): frequencies may be some per mille "
                              "too high; write the machine and read it anew")
@@ -111,11 +116,11 @@ class ReducedBody(NotebookText):
         """Return the derivative to one number of a set, whose numbers are now `numbers`."""
         part = self.parts[name]
         if kind == "modulus":
-            unit = part.stiffness / part.numbers.modulus
-            return BodySlope(None, unit, numbers.loss_factor * unit if numbers.loss_factor else None)
+            per_unit = part.stiffness / part.numbers.modulus
+            return BodySlope(None, per_unit, numbers.loss_factor * per_unit if numbers.loss_factor else None)
         if kind == "density":
-            turned = None if part.gyroscopic is None else part.gyroscopic / part.numbers.density
-            return BodySlope(part.mass / part.numbers.density, gyroscopic=turned)
+            gyroscopic = None if part.gyroscopic is None else part.gyroscopic / part.numbers.density
+            return BodySlope(part.mass / part.numbers.density, gyroscopic=gyroscopic)
         return BodySlope(structural_damping=numbers.modulus / part.numbers.modulus * part.stiffness)
 
     def __repr__(self) -> str:

@@ -1,9 +1,9 @@
-r"""ResidualForm: what a reduced body keeps so that the error of a machine's modes can be stated at any pose.
+r"""ResidualForm: a small form from which the error of a machine's modes by a body's reduction is stated at any pose.
 
 A mode of the reduced machine leaves forces in the whole body's equations,
 :math:`r = K V y - \lambda M (R c + V y) + \sum_i W_i f_i`, with rigid motions R, shapes V and wrenches f on the places W.
-Their size in the body's own flexibility, :math:`\rho^2 = r^T (K + s_0 M)^{-1} r`, is a small form over
-(c, y, y, f): its matrix is what is kept.
+Their norm in the body's own flexibility, :math:`\rho^2 = r^T (K + s_0 M)^{-1} r`, is a quadratic form over
+(c, y, y, f): its matrix is kept.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from toolpoint.spatial.motion_table import MotionTable
 
 @dataclass(frozen=True, eq=False)
 class ResidualForm:
-    """The products of [M R, K V, M V, loads] in (K + s0 M)^-1, and which loads a wrench on a place is.
+    """Products of [M R, K V, M V, loads] in (K + s0 M)^-1, and the map of wrenches on places to loads.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ class ResidualForm:
     shift : float
         s0, rad^2/s^2.
     reach : float
-        Frequency below which all free modes of the body are among the shapes, Hz; 0: not known.
+        Frequency below which all free modes of the body are among the shapes, Hz; 0: unknown.
     places : mapping of name to (6, q) floats or MotionTable
-        A wrench f on a place, in the body's axes and about the place, acts as the loads with ``places[name].T @ f``; of a place
-        that slides, a table over its way.
+        A wrench f on a place, in the body's axes and about the place, acts as the loads with ``places[name].T @ f``; for a
+        place that slides, a table over its positions.
     """
 
     gram: FloatArray
@@ -51,20 +51,20 @@ class ResidualForm:
                          for place in self.places.values()), 0)
 
     def loads(self, place: str, wrench: FloatArray, way: float | None = None) -> FloatArray:
-        """Return the loads (q, modes) that wrenches (6, modes) on a place are; `way`: where it has slid to, m."""
-        known = self.places.get(place)
-        if known is None:
+        """Return the loads (q, modes) of wrenches (6, modes) on a place; `way` is the position of a sliding one, m."""
+        wrench_map = self.places.get(place)
+        if wrench_map is None:
             fail("place", repr(place), f"must be of {', '.join(self.places)}")
-        if not isinstance(known, MotionTable):
-            return known.T @ wrench
+        if not isinstance(wrench_map, MotionTable):
+            return wrench_map.T @ wrench
         if way is None:
             fail("way", "none", f"must be given for the sliding place {place}")
-        return known.at(float(way)).T @ wrench
+        return wrench_map.at(float(way)).T @ wrench
 
     def squared(self, rigid: FloatArray, stiff: FloatArray, *, heavy: FloatArray, loads: FloatArray) -> FloatArray:
         """Return rho^2 (modes,) of M R rigid + K V stiff + M V heavy + loads; each has one column a mode."""
-        whole = np.vstack([rigid, stiff, heavy, loads])
-        return np.maximum(np.einsum("im,ij,jm->m", whole, self.gram, whole), 0.0)
+        columns = np.vstack([rigid, stiff, heavy, loads])
+        return np.maximum(np.einsum("im,ij,jm->m", columns, self.gram, columns), 0.0)
 
     def scaled(self, stiff: float, heavy: float) -> ResidualForm:
         """Return the form of the body with all stiffness and all density multiplied, the shapes kept."""

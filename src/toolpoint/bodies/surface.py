@@ -1,4 +1,4 @@
-"""BodySurface: what is drawn of an elastic body, and how its coordinates move it."""
+"""BodySurface: the drawn surface of an elastic body, and its motion by the body's coordinates."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from toolpoint._check import FloatArray, IndexArray, fail, floats, frozen
 class BodySurface:
     """Nodes and triangles of a body's outside, in its frame.
 
-    nodes : (n, 3), m; triangles : (t, 3) node numbers; motion : (n, 3, n_modal), displacement of every node per modal
-    coordinate, beside the motion of the body's frame.
+    nodes : (n, 3) floats, m; triangles : (t, 3) node numbers; motion : (n, 3, n_modal) floats, displacement of every node per
+    modal coordinate, beside the motion of the body's frame.
     """
 
     nodes: FloatArray

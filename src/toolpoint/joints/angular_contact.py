@@ -19,7 +19,7 @@ from toolpoint._quantity import Quantity
 from toolpoint.joints.guideway import AXES, Place, move_stiffness
 from toolpoint.joints.rolling_contact import compliance_constant
 
-STEPS = 60
+BISECTION_STEPS = 60  # halvings: the bracket ends below the rounding of a double
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class BearingDescription:
     preload_by: Literal["force", "distance"] = "force"
 
     def axial_force(self) -> float:
-        """Axial force of each bearing at its speed, N."""
+        """Return the axial force of each bearing at its speed, N."""
         return self.preload if self.preload_by == "force" else _force_of_distance(self)
 
     def race_state(self) -> tuple[FloatArray, FloatArray]:
@@ -57,33 +57,34 @@ class BearingDescription:
     @property
     def single(self) -> FloatArray:
         """Stiffness (6, 6) of one bearing about its middle, axis along z, pushed towards +z; none about z."""
-        (inner, outer), (force_in, force_out) = self.race_state()
+        (inner_angle, outer_angle), (force_in, force_out) = self.race_state()
         constant = _race_constant(self)
         tangents = [_tangent(angle, force, constant, (self.groove - 0.5) * self.ball_diameter)
-                    for angle, force in ((inner, force_in), (outer, force_out))]
+                    for angle, force in ((inner_angle, force_in), (outer_angle, force_out))]
+        # Both races act behind each other: the ball's own motion is condensed.
         pair = tangents[0] - tangents[0] @ np.linalg.solve(tangents[0] + tangents[1], tangents[0])
-        radius = self.pitch_diameter / 2 + (self.groove - 0.5) * self.ball_diameter * np.cos(inner)
+        radius = self.pitch_diameter / 2 + (self.groove - 0.5) * self.ball_diameter * np.cos(inner_angle)
         total = np.zeros((6, 6))
-        for turn in 2 * np.pi * np.arange(self.balls) / self.balls:
-            out = np.array([np.cos(turn), np.sin(turn), 0.0])
-            at = radius * out
-            rows = np.array([np.concatenate([d, np.cross(at, d)]) for d in (np.array([0.0, 0, 1]), out)])
-            total += rows.T @ pair @ rows
+        for azimuth in 2 * np.pi * np.arange(self.balls) / self.balls:
+            outward = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+            contact_point = radius * outward
+            directions = np.array([np.concatenate([d, np.cross(contact_point, d)]) for d in (np.array([0.0, 0, 1]), outward)])
+            total += directions.T @ pair @ directions
         return total
 
     @property
     def stiffness(self) -> FloatArray:
         """Stiffness (6, 6) about the joint's frame; none about the axis."""
-        if len(self.directions) != len(self.at) or any(way not in (1, -1) for way in self.directions):
+        if len(self.directions) != len(self.at) or any(sense not in (1, -1) for sense in self.directions):
             fail("directions", f"{self.directions} for {len(self.at)} places", "must be +1 or -1 for every bearing")
         if self.preload_by == "distance" and sum(self.directions) != 0:
             fail("directions", f"{self.directions} with preload_by: distance", "must be as many +1 as -1",
                  remedy="spacers hold bearings against each other; a bearing that a spring pushes is preload_by: force")
         n, single = AXES[self.along], self.single
         total = np.zeros((6, 6))
-        for place, way in zip(self.at, self.directions, strict=True):
+        for place, sense in zip(self.at, self.directions, strict=True):
             frame = np.zeros((3, 3))
-            frame[(n + 1) % 3, 0], frame[(n + 2) % 3, 1], frame[n, 2] = 1.0, float(way), float(way)
+            frame[(n + 1) % 3, 0], frame[(n + 2) % 3, 1], frame[n, 2] = 1.0, float(sense), float(sense)
             total += move_stiffness(single, frame, np.array(place))
         return total
 
@@ -93,85 +94,92 @@ def _race_constant(bearing: BearingDescription) -> float:
     return (2 / compliance_constant("ball", bearing.ball_diameter)) ** 1.5
 
 
-def _tangent(angle: float, force: float, constant: float, free: float) -> FloatArray:
-    """Return the tangent (2, 2) over axial and radial motion of a race at its contact force."""
+def _tangent(angle: float, force: float, constant: float, groove_distance: float) -> FloatArray:
+    """Return the tangent (2, 2) of a race over axial and radial motion at its contact force.
+
+    :math:`Q' n n^T + (Q/L)(I - n n^T)`, with L the distance `groove_distance` of the centres without load, plus the approach.
+    """
     normal = np.array([np.sin(angle), np.cos(angle)])
-    delta = (force / constant) ** (2 / 3)
-    along = np.outer(normal, normal)
-    return 1.5 * force / delta * along + force / (free + delta) * (np.eye(2) - along)
+    approach = (force / constant) ** (2 / 3)
+    projection = np.outer(normal, normal)
+    return 1.5 * force / approach * projection + force / (groove_distance + approach) * (np.eye(2) - projection)
 
 
-def _balance(bearing: BearingDescription, axial: float, speed: float) -> tuple[FloatArray, FloatArray]:
+def _balance(bearing: BearingDescription, axial_force: float, speed: float) -> tuple[FloatArray, FloatArray]:
     """Return contact angles and forces at an axial force (N) and a speed (rpm)."""
-    outer, inner, error = _angles(bearing, axial, speed)
+    outer_angle, inner_angle, error = _angles(bearing, axial_force, speed)
     if error > 1e-6:
-        fail("bearing", f"no balance at {speed:g} rev/min with {axial:g} N", "must hold its balls between both races",
+        fail("bearing", f"no balance at {speed:g} rev/min with {axial_force:g} N", "must hold its balls between both races",
              remedy="raise the preload or lower the speed")
-    share = axial / bearing.balls
-    return np.array([inner, outer]), np.array([share / np.sin(inner), share / np.sin(outer)])
+    ball_force = axial_force / bearing.balls
+    return np.array([inner_angle, outer_angle]), np.array([ball_force / np.sin(inner_angle), ball_force / np.sin(outer_angle)])
 
 
-def _angles(bearing: BearingDescription, axial: float, speed: float) -> tuple[float, float, float]:
-    """Solve the ball's radial balance by bisection; return outer and inner angle, rad, and the distance left open (ratio)."""
-    d, share = bearing.ball_diameter, axial / bearing.balls
-    free, constant = (bearing.groove - 0.5) * d, _race_constant(bearing)
-    thrown = _thrown(bearing, speed)
-    # The grooves' centres keep their radial distance 2 free cos(a0); each race's share is L cos(a), with Q sin(a) = share.
-    radial = 2 * free * np.cos(bearing.contact_angle)
+def _angles(bearing: BearingDescription, axial_force: float, speed: float) -> tuple[float, float, float]:
+    """Solve the ball's radial balance by bisection; return outer and inner angle, rad, and the distance's relative error."""
+    diameter, ball_force = bearing.ball_diameter, axial_force / bearing.balls
+    distance, constant = (bearing.groove - 0.5) * diameter, _race_constant(bearing)
+    centrifugal = _centrifugal_force(bearing, speed)
+    # The grooves' centres keep their radial distance 2 L0 cos(a0); each race's share of it is L cos(a), with Q sin(a) = F_a/Z.
+    radial_distance = 2 * distance * np.cos(bearing.contact_angle)
 
-    def reach(angle: float) -> float:
-        return float((free + (share / np.sin(angle) / constant) ** (2 / 3)) * np.cos(angle))
+    def radial_share(angle: float) -> float:
+        return float((distance + (ball_force / np.sin(angle) / constant) ** (2 / 3)) * np.cos(angle))
 
-    def inner_of(outer: float) -> float:
-        # share (cot outer - cot inner) = thrown
-        return float(np.arctan2(1.0, 1 / np.tan(outer) - thrown / share))
+    def inner_of(outer_angle: float) -> float:
+        # (F_a/Z) (cot a_o - cot a_i) = F_c
+        return float(np.arctan2(1.0, 1 / np.tan(outer_angle) - centrifugal / ball_force))
 
-    low, high = 1e-3, np.pi / 2 - 1e-6
-    for _ in range(STEPS):
-        middle = 0.5 * (low + high)
+    angle_min, angle_max = 1e-3, np.pi / 2 - 1e-6
+    for _ in range(BISECTION_STEPS):
+        middle = 0.5 * (angle_min + angle_max)
         # A larger outer angle shortens both radial shares.
-        if reach(middle) + reach(inner_of(middle)) > radial:
-            low = middle
+        if radial_share(middle) + radial_share(inner_of(middle)) > radial_distance:
+            angle_min = middle
         else:
-            high = middle
-    outer = 0.5 * (low + high)
-    inner = inner_of(outer)
-    return outer, inner, abs(reach(outer) + reach(inner) - radial) / radial
+            angle_max = middle
+    outer_angle = 0.5 * (angle_min + angle_max)
+    inner_angle = inner_of(outer_angle)
+    return outer_angle, inner_angle, abs(radial_share(outer_angle) + radial_share(inner_angle)
+                                         - radial_distance) / radial_distance
 
 
-def _thrown(bearing: BearingDescription, speed: float) -> float:
+def _centrifugal_force(bearing: BearingDescription, speed: float) -> float:
     """Return the centrifugal force of a ball, N."""
-    d, omega = bearing.ball_diameter, speed * 2 * np.pi / 60
-    ratio = d * np.cos(bearing.contact_angle) / bearing.pitch_diameter
+    diameter, omega = bearing.ball_diameter, speed * 2 * np.pi / 60
+    ratio = diameter * np.cos(bearing.contact_angle) / bearing.pitch_diameter
     if ratio >= 1:
-        fail("ball_diameter", f"{1e3 * d:g} mm on a pitch of {1e3 * bearing.pitch_diameter:g} mm", "must be smaller")
+        fail("ball_diameter", f"{1e3 * diameter:g} mm on a pitch of {1e3 * bearing.pitch_diameter:g} mm", "must be smaller")
     orbit = 0.5 * omega * (1 - ratio)
-    return float(bearing.ball_density * np.pi / 6 * d**3 * orbit**2 * bearing.pitch_diameter / 2)
+    return float(bearing.ball_density * np.pi / 6 * diameter**3 * orbit**2 * bearing.pitch_diameter / 2)
 
 
-def _distance(bearing: BearingDescription, axial: float, speed: float) -> float:
-    """Return the axial distance of the grooves' centres, m; less than any where the balls are not held."""
-    outer, inner, error = _angles(bearing, axial, speed)
+def _axial_groove_distance(bearing: BearingDescription, axial_force: float, speed: float) -> float:
+    """Return the axial distance of the grooves' centres, m; minus infinity where the balls are not held."""
+    outer_angle, inner_angle, error = _angles(bearing, axial_force, speed)
     if error > 1e-6:
         return -np.inf
-    free, constant, share = (bearing.groove - 0.5) * bearing.ball_diameter, _race_constant(bearing), axial / bearing.balls
-    return float(sum((free + (share / np.sin(angle) / constant) ** (2 / 3)) * np.sin(angle) for angle in (outer, inner)))
+    distance, constant, ball_force = (bearing.groove
+                                      - 0.5) * bearing.ball_diameter, _race_constant(bearing), axial_force / bearing.balls
+    return float(sum((distance + (ball_force / np.sin(angle) / constant) ** (2 / 3)) * np.sin(angle)
+                     for angle in (outer_angle, inner_angle)))
 
 
 def _force_of_distance(bearing: BearingDescription) -> float:
     """Return the axial force at the bearing's speed, N, with which the rings keep the distance of standstill."""
     if bearing.speed == 0:
         return bearing.preload
-    kept = _distance(bearing, bearing.preload, 0.0)
-    low, high = np.log(1e-3 * bearing.preload), np.log(1e4 * bearing.preload)
-    for _ in range(STEPS):
-        middle = 0.5 * (low + high)
-        if _distance(bearing, float(np.exp(middle)), bearing.speed) < kept:
-            low = middle
+    standstill_distance = _axial_groove_distance(bearing, bearing.preload, 0.0)
+    log_min, log_max = np.log(1e-3 * bearing.preload), np.log(1e4 * bearing.preload)
+    # The force may change by orders of magnitude: the bisection runs over its logarithm, and the distance grows with the force.
+    for _ in range(BISECTION_STEPS):
+        middle = 0.5 * (log_min + log_max)
+        if _axial_groove_distance(bearing, float(np.exp(middle)), bearing.speed) < standstill_distance:
+            log_min = middle
         else:
-            high = middle
-    force = float(np.exp(0.5 * (low + high)))
-    if abs(_distance(bearing, force, bearing.speed) / kept - 1) > 1e-6:
+            log_max = middle
+    force = float(np.exp(0.5 * (log_min + log_max)))
+    if abs(_axial_groove_distance(bearing, force, bearing.speed) / standstill_distance - 1) > 1e-6:
         fail("bearing", f"no balance at {bearing.speed:g} rev/min between rings at a fixed distance",
              "must hold its balls between both races", remedy="raise the preload or lower the speed")
     return force

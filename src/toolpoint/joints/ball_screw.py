@@ -1,4 +1,4 @@
-r"""Ball screw: nut, shaft and bearings in series along its axis; the shaft's part depends on where the nut is.
+r"""Ball screw: nut, shaft and bearings in series along its axis; the shaft's compliance depends on the nut's position.
 
 Shaft held at one end: :math:`k = E A / x`; at both: :math:`k = E A L / (x (L - x))`; twist of the shaft between motor and
 nut adds :math:`k = (2 \pi / p)^2 G I_p / x`. Source: Altintas, Manufacturing Automation, 2nd ed., section 5.3.
@@ -15,7 +15,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._quantity import Quantity
 from toolpoint.joints.guideway import AXES
 
-STEEL, SHEAR = 206e9, 79.4e9  # Pa
+SCREW_MODULUS, SCREW_SHEAR_MODULUS = 206e9, 79.4e9  # Pa, steel of shafts
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class BallScrewDescription:
     held: Literal["one end", "both ends"] = "one end"
     along: Literal["x", "y", "z"] = "x"
     lead: Annotated[float, Quantity("length", "m", above=0)] | None = None
-    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] = STEEL
+    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] = SCREW_MODULUS
     bracket: Annotated[float, Quantity("stiffness", "N/m", above=0)] | None = None
     follows: Literal["", "away", "towards"] = ""
 
@@ -43,25 +43,25 @@ class BallScrewDescription:
         """Return the axial stiffness with the nut at a distance from the thrust bearing (m), N/m."""
         return float(self.axial_along(np.array([self.nut_at if position is None else position]))[0][0])
 
-    def axial_along(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def axial_along(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the axial stiffness (N/m) and its derivative (N/m^2) with the nut at distances from the thrust bearing, m."""
-        outside = (x <= 0) | (x > self.length) | ((x >= self.length) & (self.held == "both ends"))
-        if outside.any():
-            fail("ball_screw.nut_at", f"{1e3 * float(x[outside][0]):g} mm from the thrust bearing",
+        beyond_shaft = (position <= 0) | (position > self.length) | ((position >= self.length) & (self.held == "both ends"))
+        if beyond_shaft.any():
+            fail("ball_screw.nut_at", f"{1e3 * float(position[beyond_shaft][0]):g} mm from the thrust bearing",
                  f"must be within the shaft, 0 .. {1e3 * self.length:g} mm")
-        area, polar = np.pi / 4 * self.diameter**2, np.pi / 32 * self.diameter**4
+        area, polar_moment = np.pi / 4 * self.diameter**2, np.pi / 32 * self.diameter**4
         rod = 1 / (self.modulus * area)
-        near = rod * x + 1 / self.bearing
-        soft, slope = near, np.full_like(x, rod)
+        side_a = rod * position + 1 / self.bearing
+        compliance, slope = side_a, np.full_like(position, rod)
         if self.held == "both ends":
-            # Each end has a bearing: two branches beside each other.
-            far = rod * (self.length - x) + 1 / self.bearing
-            soft, slope = near * far / (near + far), rod * (far - near) / (near + far)
-        soft = soft + 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
+            # Each end has a bearing: two springs in parallel, whose compliances combine as a b/(a + b).
+            side_b = rod * (self.length - position) + 1 / self.bearing
+            compliance, slope = side_a * side_b / (side_a + side_b), rod * (side_b - side_a) / (side_a + side_b)
+        compliance = compliance + 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
         if self.lead is not None:
-            twist = (self.lead / (2 * np.pi)) ** 2 / (SHEAR * polar)
-            soft, slope = soft + twist * x, slope + twist
-        return 1 / soft, -slope / soft**2
+            twist_compliance = (self.lead / (2 * np.pi)) ** 2 / (SCREW_SHEAR_MODULUS * polar_moment)
+            compliance, slope = compliance + twist_compliance * position, slope + twist_compliance
+        return 1 / compliance, -slope / compliance**2
 
     def along_travel(self, travel: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the axial stiffness (N/m) and its derivative (N/m^2) by the joint's travel along `along` (m)."""

@@ -16,13 +16,16 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._quantity import Quantity
 from toolpoint.joints.guideway import AXES, Place, move_stiffness
 
-MINDLIN = 2 * (1 - 0.3) / (2 - 0.3)
+MINDLIN_RATIO = 2 * (1 - 0.3) / (2 - 0.3)  # shear stiffness over normal stiffness, nu = 0.3
 
 
 @dataclass(frozen=True)
 class ContactPatch:
-    """A rectangle in contact: middle `at` in the joint's frame, `sides` along the two directions after the normal
-    (y, z after x; z, x after y; x, y after z)."""
+    """Rectangle in contact.
+
+    `at` is its middle in the joint's frame; `sides` are its lengths along the two directions after the normal (y, z after x; z,
+    x after y; x, y after z).
+    """
 
     at: Place
     sides: tuple[float, ...]
@@ -46,7 +49,7 @@ class PatchContactDescription:
     approach: float | None = None
     exponent: float = 0.5
     pressure: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
-    shear_ratio: Annotated[float, Quantity("ratio", "1", above=0, most=2)] = MINDLIN
+    shear_ratio: Annotated[float, Quantity("ratio", "1", above=0, most=2)] = MINDLIN_RATIO
 
     @property
     def normal_per_area(self) -> float:
@@ -64,15 +67,16 @@ class PatchContactDescription:
     @property
     def stiffness(self) -> FloatArray:
         """Stiffness (6, 6) about the joint's frame."""
-        k = self.normal_per_area
-        shear = self.shear_ratio * k
+        k_normal = self.normal_per_area
+        k_shear = self.shear_ratio * k_normal
         n = AXES[self.normal]
         total = np.zeros((6, 6))
         for patch in self.patches:
             a, b = patch.sides
-            area, across, along = a * b, a * b**3 / 12, a**3 * b / 12
-            # Axes 1, 2 in the plane, 3 normal: turning about 1 presses over side b.
-            single = np.diag([shear * area, shear * area, k * area, k * across, k * along, shear * (across + along)])
+            area, moment_1, moment_2 = a * b, a * b**3 / 12, a**3 * b / 12
+            # Axes 1, 2 in the plane, 3 normal: rotation about 1 presses over side b, so its second moment is a b^3/12.
+            single = np.diag([k_shear * area, k_shear * area, k_normal * area, k_normal * moment_1, k_normal * moment_2,
+                              k_shear * (moment_1 + moment_2)])
             frame = np.zeros((3, 3))
             frame[(n + 1) % 3, 0] = frame[(n + 2) % 3, 1] = frame[n, 2] = 1.0
             total += move_stiffness(single, frame, np.array(patch.at))

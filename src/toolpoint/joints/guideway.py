@@ -11,7 +11,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._quantity import Quantity
 from toolpoint.joints.rolling_contact import compliance_constant, contact_stiffness, spring_matrix
 
-Place = tuple[Annotated[float, Quantity("length", "m")], ...]  # three
+Place = tuple[Annotated[float, Quantity("length", "m")], ...]  # three coordinates
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -39,21 +39,21 @@ class GuidewayCarriage:
     def stiffness(self) -> FloatArray:
         """Stiffness (6, 6) about the middle of the carriage: travel along x, y across the rail, z up; N/m, N m/rad.
 
-        Of the rolling contacts alone: rail and carriage count as rigid, so a catalogue, which measures all, says less (often
-        half). The linear stiffness holds while no element lifts off.
+        Only the rolling contacts deform: rail and carriage count as rigid, so a catalogue, which measures all, states less
+        (often half). The linear stiffness holds while no element lifts off.
         """
         kind = "ball" if self.roller_length is None else "roller"
         constant = compliance_constant(kind, self.element_diameter, self.roller_length or 0.0)
-        each = contact_stiffness(kind, self.preload * self.dynamic_load / self.elements, constant)
+        element_stiffness = contact_stiffness(kind, self.preload * self.dynamic_load / self.elements, constant)
         total = np.zeros((6, 6))
-        places = np.linspace(-0.5, 0.5, self.elements) * self.row_length if self.elements > 1 else np.zeros(1)
-        outward = 1.0 if self.arrangement == "O" else -1.0
+        positions = np.linspace(-0.5, 0.5, self.elements) * self.row_length if self.elements > 1 else np.zeros(1)
+        sense = 1.0 if self.arrangement == "O" else -1.0
         for side in (-1, 1):
-            for level in (-1, 1):
-                line = np.array([0.0, side * np.cos(self.contact_angle), outward * level * np.sin(self.contact_angle)])
-                for along in places:
-                    at = np.array([along, side * self.rows_across / 2, level * self.rows_above / 2])
-                    total += spring_matrix(at, line, each)
+            for height in (-1, 1):
+                normal = np.array([0.0, side * np.cos(self.contact_angle), sense * height * np.sin(self.contact_angle)])
+                for position in positions:
+                    contact_point = np.array([position, side * self.rows_across / 2, height * self.rows_above / 2])
+                    total += spring_matrix(contact_point, normal, element_stiffness)
         return total
 
 
@@ -87,10 +87,10 @@ class GuidewayDescription:
 
 
 def move_stiffness(stiffness: FloatArray, rotation: FloatArray, place: FloatArray) -> FloatArray:
-    """Return a stiffness given in a frame of this orientation at this place, about the origin."""
+    """Return a stiffness (6, 6) given in a frame at a place, about the origin: A^T K A with the adjoint A of its inverse."""
     from toolpoint.spatial import transform as tf
 
     if np.shape(place) != (3,):
         fail("at", f"{np.size(place)} numbers", "must be three for every place")
-    back = tf.adjoint(tf.inverse(tf.transform(rotation, place)))
-    return back.T @ stiffness @ back
+    to_place = tf.adjoint(tf.inverse(tf.transform(rotation, place)))
+    return to_place.T @ stiffness @ to_place

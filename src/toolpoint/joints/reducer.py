@@ -27,18 +27,47 @@ TorsionDamping = Annotated[float, Quantity("rotational damping", "N*m*s/rad", le
 Twist = Annotated[float, Quantity("angle", "rad", least=0)]
 ReducerMass = Annotated[float, Quantity("mass", "kg", above=0)]
 ReducerDiameter = Annotated[float, Quantity("length", "m", above=0)]
-_CYCLE = 720
+_SAMPLES_PER_CYCLE = 720  # of the loop's first harmonic
 
 
 @dataclass(frozen=True)
 class Reducer(NotebookText):
-    """A reducer as a catalogue states it.
+    """Reducer as a catalogue states it.
 
-    ratio : turns of the motor for one of the output. torsion : slopes K_1, K_2 ..., N m/rad, one or several; torques : where
-    one gives way to the next, N m, one fewer. bending : N m/rad about each axis across the output. damping, bending_damping :
-    N m s/rad. lost_motion : rad, the twist between plus and minus `lost_motion_torque` (N m). hysteresis : rad, width of the
-    loop at no torque; settling : rad, twist over which the friction that makes it builds up after a reversal (a quarter of the
-    width where zero). series : word that reducers of one size and kind share, told apart by their ratios.
+    Parameters
+    ----------
+    ratio : float
+        Turns of the motor for one of the output, at least 1.
+    torsion : tuple of floats
+        Slopes K_1, K_2 ..., N m/rad, one or several.
+    torques : tuple of floats
+        Torques T_1, T_2 ... where one slope gives way to the next, N m, one fewer than slopes.
+    bending : float
+        N m/rad about each axis across the output.
+    damping, bending_damping : float
+        N m s/rad.
+    mass, diameter : float, optional
+        kg, m.
+    lost_motion, lost_motion_torque : float
+        Twist (rad) between plus and minus that torque (N m); both or neither.
+    hysteresis : float
+        Width of the loop at zero torque, rad.
+    settling : float
+        Twist over which friction builds up after a reversal, rad; a quarter of the width where zero.
+    series : str
+        Word that reducers of one size and kind share, told apart by their ratios.
+
+    Raises
+    ------
+    ToolpointError
+        For a number that is missing or outside its limits, or torques that do not fit the slopes.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import Reducer
+    >>> reducer = Reducer(100.0, torsion=(1e4, 2e4), torques=(50.0,), bending=1e5)
+    >>> float(reducer.twist(100.0).round(6))  # 50 N m on the first slope, 50 N m on the second
+    0.0075
     """
 
     ratio: float
@@ -77,7 +106,7 @@ class Reducer(NotebookText):
                  f"must be below T_1 = {self.torques[0]:g} N m")
 
     def _pieces(self) -> tuple[FloatArray, FloatArray]:
-        """Torques where pieces end (the last infinite) and their slopes, from zero upwards; lost motion is the first piece."""
+        """Return the torques where pieces end (the last infinite) and their slopes, upwards; lost motion is the first piece."""
         ends, slopes = [*self.torques, np.inf], list(self.torsion)
         if self.lost_motion > 0:
             ends, slopes = [self.lost_motion_torque, *ends], [2 * self.lost_motion_torque / self.lost_motion, *slopes]
@@ -85,25 +114,25 @@ class Reducer(NotebookText):
 
     @property
     def has_slopes(self) -> bool:
-        """Whether its torsion hangs on the load."""
+        """Whether its torsional stiffness depends on the load."""
         return len(self.torsion) > 1 or self.lost_motion > 0
 
     def twist(self, torque: ArrayLike) -> FloatArray:
         """Return the twist of the output at torques, rad, on the middle line of the hysteresis loop."""
-        load = floats("torque", torque)
+        torques = floats("torque", torque)
         ends, slopes = self._pieces()
-        begin = np.concatenate([[0.0], ends[:-1]])
-        parts = np.clip(np.abs(load)[..., None] - begin, 0.0, ends - begin) / slopes
-        return np.sign(load) * parts.sum(axis=-1)
+        starts = np.concatenate([[0.0], ends[:-1]])
+        twists = np.clip(np.abs(torques)[..., None] - starts, 0.0, ends - starts) / slopes
+        return np.sign(torques) * twists.sum(axis=-1)
 
     def torque(self, twist: ArrayLike) -> FloatArray:
         """Return the torque at twists (rad), N m, on the middle line."""
-        angle = floats("twist", twist)
+        twists = floats("twist", twist)
         ends, slopes = self._pieces()
-        begin = np.concatenate([[0.0], ends[:-1]])
-        width = (ends - begin) / slopes
-        start = np.concatenate([[0.0], np.cumsum(width[:-1])])
-        return np.sign(angle) * (np.clip(np.abs(angle)[..., None] - start, 0.0, width) * slopes).sum(axis=-1)
+        starts = np.concatenate([[0.0], ends[:-1]])
+        widths = (ends - starts) / slopes
+        twist_starts = np.concatenate([[0.0], np.cumsum(widths[:-1])])
+        return np.sign(twists) * (np.clip(np.abs(twists)[..., None] - twist_starts, 0.0, widths) * slopes).sum(axis=-1)
 
     @property
     def friction(self) -> float:
@@ -112,15 +141,17 @@ class Reducer(NotebookText):
 
     def history(self, twist: ArrayLike) -> FloatArray:
         """Return the torque over a history of twists (n,), N m: middle line and slider, the slider at rest before the first."""
-        angle = floats("twist", twist, (None,))
-        largest = self.friction
-        if largest == 0:
-            return self.torque(angle)
-        stiffness = largest / (self.settling or self.hysteresis / 4)
-        slider = np.zeros(angle.size)
-        for k in range(1, angle.size):
-            slider[k] = min(max(slider[k - 1] + stiffness * (angle[k] - angle[k - 1]), -largest), largest)
-        return self.torque(angle) + slider
+        twists = floats("twist", twist, (None,))
+        slider_limit = self.friction
+        if slider_limit == 0:
+            return self.torque(twists)
+        stiffness = slider_limit / (self.settling or self.hysteresis / 4)
+        slider = np.zeros(twists.size)
+        for sample in range(1, twists.size):
+            # Elastic slider (Masing): its torque follows the twist and stops at the friction.
+            slider[sample] = min(max(slider[sample - 1] + stiffness * (twists[sample] - twists[sample - 1]), -slider_limit),
+                                 slider_limit)
+        return self.torque(twists) + slider
 
     def linearise(self, load: float = 0.0, amplitude: float = 0.0) -> LinearTorsion:
         r"""Return stiffness and loss of small vibration about a load.
@@ -135,17 +166,19 @@ class Reducer(NotebookText):
         amplitude : float
             rad, of the twist about that at the load.
         """
-        torque, size = scalar("load", load), scalar("amplitude", amplitude)
-        nonnegative("amplitude", np.array(size))
-        middle = float(self.twist(torque))
-        if size == 0:
+        torque, twist_amplitude = scalar("load", load), scalar("amplitude", amplitude)
+        nonnegative("amplitude", np.array(twist_amplitude))
+        mean_twist = float(self.twist(torque))
+        if twist_amplitude == 0:
             ends, slopes = self._pieces()
-            return LinearTorsion(float(slopes[int(np.searchsorted(ends, abs(torque), side="left"))]), 0.0, middle)
-        phase = np.arange(2 * _CYCLE + 1) * (2 * np.pi / _CYCLE)
-        loop = self.history(middle + size * np.cos(phase))[_CYCLE:-1]
-        turn = phase[:_CYCLE]
-        stiffness = 2 / (_CYCLE * size) * float(loop @ np.cos(turn))
-        return LinearTorsion(stiffness, max(-2 / (_CYCLE * size) * float(loop @ np.sin(turn)), 0.0), middle)
+            return LinearTorsion(float(slopes[int(np.searchsorted(ends, abs(torque), side="left"))]), 0.0, mean_twist)
+        phases = np.arange(2 * _SAMPLES_PER_CYCLE + 1) * (2 * np.pi / _SAMPLES_PER_CYCLE)
+        # Two cycles: the first brings the slider from rest onto its closed loop, the second is analysed.
+        torques = self.history(mean_twist + twist_amplitude * np.cos(phases))[_SAMPLES_PER_CYCLE:-1]
+        angles = phases[:_SAMPLES_PER_CYCLE]
+        stiffness = 2 / (_SAMPLES_PER_CYCLE * twist_amplitude) * float(torques @ np.cos(angles))
+        return LinearTorsion(stiffness, max(-2 / (_SAMPLES_PER_CYCLE * twist_amplitude) * float(torques @ np.sin(angles)),
+                                            0.0), mean_twist)
 
     def joint(self, load: float = 0.0, amplitude: float = 0.0) -> LinearJoint:
         """Return the joint between the body that carries the motor and the one that is driven, its z along the output's axis.
@@ -157,7 +190,7 @@ class Reducer(NotebookText):
         dampers = {"rx": self.bending_damping, "ry": self.bending_damping, "rz": self.damping}
         loss = {"rz": torsion.loss / torsion.stiffness} if torsion.loss else 0.0
         return linear({"rx": self.bending, "ry": self.bending, "rz": torsion.stiffness},
-                      {way: value for way, value in dampers.items() if value > 0}, loss)
+                      {direction: value for direction, value in dampers.items() if value > 0}, loss)
 
     def __repr__(self) -> str:
         slopes = ", ".join(f"{k:.4g}" for k in self.torsion)
@@ -166,7 +199,14 @@ class Reducer(NotebookText):
 
 @dataclass(frozen=True)
 class LinearTorsion:
-    """Torsion about a load: stiffness and loss modulus, N m/rad, and the twist at the load, rad."""
+    """Torsion about a load: stiffness and loss modulus, N m/rad, and the twist at the load, rad.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import Reducer
+    >>> Reducer(100.0, torsion=(1e4, 2e4), torques=(50.0,), bending=1e5).linearise(load=80.0)
+    LinearTorsion(stiffness=20000.0, loss=0.0, twist=0.006500000000000001)
+    """
 
     stiffness: float
     loss: float
@@ -174,7 +214,14 @@ class LinearTorsion:
 
 
 def reflect_inertia(inertia: float, ratio: float) -> float:
-    """Return a motor's inertia as the output feels it along its own turning, J R^2, kg m^2."""
+    """Return a motor's inertia as the output feels it along its own rotation, J R^2, kg m^2.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import reflect_inertia
+    >>> reflect_inertia(1e-4, 100.0)
+    1.0
+    """
     return float(nonnegative("inertia", np.array(scalar("inertia", inertia)))) * scalar("ratio", ratio) ** 2
 
 
@@ -183,26 +230,51 @@ def choose_reducer(catalogue: Mapping[str, Reducer], ratio: float, *, largest_di
     """Return the name of the reducer of a catalogue whose ratio is nearest (by its logarithm), among those of the size.
 
     Sizes in m. Raises ToolpointError where the catalogue holds none of the size.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import Reducer, choose_reducer
+    >>> catalogue = {f"1:{ratio}": Reducer(ratio, torsion=(1e4,), bending=1e5) for ratio in (50, 80, 120)}
+    >>> choose_reducer(catalogue, 100.0)
+    '1:120'
     """
-    fits = {name: part for name, part in catalogue.items()
+    candidates = {name: part for name, part in catalogue.items()
             if part.diameter is None or smallest_diameter <= part.diameter <= largest_diameter}
-    if not fits:
+    if not candidates:
         fail("catalogue", f"no reducer of {1e3 * smallest_diameter:g} .. {1e3 * largest_diameter:g} mm",
              "must hold one that fits",
              remedy="add rows, or allow another size")
-    away: Array = np.abs(np.log([part.ratio / ratio for part in fits.values()]))
-    return list(fits)[int(away.argmin())]
+    log_distances: Array = np.abs(np.log([part.ratio / ratio for part in candidates.values()]))
+    return list(candidates)[int(log_distances.argmin())]
 
 
 def next_ratio(catalogue: Mapping[str, Reducer], name: str) -> str | None:
-    """Return the reducer of the same series with the next higher ratio; None where the catalogue holds none."""
-    here = reducer_of(catalogue, name)
-    higher = [key for key, part in catalogue.items() if here.series and part.series == here.series and part.ratio > here.ratio]
+    """Return the reducer of the same series with the next higher ratio; None where the catalogue holds none.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import Reducer, next_ratio
+    >>> catalogue = {f"1:{ratio}": Reducer(ratio, (1e4,), bending=1e5, series="A") for ratio in (50, 80, 120)}
+    >>> next_ratio(catalogue, "1:50")
+    '1:80'
+    """
+    reducer = reducer_of(catalogue, name)
+    higher = [key for key, part in catalogue.items() if reducer.series and part.series == reducer.series
+              and part.ratio > reducer.ratio]
     return min(higher, key=lambda key: catalogue[key].ratio) if higher else None
 
 
 def reducer_of(catalogue: Mapping[str, Reducer], name: str) -> Reducer:
-    """Return a reducer of a catalogue by name; raises ToolpointError with the nearest name where there is none."""
+    """Return a reducer of a catalogue by name.
+
+    Raises ToolpointError with the nearest name where there is none.
+
+    Examples
+    --------
+    >>> from toolpoint.joints import Reducer, reducer_of
+    >>> reducer_of({"small": Reducer(50.0, torsion=(1e4,), bending=1e5)}, "small")
+    Reducer(1:50, torsion 1e+04 N m/rad, bending 1e+05 N m/rad)
+    """
     if name not in catalogue:
         fail("reducer", f"no {name!r} in the catalogue", f"must be of {', '.join(catalogue) or 'none'}",
              remedy=suggestion(name, catalogue))

@@ -1,4 +1,4 @@
-r"""Load and deflection of rolling elements between raceways, and the stiffness that a load leaves.
+r"""Load and deflection of rolling elements between raceways, and the stiffness at a load.
 
 Palmgren's fits for hardened steel, approach of both raceways together, in mm and N: balls in grooves
 :math:`\delta = 4.36 \times 10^{-4} Q^{2/3} / D^{1/3}`, rollers :math:`\delta = 7.68 \times 10^{-5} Q^{0.9} / l^{0.8}`.
@@ -11,12 +11,13 @@ import numpy as np
 
 from toolpoint._check import FloatArray, one_of, positive
 
-EXPONENT = {"ball": 2 / 3, "roller": 0.9}
+# p of delta = c Q^p.
+LOAD_EXPONENTS = {"ball": 2 / 3, "roller": 0.9}
 
 
 def compliance_constant(element: str, diameter: float, length: float = 0.0) -> float:
     """Return c of delta = c Q^p, m/N^p: p is 2/3 for balls (diameter, m), 0.9 for rollers (effective length, m)."""
-    one_of("element", element, EXPONENT)
+    one_of("element", element, LOAD_EXPONENTS)
     if element == "ball":
         return 1e-3 * 4.36e-4 / (1e3 * positive("diameter", diameter)) ** (1 / 3)
     return 1e-3 * 7.68e-5 / (1e3 * positive("length", length)) ** 0.8
@@ -24,12 +25,12 @@ def compliance_constant(element: str, diameter: float, length: float = 0.0) -> f
 
 def contact_stiffness(element: str, load: float, constant: float) -> float:
     """Return dQ/d delta at a load (N), N/m: Q/(p delta)."""
-    exponent = EXPONENT[element]
+    exponent = LOAD_EXPONENTS[element]
     return positive("load", load) ** (1 - exponent) / (exponent * constant)
 
 
 def spring_matrix(place: FloatArray, direction: FloatArray, stiffness: float) -> FloatArray:
-    """Return the (6, 6) stiffness about the origin of a spring at a place (m) along a direction."""
+    """Return the stiffness (6, 6) about the origin of a spring at a place (m) along a direction: k l l^T, l = (u, p x u)."""
     unit = np.asarray(direction, float) / np.linalg.norm(direction)
     line = np.concatenate([unit, np.cross(place, unit)])
     return stiffness * np.outer(line, line)

@@ -9,19 +9,25 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 
-Along = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+TravelLaw = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
 class AxialTravel:
-    """What a joint's stiffness gains beside that of the described pose.
+    """Change of a joint's stiffness along one direction, relative to that of the described pose.
 
-    way : direction of the joint's frame, 0 .. 2; law : travel from the described pose (P,), m -> stiffness, N/m, and its
-    derivative, N/m^2; loss_factor : of this stiffness.
+    Parameters
+    ----------
+    way : int
+        Direction of the joint's frame, 0 .. 2.
+    law : callable
+        Travel from the described pose (P,), m -> stiffness, N/m, and its derivative, N/m^2.
+    loss_factor : float
+        Of this stiffness.
     """
 
     way: int
-    law: Along
+    law: TravelLaw
     loss_factor: float = 0.0
 
     def gain(self, travel: FloatArray) -> FloatArray:

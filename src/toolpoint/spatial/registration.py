@@ -19,7 +19,20 @@ from toolpoint.spatial.rotation import nearest
 
 @dataclass(frozen=True, eq=False)
 class Registration(NotebookText):
-    """Result: `transform` (4, 4), root-mean-square `residual` (m, weighted), matched indices, iterations, status."""
+    """Rigid registration of one set of points onto another.
+
+    Parameters
+    ----------
+    transform : (4, 4) floats
+        Transform that carries the source onto the target.
+    residual : float
+        Root mean square of the weighted distances left, m.
+    matches : (n,) ints
+        Index of the target point of every source point.
+    iterations : int
+    status : str
+        ``converged``, or what to try next.
+    """
 
     transform: FloatArray
     residual: float
@@ -45,22 +58,35 @@ def rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     ------
     ToolpointError
         For fewer than three points or points on one line: the rotation about that line is not determined.
+
+    Notes
+    -----
+    R is the rotation nearest to the weighted covariance of both sets about their centroids (Kabsch).
+
+    Examples
+    --------
+    >>> from toolpoint.spatial import rigid
+    >>> source = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    >>> target = [[1, 0, 0], [1, 1, 0], [0, 0, 0]]  # a quarter turn about z, then 1 m along x
+    >>> rigid(source, target).transform[:3, 3].round(9) + 0.0
+    array([1., 0., 0.])
     """
     a, b = floats("source", source, (None, 3)), floats("target", target, (None, 3))
     if a.shape != b.shape or a.ndim != 2:
         fail("target", f"shape {b.shape}", f"must be that of source, {a.shape}")
-    w = np.ones(len(a)) if weights is None else nonnegative("weights", floats("weights", weights, (len(a),)))
-    _spread(a, w)
-    total = w.sum()
-    centre_a, centre_b = w @ a / total, w @ b / total
-    rotation = nearest((b - centre_b).T @ (w[:, None] * (a - centre_a)))
+    weight = np.ones(len(a)) if weights is None else nonnegative("weights", floats("weights", weights, (len(a),)))
+    _check_spread(a, weight)
+    total_weight = weight.sum()
+    centre_a, centre_b = weight @ a / total_weight, weight @ b / total_weight
+    rotation = nearest((b - centre_b).T @ (weight[:, None] * (a - centre_a)))
     matrix = tf.transform(rotation, centre_b - rotation @ centre_a)
-    error = b - tf.move(matrix, a)
-    residual = float(np.sqrt((w * (error**2).sum(axis=1)).sum() / total))
+    deviation = b - tf.move(matrix, a)
+    residual = float(np.sqrt((weight * (deviation**2).sum(axis=1)).sum() / total_weight))
     return Registration(matrix, residual, np.arange(len(a)), 1, "converged")
 
 
-def _spread(points: FloatArray, weights: FloatArray) -> None:
+def _check_spread(points: FloatArray, weights: FloatArray) -> None:
+    """Refuse points of positive weight that are fewer than three, or collinear: one singular value alone is not zero."""
     used = points[weights > 0]
     if len(used) < 3:
         fail("source", f"{len(used)} points with weight", "must be at least 3")
@@ -74,18 +100,38 @@ def iterative_closest_point(
 ) -> Registration:
     """Return the registration of points without known correspondence (ICP, nearest neighbours).
 
-    Converges to the nearest local optimum: `start` (4, 4) should be near. `tolerance` is the relative change of the
-    residual at which it stops; `status` says when the limit of iterations was reached.
+    Each iteration pairs every source point with its nearest target point and solves `rigid`: the residual never grows, so the
+    end is the local optimum nearest to the start.
+
+    Parameters
+    ----------
+    source, target : (n, 3), (m, 3) floats
+        Points, m.
+    start : (4, 4) floats, optional
+        First transform; the identity where left out. It should be near.
+    iterations : int
+        Limit; `status` says where it was reached.
+    tolerance : float
+        Relative change of the residual at which the iteration stops.
+
+    Examples
+    --------
+    >>> from toolpoint.spatial import iterative_closest_point
+    >>> source = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> target = [[0.1, 0, 1], [0.1, 0, 0], [1.1, 0, 0], [0.1, 1, 0]]  # another order, 0.1 m along x
+    >>> result = iterative_closest_point(source, target)
+    >>> float(result.transform[0, 3].round(9)), result.matches.tolist()
+    (0.1, [1, 2, 3, 0])
     """
     a, b = floats("source", source, (None, 3)), floats("target", target, (None, 3))
     tree, matrix = scipy.spatial.cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
-    last = np.inf
-    for k in range(1, count("iterations", iterations) + 1):
+    previous = np.inf
+    for iteration in range(1, count("iterations", iterations) + 1):
         distance, match = (np.asarray(fit) for fit in tree.query(tf.move(matrix, a)))
         fit = rigid(a, b[match])
         matrix = fit.transform
-        if last - fit.residual <= tolerance * max(last if np.isfinite(last) else 1.0, 1e-300):
-            return Registration(matrix, fit.residual, match, k, "converged")
-        last = fit.residual
+        if previous - fit.residual <= tolerance * max(previous if np.isfinite(previous) else 1.0, 1e-300):
+            return Registration(matrix, fit.residual, match, iteration, "converged")
+        previous = fit.residual
     return Registration(matrix, float(np.sqrt((distance**2).mean())), match, iterations,
                         f"not converged in {iterations} iterations: give a nearer start or more iterations")

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, one_of
 
-_TINY = 1e-8
+_MIN_QUATERNION_VECTOR = 1e-8  # length of the vector part; below, angle / length is 2 to rounding
 
 
 def skew(vector: ArrayLike) -> FloatArray:
@@ -41,7 +41,7 @@ def to_vector(rotation: ArrayLike) -> FloatArray:
     w, v = quaternion[..., 0], quaternion[..., 1:]
     length = np.linalg.norm(v, axis=-1)
     angle = 2 * np.arctan2(length, w)
-    factor = np.where(length > _TINY, angle / np.where(length > _TINY, length, 1.0), 2.0)
+    factor = np.where(length > _MIN_QUATERNION_VECTOR, angle / np.where(length > _MIN_QUATERNION_VECTOR, length, 1.0), 2.0)
     return v * factor[..., None]
 
 
@@ -51,15 +51,15 @@ def to_quaternion(rotation: ArrayLike) -> FloatArray:
     trace = np.trace(r, axis1=-2, axis2=-1)
     # Shepperd: all four forms of 4 q q^T; the row with the largest diagonal has no cancellation.
     d = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
-    outer = np.empty((*r.shape[:-2], 4, 4))
-    outer[..., 0, 0] = 1 + trace
+    products = np.empty((*r.shape[:-2], 4, 4))
+    products[..., 0, 0] = 1 + trace
     for i in range(3):
-        outer[..., i + 1, i + 1] = 1 + 2 * r[..., i, i] - trace
+        products[..., i + 1, i + 1] = 1 + 2 * r[..., i, i] - trace
         j, k = (i + 1) % 3, (i + 2) % 3
-        outer[..., 0, i + 1] = outer[..., i + 1, 0] = r[..., k, j] - r[..., j, k]
-        outer[..., j + 1, k + 1] = outer[..., k + 1, j + 1] = r[..., k, j] + r[..., j, k]
-    best = np.argmax(d, axis=-1)
-    row = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
+        products[..., 0, i + 1] = products[..., i + 1, 0] = r[..., k, j] - r[..., j, k]
+        products[..., j + 1, k + 1] = products[..., k + 1, j + 1] = r[..., k, j] + r[..., j, k]
+    largest = np.argmax(d, axis=-1)
+    row = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
     row = row / np.linalg.norm(row, axis=-1, keepdims=True)
     return np.where(row[..., :1] < 0, -row, row)
 
@@ -101,6 +101,7 @@ def nearest(matrix: ArrayLike) -> FloatArray:
     """Return the rotation nearest to a matrix in the Frobenius norm (Kabsch), shape (..., 3, 3)."""
     u, _, vt = np.linalg.svd(floats("matrix", matrix, (3, 3)))
     sign = np.sign(np.linalg.det(u @ vt))
-    middle = np.broadcast_to(np.eye(3), u.shape).copy()
-    middle[..., 2, 2] = sign
-    return u @ middle @ vt
+    reflection = np.broadcast_to(np.eye(3), u.shape).copy()
+    # The smallest singular direction is reversed where u vt alone would be a reflection.
+    reflection[..., 2, 2] = sign
+    return u @ reflection @ vt

@@ -55,11 +55,18 @@ def screw(twist: ArrayLike, translation_below: float = 1e-12) -> Screw:
 
     :math:`u = w/|w|,\ p = w \times v/|w|^2,\ h = w \cdot v/|w|^2`; a motion with ``|w|`` below `translation_below` times
     ``|v|`` (1/m) is a pure translation.
+
+    Examples
+    --------
+    >>> from toolpoint.spatial import screw
+    >>> turn = screw([0.0, -0.5, 0.0, 0.0, 0.0, 1.0])  # rotation about z through x = 0.5 m
+    >>> (turn.point + 0.0).tolist(), turn.pitch
+    ([0.5, 0.0, 0.0], 0.0)
     """
     xi = floats("twist", twist, (6,))
     v, w = xi[:3], xi[3:]
-    turn, slide = float(np.linalg.norm(w)), float(np.linalg.norm(v))
-    if turn <= translation_below * slide or turn == 0:
-        unit = v / slide if slide > 0 else np.array([0.0, 0.0, 1.0])
-        return Screw(unit, np.zeros(3), float("inf"), slide)
-    return Screw(w / turn, np.cross(w, v) / turn**2, float(w @ v) / turn**2, turn)
+    rotation, translation = float(np.linalg.norm(w)), float(np.linalg.norm(v))
+    if rotation <= translation_below * translation or rotation == 0:
+        unit = v / translation if translation > 0 else np.array([0.0, 0.0, 1.0])
+        return Screw(unit, np.zeros(3), float("inf"), translation)
+    return Screw(w / rotation, np.cross(w, v) / rotation**2, float(w @ v) / rotation**2, rotation)

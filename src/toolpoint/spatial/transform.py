@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, floats
 from toolpoint.spatial import rotation as rot
 
-# Below this angle (rad) series take over, whose differences would lose digits; five terms are exact to rounding.
-_SERIES = 0.3
+# rad: below, closed forms lose digits by differences, and five terms of their series are exact to rounding.
+_SERIES_ANGLE = 0.3
+# Coefficients of (a - sin a)/a^3 and of (1 - (a/2) cot(a/2))/a^2 in powers of a^2, the highest first.
 _EXPONENTIAL = [(-1) ** k / factorial(2 * k + 3) for k in range(4, -1, -1)]
 _LOGARITHM = [1 / 47900160, 1 / 1209600, 1 / 30240, 1 / 720, 1 / 12]
 
@@ -24,18 +25,18 @@ def transform(rotation: ArrayLike | None = None, translation: ArrayLike | None =
     """Return the transform x -> R x + t, shape (..., 4, 4); identity parts where left out."""
     r = np.eye(3) if rotation is None else rot.check_rotation(rotation)
     t = np.zeros(3) if translation is None else floats("translation", translation, (3,))
-    lead = np.broadcast_shapes(r.shape[:-2], t.shape[:-1])
-    result = np.zeros((*lead, 4, 4))
+    batch = np.broadcast_shapes(r.shape[:-2], t.shape[:-1])
+    result = np.zeros((*batch, 4, 4))
     result[..., :3, :3], result[..., :3, 3], result[..., 3, 3] = r, t, 1.0
     return result
 
 
 def inverse(transform: FloatArray) -> FloatArray:
     """Return the inverse transform, shape (..., 4, 4)."""
-    back = np.swapaxes(transform[..., :3, :3], -1, -2)
+    transpose = np.swapaxes(transform[..., :3, :3], -1, -2)
     result = np.zeros_like(transform)
-    result[..., :3, :3] = back
-    result[..., :3, 3] = -(back @ transform[..., :3, 3, None])[..., 0]
+    result[..., :3, :3] = transpose
+    result[..., :3, 3] = -(transpose @ transform[..., :3, 3, None])[..., 0]
     result[..., 3, 3] = 1.0
     return result
 
@@ -79,25 +80,31 @@ def twist_bracket(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def exponential(twist: ArrayLike) -> FloatArray:
-    """Return the transform of a constant twist (v, w) acting for unit time, shape (..., 4, 4)."""
+    r"""Return the transform of a constant twist (v, w) acting for unit time, shape (..., 4, 4).
+
+    :math:`R = \exp[w]`, :math:`t = (I + \frac{1 - \cos a}{a^2} [w] + \frac{a - \sin a}{a^3} [w]^2)\, v`, a = ``|w|``.
+    """
     xi = floats("twist", twist, (6,))
     v, w = xi[..., :3], xi[..., 3:]
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
-    safe = np.where(angle < _SERIES, 1.0, angle)
-    c = np.where(angle < _SERIES, np.polyval(_EXPONENTIAL, angle**2), (safe - np.sin(safe)) / safe**3)
-    k = rot.skew(w)
-    left = np.eye(3) + rot.versine(angle) * k + c * (k @ k)
+    safe = np.where(angle < _SERIES_ANGLE, 1.0, angle)
+    sine_term = np.where(angle < _SERIES_ANGLE, np.polyval(_EXPONENTIAL, angle**2), (safe - np.sin(safe)) / safe**3)
+    cross = rot.skew(w)
+    left = np.eye(3) + rot.versine(angle) * cross + sine_term * (cross @ cross)
     return transform(rot.from_vector(w), (left @ v[..., None])[..., 0])
 
 
 def logarithm(transform: FloatArray) -> FloatArray:
-    """Return the twist (v, w) with exponential(twist) = transform, rotation within 0 .. pi, shape (..., 6)."""
+    r"""Return the twist (v, w) with exponential(twist) = transform, rotation within 0 .. pi, shape (..., 6).
+
+    :math:`v = (I - \frac{1}{2} [w] + \frac{1 - (a/2) \cot(a/2)}{a^2} [w]^2)\, t` a = ``|w|``.
+    """
     w = rot.to_vector(transform[..., :3, :3])
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
-    safe = np.where(angle < _SERIES, 1.0, angle)
-    half = safe / 2
-    d = np.where(angle < _SERIES, np.polyval(_LOGARITHM, angle**2), (1 - half / np.tan(half)) / safe**2)
-    k = rot.skew(w)
-    back = np.eye(3) - 0.5 * k + d * (k @ k)
-    v = (back @ transform[..., :3, 3, None])[..., 0]
+    safe = np.where(angle < _SERIES_ANGLE, 1.0, angle)
+    half_a = safe / 2
+    cotangent_term = np.where(angle < _SERIES_ANGLE, np.polyval(_LOGARITHM, angle**2), (1 - half_a / np.tan(half_a)) / safe**2)
+    cross = rot.skew(w)
+    inverse_left = np.eye(3) - 0.5 * cross + cotangent_term * (cross @ cross)
+    v = (inverse_left @ transform[..., :3, 3, None])[..., 0]
     return np.concatenate([v, w], axis=-1)

@@ -164,7 +164,7 @@ class Preparation:
 
     def elastic_modes(self, below: float) -> EigenPairs:
         """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
-        pairs = modes_of(self.pencil, below=below, most=max(MANY, self.body.size // SHARE))
+        pairs = modes_of(self.pencil, below=below, max_modes=max(MANY, self.body.size // SHARE))
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
                  remedy="a part that hangs loose, a mechanism, or a body that is held after all")

@@ -19,9 +19,17 @@ from toolpoint.vibration.modes import Modes
 
 
 def mac(first: Array, second: Array | None = None) -> FloatArray:
-    r"""Return :math:`|\phi_i^H \psi_j|^2 / (\phi_i^H \phi_i\ \psi_j^H \psi_j)`, shape (..., n_first, n_second).
+    r"""Return the modal assurance criterion (MAC) of every pair of shapes, shape (..., n_first, n_second).
 
-    `first`, `second`: shapes (..., n_dofs, n_modes); the AutoMAC of `first` where `second` is left out.
+    :math:`|\phi_i^H \psi_j|^2 / (\phi_i^H \phi_i\ \psi_j^H \psi_j)`. `first`, `second`: shapes (..., n_dofs, n_modes); the
+    AutoMAC of `first` where `second` is left out. Raises ToolpointError for different Dofs, or a shape that is zero everywhere.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.vibration.correlation import mac
+    >>> mac(np.array([[1.0, 1.0], [1.0, -1.0]])).round(12).tolist()
+    [[1.0, 0.0], [0.0, 1.0]]
     """
     a, b = _shapes(first, first if second is None else second)
     norm = _power(a)[..., :, None] * _power(b)[..., None, :]
@@ -34,7 +42,7 @@ def auto_mac(shapes: Array) -> FloatArray:
 
 
 def modal_scale_factor(first: Array, second: Array) -> Array:
-    r"""Return :math:`\phi_i^H \psi_j / \phi_i^H \phi_i`: the factor on `first` that fits `second` best, (n_first, n_second)."""
+    r"""Return the modal scale factors :math:`\phi_i^H \psi_j / \phi_i^H \phi_i`, the best on `first`, (n_first, n_second)."""
     a, b = _shapes(first, second)
     return np.swapaxes(a.conj(), -1, -2) @ b / _power(a)[..., :, None]
 
@@ -42,13 +50,13 @@ def modal_scale_factor(first: Array, second: Array) -> Array:
 def comac(first: Array, second: Array) -> FloatArray:
     r"""Return the coordinate MAC of paired shapes, shape (n_dofs,): 1 where all pairs agree.
 
-    :math:`(\sum_r |\phi_{kr} \psi_{kr}^*|)^2 / (\sum_r |\phi_{kr}|^2 \sum_r |\psi_{kr}|^2)`; a Dof that stands still in
-    all shapes of both sets agrees: 1.
+    :math:`(\sum_r |\phi_{kr} \psi_{kr}^*|)^2 / (\sum_r |\phi_{kr}|^2 \sum_r |\psi_{kr}|^2)`; 1 also for a Dof at rest in all
+    shapes of both sets.
     """
     a, b = _paired(first, second)
-    top = np.abs(a * b.conj()).sum(axis=-1) ** 2
-    bottom = (np.abs(a) ** 2).sum(axis=-1) * (np.abs(b) ** 2).sum(axis=-1)
-    return np.where(bottom > 0, top / np.where(bottom > 0, bottom, 1.0),
+    numerator = np.abs(a * b.conj()).sum(axis=-1) ** 2
+    denominator = (np.abs(a) ** 2).sum(axis=-1) * (np.abs(b) ** 2).sum(axis=-1)
+    return np.where(denominator > 0, numerator / np.where(denominator > 0, denominator, 1.0),
                     np.where(np.abs(a).sum(axis=-1) + np.abs(b).sum(axis=-1) == 0, 1.0, 0.0))
 
 
@@ -65,10 +73,10 @@ def ecomac(first: Array, second: Array) -> FloatArray:
 
 
 def mac_without(first: Array, second: Array, groups: Sequence[Sequence[int]]) -> FloatArray:
-    r"""Return the MAC of paired shapes seen without a group of Dofs, shape (n_groups, n_pairs).
+    r"""Return the MAC of paired shapes without a group of Dofs, shape (n_groups, n_pairs).
 
-    What a group costs (or lends) a pair is the MAC without it less the MAC of all: a point at which a shape was measured
-    wrongly, or the model is wrong, stands out. Not a number where nothing moves without the group.
+    The MAC without a group less the MAC of all Dofs is the influence of the group: a point that was measured wrongly, or where
+    the model is wrong, stands out. NaN where no other Dof moves.
 
     Parameters
     ----------
@@ -78,45 +86,49 @@ def mac_without(first: Array, second: Array, groups: Sequence[Sequence[int]]) ->
         For example the directions of every point.
     """
     a, b = _paired(first, second)
-    cross, power, other = (a.conj() * b), np.abs(a) ** 2, np.abs(b) ** 2
+    cross, power_first, power_second = (a.conj() * b), np.abs(a) ** 2, np.abs(b) ** 2
     result = np.full((len(groups), a.shape[-1]), np.nan)
-    for k, rows in enumerate(groups):
-        at = list(rows)
-        top = np.abs(cross.sum(axis=-2) - cross[at].sum(axis=-2)) ** 2
-        left, right = (p.sum(axis=-2) - p[at].sum(axis=-2) for p in (power, other))
-        moves = (left > 1e-12 * power.sum(axis=-2)) & (right > 1e-12 * other.sum(axis=-2))
-        result[k, moves] = top[moves] / (left * right)[moves]
+    for group, rows in enumerate(groups):
+        indices = list(rows)
+        numerator = np.abs(cross.sum(axis=-2) - cross[indices].sum(axis=-2)) ** 2
+        remaining_first, remaining_second = (p.sum(axis=-2) - p[indices].sum(axis=-2) for p in (power_first, power_second))
+        is_moving = (remaining_first > 1e-12 * power_first.sum(axis=-2)) & (remaining_second > 1e-12
+                                                                            * power_second.sum(axis=-2))
+        result[group, is_moving] = numerator[is_moving] / (remaining_first * remaining_second)[is_moving]
     return result
 
 
-def combine_shapes(first: Array, second: Array, near: BoolArray) -> tuple[Array, FloatArray]:
-    r"""Return the mix of shapes that is nearest to each other shape: factors and the MAC with that mix.
+def combine_shapes(first: Array, second: Array, candidates: BoolArray) -> tuple[Array, FloatArray]:
+    r"""Return the combination of shapes nearest to each shape of another set: its factors and the MAC with it.
 
-    Each :math:`\phi_i` is fitted by :math:`\sum_j q_{ij} \psi_j` over the shapes that are `near` (least squares, each of unit
-    length). Two modes that lie close mix freely, in a test or in a model: then MAC with each alone is low and with the mix
-    near 1; where the mix is no better, the shape itself is another.
+    Each :math:`\phi_i` is fitted by :math:`\sum_j q_{ij} \psi_j` over the candidates (least squares, each of unit length).
+    Modes of nearly equal frequency mix freely, in a test as in a model: the MAC with each alone is then low, and with the
+    combination near 1. Where the combination is no better, the shape itself differs.
 
     Parameters
     ----------
     first, second : (n_dofs, n_first), (n_dofs, n_second)
-    near : (n_first, n_second) bool
-        Which of the second set may take part.
+    candidates : (n_first, n_second) bool
+        Which shapes of the second set may be combined.
 
     Returns
     -------
-    factors : (n_first, n_second), zero where not near; mac : (n_first,), 0 where none is near.
+    factors : (n_first, n_second) floats or complex
+        Zero for what is no candidate.
+    mac : (n_first,) floats
+        MAC with the combination; 0 without candidates.
     """
     a, b = _shapes(first, second)
     a, b = (shapes / np.sqrt(_power(shapes)) for shapes in (a, b))
     factors = np.zeros((a.shape[-1], b.shape[-1]), np.result_type(a, b))
-    share = np.zeros(a.shape[-1])
-    for i in range(a.shape[-1]):
-        at = np.flatnonzero(near[i])
-        if at.size:
-            q = np.linalg.lstsq(b[:, at], a[:, i], rcond=1e-9)[0]
-            factors[i, at] = q
-            share[i] = float(np.linalg.norm(b[:, at] @ q)) ** 2
-    return factors, np.minimum(share, 1.0)
+    explained = np.zeros(a.shape[-1])
+    for mode in range(a.shape[-1]):
+        columns = np.flatnonzero(candidates[mode])
+        if columns.size:
+            fitted = np.linalg.lstsq(b[:, columns], a[:, mode], rcond=1e-9)[0]
+            factors[mode, columns] = fitted
+            explained[mode] = float(np.linalg.norm(b[:, columns] @ fitted)) ** 2
+    return factors, np.minimum(explained, 1.0)
 
 
 def frac(first: Frf, second: Frf) -> FloatArray:
@@ -130,17 +142,17 @@ def frac(first: Frf, second: Frf) -> FloatArray:
     if first.quantity != second.quantity or first.values.shape[-2:] != second.values.shape[-2:]:
         fail("frac", f"{first!r} and {second!r}", "must have the same quantity, outputs and inputs")
     a, b = first.values, second.values
-    a, b = (values / np.where((top := np.abs(values).max(axis=-3, keepdims=True)) > 0, top, 1.0) for values in (a, b))
+    a, b = (values / np.where((scale := np.abs(values).max(axis=-3, keepdims=True)) > 0, scale, 1.0) for values in (a, b))
     cross = np.abs((a.conj() * b).sum(axis=-3)) ** 2
     powers = [(np.abs(values) ** 2).sum(axis=-3) for values in (a, b)]
     product = powers[0] * powers[1]
-    silent = np.where((powers[0] == 0) & (powers[1] == 0), 1.0, 0.0)
-    return np.asarray(np.where(product > 0, cross / np.where(product > 0, product, 1.0), silent))
+    if_zero = np.where((powers[0] == 0) & (powers[1] == 0), 1.0, 0.0)
+    return np.asarray(np.where(product > 0, cross / np.where(product > 0, product, 1.0), if_zero))
 
 
 @dataclass(frozen=True)
 class Pairing(NotebookText):
-    """Modes of two sets that belong together: `pairs` (n, 2) indices, the MAC of each, and the modes left single."""
+    """One-to-one pairing of two sets of modes: `pairs` (n, 2) indices, the MAC of each, and the modes left single."""
 
     pairs: np.ndarray
     values: FloatArray
@@ -171,14 +183,15 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
     shift = np.abs(first.frequency[:, None] - second.frequency) / np.maximum(first.frequency[:, None], 1e-12)
     allowed = (matrix >= lowest_mac) & (shift <= frequency_shift)
     rows, columns = scipy.optimize.linear_sum_assignment(np.where(allowed, matrix, 0.0), maximize=True)
-    keep = allowed[rows, columns]
-    pairs = np.stack([rows[keep], columns[keep]], axis=1)
-    return Pairing(pairs, matrix[rows[keep], columns[keep]],
+    is_pair = allowed[rows, columns]
+    pairs = np.stack([rows[is_pair], columns[is_pair]], axis=1)
+    return Pairing(pairs, matrix[rows[is_pair], columns[is_pair]],
                    tuple(sorted(set(range(first.count)) - set(pairs[:, 0].tolist()))),
                    tuple(sorted(set(range(second.count)) - set(pairs[:, 1].tolist()))))
 
 
 def _shapes(first: Array, second: Array) -> tuple[Array, Array]:
+    """Return two sets of shapes after checking that they have the same Dofs and that every shape moves."""
     a, b = real_or_complex("first", first, (None, None)), real_or_complex("second", second, (None, None))
     if a.shape[-2] != b.shape[-2]:
         fail("shapes", f"{a.shape[-2]} and {b.shape[-2]} Dofs", "must be the same Dofs in the same order")
@@ -189,6 +202,7 @@ def _shapes(first: Array, second: Array) -> tuple[Array, Array]:
 
 
 def _paired(first: Array, second: Array) -> tuple[Array, Array]:
+    """Return two sets of shapes after checking that they have equally many modes."""
     a, b = _shapes(first, second)
     if a.shape[-1] != b.shape[-1]:
         fail("shapes", f"{a.shape[-1]} and {b.shape[-1]} modes", "must be paired one to one", remedy="use `pair_modes` first")
@@ -196,4 +210,5 @@ def _paired(first: Array, second: Array) -> tuple[Array, Array]:
 
 
 def _power(shapes: Array) -> FloatArray:
+    """Return phi^H phi of every mode."""
     return (np.abs(shapes) ** 2).sum(axis=-2)

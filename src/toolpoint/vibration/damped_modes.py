@@ -1,4 +1,4 @@
-r"""Modes of a system with all the damping that it states: real where damping couples no modes, complex where it does.
+r"""Modes of a system with all its damping: real where damping couples no modes, complex where it does.
 
 Unequal loss factors or dampers of single joints couple the undamped modes. Leaving this coupling out has moved stability
 limits by 24 %, so a real-mode solution is returned only where it is exact. Four cases:
@@ -28,10 +28,10 @@ from toolpoint.vibration.gyroscopic import is_gyroscopic
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
 
-COUPLING_TOLERANCE = 1e-6  # largest damping between two modes over that of a mode, below which real modes are exact
+MAX_REAL_MODE_COUPLING = 1e-6  # largest modal damping off the diagonal over that on it: below, real modes are exact
 MAX_PAIR_DAMPING = 0.7  # damping ratio up to which a pole of both kinds of damping is one of a conjugate pair
-EVEN_LINES, MAX_LINES = 100, 300  # of a response that goes along with modes: between resonances, in all
-FASTEST_HZ = 1e4  # dampers of light parts have real poles far beyond any resonance
+SPACED_LINE_COUNT, MAX_DIRECT_LINES = 100, 300  # lines of `Modes.direct`: spaced by ratio over the band, in all
+MAX_MODE_FREQUENCY = 1e4  # Hz: dampers of light parts have real poles far beyond any resonance
 
 MIXED_NOTE = "structural damping beside viscous damping: exact at each resonance, replaced by an equivalent between them"
 
@@ -41,20 +41,20 @@ def solve_as_damped(system: SecondOrderSystem) -> Modes:
 
     Raises ToolpointError where modes do not exist (see `eigen.solve_damped`).
     """
-    structural, viscous = _has(system.structural_damping), _has(system.damping)
+    structural, viscous = _is_present(system.structural_damping), _is_present(system.damping)
     if is_gyroscopic(system):
         return eigen.solve_damped(damping.equivalent_viscous(system) if structural else system)
     if not (structural or viscous):
         return eigen.solve_undamped(system)
     if structural and viscous:
         mixed = _solve_mixed(system)
-        return replace(mixed, direct=frequency_response.direct(system, _lines_about(mixed)))
+        return replace(mixed, direct=frequency_response.direct(system, _resonance_lines(mixed)))
     if not is_coupled(system):
         real = eigen.solve_undamped(system)
         if not (real.damping_ratio >= 1).any():
             return real
     damped = eigen.solve_damped(system)
-    return damped if structural else slow_part(damped)
+    return damped if structural else drop_fast_modes(damped)
 
 
 def upper_poles(modes: Modes) -> ComplexArray:
@@ -73,30 +73,31 @@ def is_coupled(system: SecondOrderSystem) -> bool:
             continue
         modal = np.swapaxes(vectors, -1, -2) @ matrix @ vectors
         diagonal = np.diagonal(modal, axis1=-2, axis2=-1)
-        between = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max(initial=0.0)
-        if between > COUPLING_TOLERANCE * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300):
+        off_diagonal = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max(initial=0.0)
+        if off_diagonal > MAX_REAL_MODE_COUPLING * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300):
             return True
     return False
 
 
-def slow_part(modes: Modes) -> Modes:
-    """Return the modes up to the last that is below 10 kHz at any pose."""
-    below = (modes.frequency < FASTEST_HZ).any(axis=tuple(range(modes.frequency.ndim - 1)))
-    return modes.selected(list(range(int(np.flatnonzero(below).max(initial=0)) + 1)))
+def drop_fast_modes(modes: Modes) -> Modes:
+    """Return the modes up to the last below `MAX_MODE_FREQUENCY` at any pose."""
+    is_slow = (modes.frequency < MAX_MODE_FREQUENCY).any(axis=tuple(range(modes.frequency.ndim - 1)))
+    return modes.selected(list(range(int(np.flatnonzero(is_slow).max(initial=0)) + 1)))
 
 
-def _lines_about(modes: Modes) -> FloatArray:
-    """Return lines (Hz) at the resonances of all poses, a half width beside them, and between, for smooth differences."""
-    moving = modes.frequency > 0
-    frequency, ratio = modes.frequency[moving], np.minimum(modes.damping_ratio[moving], 0.5)
-    beside = [frequency * (1 + side * ratio) for side in (-1.0, 0.0, 1.0)]
-    lines = np.sort(np.concatenate([np.geomspace(0.05 * frequency.min(), 2 * frequency.max(), EVEN_LINES), *beside]))
-    if lines.size > MAX_LINES:
-        lines = np.quantile(lines, np.linspace(0, 1, MAX_LINES))
+def _resonance_lines(modes: Modes) -> FloatArray:
+    """Return lines (Hz) at the resonances of all poles, a half width beside them, and spaced by ratio between them."""
+    is_elastic = modes.frequency > 0
+    frequency, ratio = modes.frequency[is_elastic], np.minimum(modes.damping_ratio[is_elastic], 0.5)
+    flanks = [frequency * (1 + side * ratio) for side in (-1.0, 0.0, 1.0)]
+    lines = np.sort(np.concatenate([np.geomspace(0.05 * frequency.min(), 2 * frequency.max(), SPACED_LINE_COUNT), *flanks]))
+    if lines.size > MAX_DIRECT_LINES:
+        lines = np.quantile(lines, np.linspace(0, 1, MAX_DIRECT_LINES))
     return np.unique(lines)
 
 
-def _has(matrix: FloatArray | None) -> bool:
+def _is_present(matrix: FloatArray | None) -> bool:
+    """Whether a matrix is given and not zero."""
     return matrix is not None and bool(np.any(matrix))
 
 
@@ -106,14 +107,14 @@ def _solve_mixed(system: SecondOrderSystem) -> Modes:
         modes = eigen.solve_undamped(damping.equivalent_viscous(system))
         if not (modes.damping_ratio >= 1).any():
             return replace(modes, notes=(*modes.notes, MIXED_NOTE))
-    singles = [system] if not system.poses else [system.at_pose(i) for i in range(system.poses[0])]
-    solved = [_mixed_pairs(single) for single in singles]
-    parts = [part for part in solved if part is not None]
-    if len(parts) < len(singles):
+    systems = [system] if not system.poses else [system.at_pose(i) for i in range(system.poses[0])]
+    modes_by_pose = [_mixed_pairs(system_of_pose) for system_of_pose in systems]
+    solved_poses = [part for part in modes_by_pose if part is not None]
+    if len(solved_poses) < len(systems):
         # A damper so strong that its pole is real: no pairs to take, so the equivalent serves all poses alike.
-        modes = slow_part(eigen.solve_damped(damping.equivalent_viscous(system)))
+        modes = drop_fast_modes(eigen.solve_damped(damping.equivalent_viscous(system)))
         return replace(modes, damping="structural")
-    return eigen.stack_poses(parts) if system.poses else parts[0]
+    return eigen.stack_poses(solved_poses) if system.poses else solved_poses[0]
 
 
 def _mixed_pairs(system: SecondOrderSystem) -> Modes | None:
@@ -121,13 +122,14 @@ def _mixed_pairs(system: SecondOrderSystem) -> Modes | None:
     no pairs."""
     poles, vectors, rigid = eigen.viscous_pencil(system, hysteretic=True)
     omega = np.abs(poles)
-    moving = omega > 0
+    is_elastic = omega > 0
     ratio = np.ones(poles.size)
-    ratio[moving] = -poles.real[moving] / omega[moving]
+    ratio[is_elastic] = -poles.real[is_elastic] / omega[is_elastic]
     if poles.size + rigid.shape[1] != system.size or (ratio > MAX_PAIR_DAMPING).any():
         return None
     shape: ComplexArray = np.concatenate([rigid + 0j, vectors], axis=1)
-    still = np.zeros(rigid.shape[1])
-    return Modes(np.concatenate([still, omega / (2 * np.pi)]), np.concatenate([still, ratio]), system.output_map @ shape,
+    rigid_zeros = np.zeros(rigid.shape[1])
+    return Modes(np.concatenate([rigid_zeros, omega / (2 * np.pi)]), np.concatenate([rigid_zeros, ratio]),
+                 system.output_map @ shape,
                  system.outputs, "modal A", "structural", **eigen.participation_of(system, shape),
                  notes=(*system.notes, MIXED_NOTE))

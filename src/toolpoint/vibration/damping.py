@@ -28,8 +28,8 @@ def modal(system: SecondOrderSystem, ratio: ArrayLike) -> SecondOrderSystem:
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     omega = np.sqrt(np.maximum(squares, 0.0))
-    rate = 2 * floats("ratio", np.broadcast_to(ratio, omega.shape)) * omega
-    matrix = _from_modal(system.mass, vectors, rate)
+    modal_rate = 2 * floats("ratio", np.broadcast_to(ratio, omega.shape)) * omega
+    matrix = _from_modal(system.mass, vectors, modal_rate)
     viscous = matrix + _skew(system.damping) if is_gyroscopic(system) else matrix
     return replace(system, damping=viscous, structural_damping=None)
 
@@ -45,21 +45,23 @@ def equivalent_viscous(system: SecondOrderSystem) -> SecondOrderSystem:
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     omega = np.sqrt(np.maximum(squares, 0.0))
     with np.errstate(divide="ignore"):
-        root = np.where(omega > 1e-6 * omega.max(axis=-1, keepdims=True), 1 / np.sqrt(omega), 0.0)
-    inner = np.swapaxes(vectors, -1, -2) @ system.structural_damping @ vectors
-    inner = root[..., :, None] * inner * root[..., None, :]
-    left = system.mass @ vectors
-    matrix = left @ inner @ np.swapaxes(left, -1, -2)
+        inverse_root = np.where(omega > 1e-6 * omega.max(axis=-1, keepdims=True), 1 / np.sqrt(omega), 0.0)
+    modal_damping = np.swapaxes(vectors, -1, -2) @ system.structural_damping @ vectors
+    modal_damping = inverse_root[..., :, None] * modal_damping * inverse_root[..., None, :]
+    momenta = system.mass @ vectors
+    matrix = momenta @ modal_damping @ np.swapaxes(momenta, -1, -2)
     matrix = matrix if system.damping is None else matrix + system.damping
     note = "structural damping replaced by viscous damping of equal loss at each resonance"
     return replace(system, damping=matrix, structural_damping=None, notes=(*system.notes, note))
 
 
 def _skew(damping: FloatArray | None) -> FloatArray:
+    """Return the gyroscopic (skew) part of a damping matrix."""
     assert damping is not None
     return np.asarray((damping - np.swapaxes(damping, -1, -2)) / 2)
 
 
-def _from_modal(mass: FloatArray, vectors: FloatArray, rate: FloatArray) -> FloatArray:
-    left = mass @ vectors
-    return (left * rate[..., None, :]) @ np.swapaxes(left, -1, -2)
+def _from_modal(mass: FloatArray, vectors: FloatArray, modal_rate: FloatArray) -> FloatArray:
+    """Return the matrix C = M Phi diag(rate) Phi^T M."""
+    momenta = mass @ vectors
+    return (momenta * modal_rate[..., None, :]) @ np.swapaxes(momenta, -1, -2)

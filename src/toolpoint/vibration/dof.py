@@ -13,7 +13,7 @@ from toolpoint._notebook import NotebookText
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 DIRECTIONS = tuple(sign + axis for sign in "+-" for axis in AXES)
-_OBLIQUE = re.compile(r"(.*)<([^<>]*)>")
+_OBLIQUE_PATTERN = re.compile(r"(.*)<([^<>]*)>")
 
 
 @dataclass(frozen=True, order=True)
@@ -28,6 +28,17 @@ class Dof(NotebookText):
         One of ``+x -x +y -y +z -z +rx -rx +ry -ry +rz -rz`` (``x`` is read as ``+x``), or, with `vector`, any label.
     vector : 3 floats, optional
         Unit direction in the machine frame for a direction off the axes.
+
+    Raises
+    ------
+    ToolpointError
+        For an empty point, an unknown direction, or a vector that is not of unit length.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import Dof
+    >>> Dof("tool", "x").text, Dof.parse("7:-rz").is_rotation
+    ('tool:+x', True)
     """
 
     point: str | int
@@ -62,7 +73,7 @@ class Dof(NotebookText):
         if not separator or not point:
             fail("Dof", repr(text), "must read point:direction", remedy="for example tool:+x")
         name = int(point) if re.fullmatch(r"-?[0-9]+", point) else point
-        oblique = _OBLIQUE.fullmatch(direction)
+        oblique = _OBLIQUE_PATTERN.fullmatch(direction)
         if oblique is None:
             return cls(name, direction)
         try:
@@ -73,7 +84,7 @@ class Dof(NotebookText):
 
     @property
     def text(self) -> str:
-        """The label as text that `parse` reads back, with the vector of a direction off the axes."""
+        """Label as text that `parse` reads back, with the vector of a direction off the axes."""
         return str(self) if self.vector is None else f"{self}<{','.join(map(repr, self.vector))}>"
 
     @property
@@ -98,12 +109,12 @@ class Dof(NotebookText):
         axes, which no label can hold.
         """
         name = self.point if point is None else point
-        turn = "r" if self.is_rotation else ""
-        vector = rotation @ (self.unit[3:] if turn else self.unit[:3])
-        k = int(np.argmax(np.abs(vector)))
-        if abs(vector[k]) > 1 - 1e-6:
-            return Dof(name, ("+" if vector[k] > 0 else "-") + turn + "xyz"[k])
-        if turn:
+        prefix = "r" if self.is_rotation else ""
+        vector = rotation @ (self.unit[3:] if prefix else self.unit[:3])
+        largest = int(np.argmax(np.abs(vector)))
+        if abs(vector[largest]) > 1 - 1e-6:
+            return Dof(name, ("+" if vector[largest] > 0 else "-") + prefix + "xyz"[largest])
+        if prefix:
             fail("Dof", f"{self} turned off the axes", "a rotation must be about an axis", remedy="leave rotational Dofs out")
         return Dof(name, f"test {self.direction}", (float(vector[0]), float(vector[1]), float(vector[2])))
 
@@ -130,7 +141,10 @@ def check_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple[D
 
 
 def positions(name: str, dofs: Iterable[Dof | str | int], labels: Sequence[Dof]) -> list[int]:
-    """Return the places of the wanted labels (or plain indices) in `labels`."""
+    """Return the indices in `labels` of Dofs, their texts or plain indices.
+
+    Raises ToolpointError for a label that is not among them, with some that are.
+    """
     if isinstance(dofs, (str, Dof, int)):
         dofs = [dofs]
     # One table for all: looking each label up in the list takes the square of their number.
@@ -138,17 +152,18 @@ def positions(name: str, dofs: Iterable[Dof | str | int], labels: Sequence[Dof])
     return [_position(name, dof, labels, places) for dof in dofs]
 
 
-def _position(name: str, name_or_place: Dof | str | int, labels: Sequence[Dof], places: Mapping[Dof, int]) -> int:
-    if isinstance(name_or_place, (int, np.integer)):
-        if not -len(labels) <= name_or_place < len(labels):
-            fail(name, f"index {name_or_place}", f"must be within 0 .. {len(labels) - 1}")
-        return int(name_or_place) % len(labels)
-    dof = name_or_place if isinstance(name_or_place, Dof) else Dof.parse(name_or_place)
-    place = places.get(dof)
-    if place is None:
-        known = ", ".join(str(label) for label in labels[:6]) + (" ..." if len(labels) > 6 else "")
-        fail(name, f"no {dof}", f"must be one of {known}")
-    return place
+def _position(name: str, wanted: Dof | str | int, labels: Sequence[Dof], places: Mapping[Dof, int]) -> int:
+    """Return the index of a label, or a plain index after checking that it is within the labels."""
+    if isinstance(wanted, (int, np.integer)):
+        if not -len(labels) <= wanted < len(labels):
+            fail(name, f"index {wanted}", f"must be within 0 .. {len(labels) - 1}")
+        return int(wanted) % len(labels)
+    dof = wanted if isinstance(wanted, Dof) else Dof.parse(wanted)
+    index = places.get(dof)
+    if index is None:
+        listed = ", ".join(str(label) for label in labels[:6]) + (" ..." if len(labels) > 6 else "")
+        fail(name, f"no {dof}", f"must be one of {listed}")
+    return index
 
 
 def summary(labels: Sequence[Dof]) -> str:

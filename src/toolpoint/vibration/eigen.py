@@ -14,13 +14,12 @@ import numpy as np
 import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
-from toolpoint.vibration.gyroscopic import gyroscopic_modes, is_gyroscopic
+from toolpoint.vibration.gyroscopic import RIGID_TOLERANCE, gyroscopic_modes, is_gyroscopic
 from toolpoint.vibration.modes import Modes, remark_overdamped
 from toolpoint.vibration.system import SecondOrderSystem
 
-RIGID_TOLERANCE = 1e-9
-REPEATED_TOLERANCE = 1e-7
-_LARGE = 30  # coordinates from which matrices are taken one by one
+REPEATED_TOLERANCE = 1e-7  # relative distance of eigenvalues that count as one repeated root
+_SINGLE_MATRIX_SIZE = 30  # coordinates from which the matrices of a batch are reduced one by one, in place
 
 
 def solve_undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
@@ -47,24 +46,25 @@ def solve_undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes
 
 def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return eigenvalues w^2 and vectors with phi^T M phi = 1 of K phi = w^2 M phi, ascending, batched."""
-    scaled, inverse = _scaled_by_mass(mass, stiffness)
+    scaled, inverse = _scale_by_mass(mass, stiffness)
     squares, vectors = np.linalg.eigh(scaled)
     return squares, np.swapaxes(inverse, -1, -2) @ vectors
 
 
 def natural_squares(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """Return the eigenvalues w^2 of K phi = w^2 M phi alone, ascending, batched, in a third of the time."""
-    if stiffness.shape[-1] < _LARGE:
-        return np.linalg.eigvalsh(_scaled_by_mass(mass, stiffness)[0])
-    lower, stiff = np.broadcast_arrays(_lower(mass), stiffness)
-    scaled = np.empty(stiff.shape)
-    for place in np.ndindex(stiff.shape[:-2]):
+    """Return the eigenvalues w^2 of K phi = w^2 M phi, ascending, batched, in a third of the time of vectors."""
+    if stiffness.shape[-1] < _SINGLE_MATRIX_SIZE:
+        return np.linalg.eigvalsh(_scale_by_mass(mass, stiffness)[0])
+    lower_factors, stiffnesses = np.broadcast_arrays(_cholesky(mass), stiffness)
+    reduced = np.empty(stiffnesses.shape)
+    for pose in np.ndindex(stiffnesses.shape[:-2]):
         # By columns the lower triangle is the upper one of the transposed: no copy.
-        scaled[place] = scipy.linalg.lapack.dsygst(stiff[place].T, lower[place].T, lower=0)[0]
-    return np.linalg.eigvalsh(scaled, UPLO="U")
+        reduced[pose] = scipy.linalg.lapack.dsygst(stiffnesses[pose].T, lower_factors[pose].T, lower=0)[0]
+    return np.linalg.eigvalsh(reduced, UPLO="U")
 
 
-def _lower(mass: FloatArray) -> FloatArray:
+def _cholesky(mass: FloatArray) -> FloatArray:
+    """Return L of M = L L^T; a mass matrix that is not positive definite is refused."""
     try:
         return np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
@@ -72,9 +72,9 @@ def _lower(mass: FloatArray) -> FloatArray:
              remedy="condense massless coordinates or give them a small mass")
 
 
-def _scaled_by_mass(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _scale_by_mass(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return L^-1 K L^-T and L^-1 of M = L L^T."""
-    inverse = np.linalg.inv(_lower(mass))
+    inverse = np.linalg.inv(_cholesky(mass))
     scaled = inverse @ stiffness @ np.swapaxes(inverse, -1, -2)
     return (scaled + np.swapaxes(scaled, -1, -2)) / 2, inverse
 
@@ -87,17 +87,18 @@ def natural_omega(squares: FloatArray, mass: FloatArray, stiffness: FloatArray) 
     # Rounding leaves rigid modes at about 1e-16 of the largest eigenvalue of either sign; a truly negative one is an
     # unstable (buckled, or upside-down) configuration and must not be hidden.
     scale = np.abs(stiffness).max(axis=(-1, -2)) / np.abs(mass).max(axis=(-1, -2))
-    top = np.maximum(np.abs(squares).max(axis=-1), scale)
-    limit = RIGID_TOLERANCE * 1e-3 * top[..., None]
-    if (squares < -1e3 * limit).any():
+    largest = np.maximum(np.abs(squares).max(axis=-1), scale)
+    rigid_limit = RIGID_TOLERANCE * 1e-3 * largest[..., None]
+    if (squares < -1e3 * rigid_limit).any():
         fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative for modes",
              remedy="the configuration is statically unstable: look at preload, gravity and free directions")
-    return np.sqrt(np.where(np.abs(squares) <= limit, 0.0, np.maximum(squares, 0.0)))
+    return np.sqrt(np.where(np.abs(squares) <= rigid_limit, 0.0, np.maximum(squares, 0.0)))
 
 
 def _diagonal_damping(
     system: SecondOrderSystem, vectors: FloatArray, omega: FloatArray
 ) -> tuple[FloatArray, str, tuple[str, ...]]:
+    """Return damping ratios from the diagonal of the modal damping matrix, its kind, and a note where it couples modes."""
     viscous, structural = system.damping, system.structural_damping
     if viscous is not None and structural is not None and np.any(structural) and np.any(viscous):
         fail("solve_undamped", "viscous and structural damping together", "modes carry one kind of damping",
@@ -107,20 +108,20 @@ def _diagonal_damping(
         return np.zeros_like(omega), "viscous", ()
     modal = np.swapaxes(vectors, -1, -2) @ matrix @ vectors
     diagonal = np.diagonal(modal, axis1=-2, axis2=-1)
-    power = 2 if matrix is structural else 1
+    exponent = 2 if matrix is structural else 1
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(omega > 0, diagonal / (2 * omega**power), 0.0)
-    beside = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max() if modal.size else 0.0
-    coupled = beside > 1e-6 * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300)
+        ratio = np.where(omega > 0, diagonal / (2 * omega**exponent), 0.0)
+    off_diagonal = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max() if modal.size else 0.0
+    coupled = off_diagonal > 1e-6 * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300)
     note = ("modal damping: coupling of modes by damping is left out; use solve_damped or a direct solution",)
     return ratio, "structural" if matrix is structural else "viscous", note if coupled else ()
 
 
 def participation_of(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, Any]:
     """Return the fields `participation` and `input_dofs` of modes, empty where inputs and outputs are the same."""
-    same = system.inputs == system.outputs and np.array_equal(
+    is_symmetric = system.inputs == system.outputs and np.array_equal(
         system.input_map, np.swapaxes(system.output_map, -1, -2))
-    if same:
+    if is_symmetric:
         return {}
     return {"participation": np.swapaxes(system.input_map, -1, -2) @ vectors, "input_dofs": system.inputs}
 
@@ -143,7 +144,7 @@ def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
         fail("solve_damped", "viscous and structural damping together", "must be one kind",
              remedy="use frequency_response.direct, or damping.equivalent_viscous(system)")
     keep = None if modes is None else count("modes", modes)
-    solve = _structural if structural else gyroscopic_modes if is_gyroscopic(system) else _viscous
+    solve = _solve_structural if structural else gyroscopic_modes if is_gyroscopic(system) else _solve_viscous
     if not system.poses:
         return solve(system, keep)
     singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None
@@ -162,20 +163,21 @@ def stack_poses(parts: list[Modes]) -> Modes:
                              "solve these poses one by one, or ask for a smaller number of modes")
     first = parts[0]
     stack = (lambda name: np.stack([getattr(part, name) for part in parts]))
-    more: dict[str, Any] = {} if first.participation is None else {"participation": stack("participation"),
+    participation: dict[str, Any] = {} if first.participation is None else {"participation": stack("participation"),
                                                    "input_dofs": first.input_dofs}
     return Modes(stack("frequency"), stack("damping_ratio"), stack("shape"), first.dofs, first.scaling, first.damping,
-                 **more, notes=first.notes)
+                 **participation, notes=first.notes)
 
 
-def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
+def _solve_structural(system: SecondOrderSystem, keep: int | None) -> Modes:
+    """Return the eigenvectors of K + i D and M, with unit modal mass in the bilinear product phi^T M phi."""
     assert system.structural_damping is not None
     stiffness = system.stiffness + 1j * system.structural_damping
     squares, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
     order = np.argsort(squares.real)[:keep]
     squares, vectors = squares[order], vectors[:, order]
-    top = float(np.abs(squares).max())
-    squares = np.where(np.abs(squares) <= RIGID_TOLERANCE * top, 0.0, squares)
+    largest = float(np.abs(squares).max())
+    squares = np.where(np.abs(squares) <= RIGID_TOLERANCE * largest, 0.0, squares)
     if (squares.real < 0).any():
         fail("stiffness", f"eigenvalue {squares.real.min():g}", "must have a positive real part")
     vectors = orthogonalise(vectors, squares, lambda x, y: x.T @ system.mass @ y)
@@ -186,12 +188,13 @@ def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
                  **participation_of(system, vectors), notes=(*system.notes, *remark_overdamped(ratio)))
 
 
-def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
+def _solve_viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
+    """Return upper and real poles in modal A scaling behind the rigid-body modes."""
     poles, vectors, rigid = viscous_pencil(system)
     omega, ratio = np.abs(poles), np.zeros(poles.size)
-    moving = omega > 0
-    ratio[moving] = -poles.real[moving] / omega[moving]
-    ratio[~moving] = 1.0
+    is_moving = omega > 0
+    ratio[is_moving] = -poles.real[is_moving] / omega[is_moving]
+    ratio[~is_moving] = 1.0
     shape = np.concatenate([rigid + 0j, vectors], axis=1)
     frequency = np.concatenate([np.zeros(rigid.shape[1]), omega / (2 * np.pi)])[:keep]
     ratio = np.concatenate([np.zeros(rigid.shape[1]), ratio])[:keep]
@@ -214,32 +217,33 @@ def viscous_pencil(system: SecondOrderSystem, *, hysteretic: bool = False
     if np.abs(damping - damping.T).max() > 1e-8 * max(float(np.abs(damping).max()), 1e-300):
         fail("damping", "an unsymmetric matrix", "complex modes need a symmetric one",
              remedy="gyroscopic systems: use frequency_response.direct or state_space.physical")
-    rigid, basis = _rigid_split(mass, damping, stiffness)
+    rigid, basis = _split_rigid(mass, damping, stiffness)
     if hysteretic and system.structural_damping is not None:
         stiffness = stiffness + 1j * system.structural_damping
     m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
     n = m.shape[0]
     companion = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
     poles, states = np.linalg.eig(companion)
-    top = float(np.abs(poles).max(initial=0.0))
-    poles = np.where(np.abs(poles) <= RIGID_TOLERANCE * top, 0.0, poles)
+    largest = float(np.abs(poles).max(initial=0.0))
+    poles = np.where(np.abs(poles) <= RIGID_TOLERANCE * largest, 0.0, poles)
     poles = np.where(np.abs(poles.imag) <= 1e-12 * np.abs(poles), poles.real + 0j, poles)
-    upper = poles.imag >= 0
-    poles, vectors = poles[upper], states[:n, upper]
+    is_upper = poles.imag >= 0
+    poles, vectors = poles[is_upper], states[:n, is_upper]
     order = np.lexsort((-poles.real, np.abs(poles)))
     poles, vectors = poles[order], vectors[:, order]
 
-    def product(part: ComplexArray, s: ComplexArray) -> ComplexArray:
-        return part.T @ c @ part + (s[:, None] + s[None, :]) * (part.T @ m @ part)
+    def product(group: ComplexArray, s: ComplexArray) -> ComplexArray:
+        return group.T @ c @ group + (s[:, None] + s[None, :]) * (group.T @ m @ group)
 
-    vectors = _scaled_viscous(vectors, poles, product)
+    vectors = _scale_to_modal_a(vectors, poles, product)
     return poles, basis @ vectors, rigid
 
 
-def _rigid_split(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-    scale = float(np.abs(stiffness).max()) or 1.0
-    both = np.concatenate([stiffness / scale, damping / (float(np.abs(damping).max()) or 1.0)])
-    rigid = scipy.linalg.null_space(both, rcond=RIGID_TOLERANCE)
+def _split_rigid(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rigid-body modes (n, r) that neither K nor C holds, and a basis (n, n - r) orthogonal to them in M."""
+    stiffness_scale = float(np.abs(stiffness).max()) or 1.0
+    stacked = np.concatenate([stiffness / stiffness_scale, damping / (float(np.abs(damping).max()) or 1.0)])
+    rigid = scipy.linalg.null_space(stacked, rcond=RIGID_TOLERANCE)
     if rigid.shape[1] == 0:
         return rigid, np.eye(mass.shape[0])
     gram = np.linalg.cholesky(rigid.T @ mass @ rigid)
@@ -247,11 +251,12 @@ def _rigid_split(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -
     return rigid, scipy.linalg.null_space(rigid.T @ mass)
 
 
-def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
+def _scale_to_modal_a(vectors: ComplexArray, poles: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
+    """Return vectors with the product phi^T (2 s M + C) phi of each cluster of equal poles the identity."""
     result = vectors.astype(complex)
     for cluster in clusters(poles):
-        part, s = vectors[:, cluster], poles[cluster]
-        result[:, cluster] = part @ _inverse_root(product(part, s))
+        group, s = vectors[:, cluster], poles[cluster]
+        result[:, cluster] = group @ _inverse_root(product(group, s))
     return result
 
 
@@ -259,8 +264,8 @@ def orthogonalise(vectors: ComplexArray, values: ComplexArray, product: Callable
     """Return vectors scaled so that the bilinear product of each cluster of equal values is the identity."""
     result = vectors.astype(complex)
     for cluster in clusters(values):
-        part = vectors[:, cluster]
-        result[:, cluster] = part @ _inverse_root(product(part, part))
+        group = vectors[:, cluster]
+        result[:, cluster] = group @ _inverse_root(product(group, group))
     return result
 
 
@@ -278,6 +283,7 @@ def clusters(values: ComplexArray | FloatArray, tolerance: float = REPEATED_TOLE
 
 
 def _inverse_root(gram: ComplexArray) -> ComplexArray:
+    """Return the inverse square root of a symmetric complex Gram matrix; a singular one is a defective root."""
     if gram.shape == (1, 1):
         root = np.sqrt(gram + 0j)
     else:

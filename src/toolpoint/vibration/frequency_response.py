@@ -1,4 +1,4 @@
-r"""Frequency responses: by direct solution, by modal sum, and what the modal sum leaves out."""
+r"""Frequency responses: by direct solution, by modal sum, and the truncation error of the sum."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
 
 Labels = Iterable["Dof | str | int"] | None
-_CHUNK = 4_000_000
+_MAX_CHUNK_NUMBERS = 4_000_000  # complex numbers of dynamic stiffness held at once, 64 MB
 
 
 def direct(system: SecondOrderSystem, frequency: FloatArray, quantity: str = "receptance") -> Frf:
@@ -39,27 +39,28 @@ def direct(system: SecondOrderSystem, frequency: FloatArray, quantity: str = "re
     outputs, inputs = len(system.outputs), len(system.inputs)
     values = np.empty((*system.poses, frequency.size, outputs, inputs), complex)
     per_line = max(1, int(np.prod(system.poses, dtype=int)) * system.size**2)
-    step = max(1, _CHUNK // per_line)
+    step = max(1, _MAX_CHUNK_NUMBERS // per_line)
     for start in range(0, frequency.size, step):
         lines = slice(start, start + step)
-        values[..., lines, :, :] = _solved(system, 2 * np.pi * frequency[lines])
+        values[..., lines, :, :] = _solve_lines(system, 2 * np.pi * frequency[lines])
     return Frf(frequency, values, system.outputs, system.inputs, notes=system.notes).converted_to(quantity)
 
 
-def _solved(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
-    at = omega[:, None, None]
+def _solve_lines(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
+    """Return L Z(w)^-1 B at angular frequencies (rad/s), lines before the matrix axes."""
+    w = omega[:, None, None]
 
-    def lines(matrix: FloatArray) -> FloatArray:
+    def by_line(matrix: FloatArray) -> FloatArray:
         return matrix[..., None, :, :]
 
-    z = lines(system.stiffness) - at**2 * lines(system.mass) + 0j
+    z = by_line(system.stiffness) - w**2 * by_line(system.mass) + 0j
     if system.damping is not None:
-        z += 1j * at * lines(system.damping)
+        z += 1j * w * by_line(system.damping)
     if system.structural_damping is not None:
-        z += 1j * lines(system.structural_damping)
-    right = np.broadcast_to(lines(system.input_map), (*z.shape[:-1], len(system.inputs)))
+        z += 1j * by_line(system.structural_damping)
+    forces = np.broadcast_to(by_line(system.input_map), (*z.shape[:-1], len(system.inputs)))
     try:
-        return lines(system.output_map) @ np.linalg.solve(z, right)
+        return by_line(system.output_map) @ np.linalg.solve(z, forces)
     except np.linalg.LinAlgError:
         fail("frequency", f"a singular dynamic stiffness within {omega[0] / 6.2832:g} .. {omega[-1] / 6.2832:g} Hz",
              "must have no undamped resonance or rigid-body motion on a line", remedy="add damping or move the lines")
@@ -88,14 +89,15 @@ def modal(
     omega = 2 * np.pi * frequency
     if frequency[0] == 0 and modes.is_rigid.any():
         fail("frequency", "a line at 0 Hz", "rigid-body modes have no response there", remedy="start above 0 Hz")
-    values = _sum(modes, left, right, omega)
+    values = _sum_modes(modes, left, right, omega)
     values = values + _residuals(modes, rows, columns, omega)
     result = Frf(frequency, values, tuple(modes.dofs[i] for i in rows), tuple(driven[i] for i in columns),
                  notes=modes.notes)
     return result.converted_to(quantity)
 
 
-def _sum(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArray) -> ComplexArray:
+def _sum_modes(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArray) -> ComplexArray:
+    """Return the sum of the modes over factors by line times residues, shape (..., n_f, n_outputs, n_inputs)."""
     outputs, inputs = left.shape[-2], right.shape[-2]
 
     def term(factors: ComplexArray, l: ComplexArray, r: ComplexArray) -> ComplexArray:
@@ -114,47 +116,50 @@ def _sum(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArra
 
 
 def _real_factors(modes: Modes, omega: FloatArray) -> ComplexArray:
+    """Return 1/(w_r^2 - w^2 + i loss) of real modes, shape (..., n_f, n_modes)."""
     w = modes.omega[..., None, :]
     zeta = modes.damping_ratio[..., None, :]
-    at = omega[:, None]
-    loss = 2 * zeta * w * at if modes.damping == "viscous" else 2 * zeta * w * w
+    line_omega = omega[:, None]
+    loss = 2 * zeta * w * line_omega if modes.damping == "viscous" else 2 * zeta * w * w
     # 1 / (a + i b) written out: numpy's complex division is several times slower than two real ones.
-    real = w * w - at * at
+    elastic_part = w * w - line_omega * line_omega
     with np.errstate(divide="ignore", invalid="ignore"):
-        scale = 1.0 / (real * real + loss * loss)
-    if not np.isfinite(scale).all():
+        inverse_square = 1.0 / (elastic_part * elastic_part + loss * loss)
+    if not np.isfinite(inverse_square).all():
         fail("frequency", "a line exactly on an undamped resonance", "must lie beside it",
              remedy="add damping or move the lines")
-    factors = np.empty(scale.shape, complex)
-    factors.real, factors.imag = real * scale, -loss * scale
+    factors = np.empty(inverse_square.shape, complex)
+    factors.real, factors.imag = elastic_part * inverse_square, -loss * inverse_square
     return factors
 
 
 def _pole_factors(modes: Modes, omega: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    s, at = modes.poles[..., None, :], 1j * omega[:, None]
+    """Return 1/(i w - s_r) and 1/(i w - s_r^*), shape (..., n_f, n_modes); a real pole has the first alone."""
+    s, i_omega = modes.poles[..., None, :], 1j * omega[:, None]
     rigid = modes.is_rigid[..., None, :]
-    single = (np.abs(s.imag) <= 1e-12 * np.abs(s)) & ~rigid
+    is_real_pole = (np.abs(s.imag) <= 1e-12 * np.abs(s)) & ~rigid
     with np.errstate(divide="ignore", invalid="ignore"):
-        first = np.where(rigid, 1 / at**2, 1 / (at - s))
-        second = np.where(rigid | single, 0.0, 1 / (at - s.conj()))
+        first = np.where(rigid, 1 / i_omega**2, 1 / (i_omega - s))
+        second = np.where(rigid | is_real_pole, 0.0, 1 / (i_omega - s.conj()))
     return first, second
 
 
 def _residuals(modes: Modes, rows: list[int], columns: list[int], omega: FloatArray) -> ComplexArray | float:
+    """Return the upper residual less the lower one over w^2."""
     total: ComplexArray | float = 0.0
-    at = np.ix_(rows, columns)
+    entries = np.ix_(rows, columns)
     if modes.upper_residual is not None:
-        total = total + modes.upper_residual[at]
+        total = total + modes.upper_residual[entries]
     if modes.lower_residual is not None:
         if omega[0] == 0:
             fail("frequency", "a line at 0 Hz", "the lower residual is infinite there", remedy="start above 0 Hz")
-        total = total - modes.lower_residual[at] / omega[:, None, None] ** 2
+        total = total - modes.lower_residual[entries] / omega[:, None, None] ** 2
     return total
 
 
 @dataclass(frozen=True)
 class Truncation:
-    """What a modal sum with a part of the modes leaves out.
+    """Truncation error of a modal sum over a part of the modes.
 
     Parameters
     ----------
@@ -188,18 +193,19 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
 
     if system.poses:
         fail("truncation", f"{system.poses} poses", "must be one pose", remedy="use at_pose(i)")
-    every = solve_undamped(replace(system, damping=None, structural_damping=None))
-    rest = every.selected(range(modes.count, every.count))
-    kept = modal(modes, frequency).values
-    if rest.count == 0:
-        return Truncation(np.zeros(kept.shape[-2:]), 0.0, 0.0, float("inf"))
-    left = rest.shape
-    right = rest.shape if rest.participation is None else rest.participation
-    static = (left / rest.omega**2) @ right.T
-    missing = _sum(rest, left, right, 2 * np.pi * floats("frequency", np.atleast_1d(frequency)))
-    scale = float(np.abs(kept).max())
-    return Truncation(static, float(np.abs(missing).max()) / scale, float(np.abs(missing - static).max()) / scale,
-                      float(rest.frequency[0]))
+    all_modes = solve_undamped(replace(system, damping=None, structural_damping=None))
+    omitted = all_modes.selected(range(modes.count, all_modes.count))
+    kept_response = modal(modes, frequency).values
+    if omitted.count == 0:
+        return Truncation(np.zeros(kept_response.shape[-2:]), 0.0, 0.0, float("inf"))
+    output_shape = omitted.shape
+    input_shape = omitted.shape if omitted.participation is None else omitted.participation
+    static = (output_shape / omitted.omega**2) @ input_shape.T
+    omitted_response = _sum_modes(omitted, output_shape, input_shape, 2 * np.pi * floats("frequency", np.atleast_1d(frequency)))
+    scale = float(np.abs(kept_response).max())
+    return Truncation(static, float(np.abs(omitted_response).max()) / scale,
+                      float(np.abs(omitted_response - static).max()) / scale,
+                      float(omitted.frequency[0]))
 
 
 def condense_above(modes: Modes, frequency: float, reason: str = "elastic bodies are reduced for no more") -> Modes:
@@ -208,14 +214,14 @@ def condense_above(modes: Modes, frequency: float, reason: str = "elastic bodies
     reason : why, for the note.
     """
     kept = np.flatnonzero(modes.frequency <= frequency)
-    rest = np.flatnonzero(modes.frequency > frequency)
-    if not kept.size or not rest.size:
+    omitted = np.flatnonzero(modes.frequency > frequency)
+    if not kept.size or not omitted.size:
         return modes
-    above = replace(modes.selected(rest), lower_residual=None, upper_residual=None)
-    static = modal(above, np.zeros(1), outputs=modes.dofs, inputs=modes.input_dofs or modes.dofs).values[0]
-    known = 0.0 if modes.upper_residual is None else modes.upper_residual
-    note = f"{rest.size} modes above {frequency:.4g} Hz count by their static part: {reason}"
-    return replace(modes.selected(kept), lower_residual=modes.lower_residual, upper_residual=static + known,
+    omitted_modes = replace(modes.selected(omitted), lower_residual=None, upper_residual=None)
+    static = modal(omitted_modes, np.zeros(1), outputs=modes.dofs, inputs=modes.input_dofs or modes.dofs).values[0]
+    upper_residual = 0.0 if modes.upper_residual is None else modes.upper_residual
+    note = f"{omitted.size} modes above {frequency:.4g} Hz count by their static part: {reason}"
+    return replace(modes.selected(kept), lower_residual=modes.lower_residual, upper_residual=static + upper_residual,
                    notes=(*modes.notes, note))
 
 
@@ -229,5 +235,5 @@ def with_static_residual(modes: Modes, system: SecondOrderSystem) -> Modes:
     if modes.scaling != "unit modal mass" or modes.is_rigid.any():
         fail("modes", repr(modes), "must have unit modal mass and no rigid-body mode")
     static = system.output_map @ np.linalg.solve(system.stiffness, system.input_map)
-    right = modes.shape if modes.participation is None else modes.participation
-    return replace(modes, upper_residual=(static - (modes.shape / modes.omega**2) @ right.T).astype(complex))
+    input_shape = modes.shape if modes.participation is None else modes.participation
+    return replace(modes, upper_residual=(static - (modes.shape / modes.omega**2) @ input_shape.T).astype(complex))

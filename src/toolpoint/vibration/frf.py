@@ -26,7 +26,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, dofs, positions, summary
 
 QUANTITIES = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
-_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+_DERIVATIVE_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,13 @@ class Frf(NotebookText):
     ------
     ToolpointError
         For wrong shapes, values that are not finite, a frequency axis that does not increase, repeated labels.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([10.0, 20.0], [[[1e-8]], [[2e-8]]], ["tool:+x"], ["tool:+x"])
+    >>> frf.converted_to("accelerance")
+    Frf(1 outputs, 1 inputs, 10..20 Hz, 2 lines, accelerance m/s^2/N)
     """
 
     frequency: FloatArray
@@ -77,8 +84,8 @@ class Frf(NotebookText):
         put(self, "outputs", check_labels("Frf.outputs", self.outputs, values.shape[-2]))
         put(self, "inputs", check_labels("Frf.inputs", self.inputs, values.shape[-1]))
         one_of("Frf.quantity", self.quantity, QUANTITIES)
-        put(self, "coherence", _beside("Frf.coherence", self.coherence, values))
-        put(self, "variance", _beside("Frf.variance", self.variance, values))
+        put(self, "coherence", _check_like_values("Frf.coherence", self.coherence, values))
+        put(self, "variance", _check_like_values("Frf.variance", self.variance, values))
         if self.coherence is not None and self.coherence.max(initial=0.0) > 1 + 1e-9:
             fail("Frf.coherence", f"value {self.coherence.max():g}", "must be within 0 .. 1")
         put(self, "decay", scalar("Frf.decay", self.decay))
@@ -100,7 +107,7 @@ class Frf(NotebookText):
         A line at 0 Hz cannot be integrated: it is refused with the remedy to cut it away first.
         """
         one_of("quantity", quantity, QUANTITIES)
-        power = _ORDER[quantity] - _ORDER[self.quantity]
+        power = _DERIVATIVE_ORDER[quantity] - _DERIVATIVE_ORDER[self.quantity]
         if power == 0:
             return self
         if power < 0 and self.frequency[0] == 0:
@@ -110,12 +117,13 @@ class Frf(NotebookText):
         variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
         return replace(self, values=self.values * factor, quantity=quantity, variance=variance)
 
-    def between(self, low: float, high: float) -> Frf:
+    def between(self, frequency_min: float, frequency_max: float) -> Frf:
         """Return the lines with low <= frequency <= high (Hz)."""
-        keep = (self.frequency >= low) & (self.frequency <= high)
+        keep = (self.frequency >= frequency_min) & (self.frequency <= frequency_max)
         if not keep.any():
-            fail("between", f"{low:g} .. {high:g} Hz", f"must overlap {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz")
-        return self._of(keep, slice(None), slice(None))
+            fail("between", f"{frequency_min:g} .. {frequency_max:g} Hz",
+                 f"must overlap {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz")
+        return self._select(keep, slice(None), slice(None))
 
     def selected(
         self, outputs: Iterable[Dof | str | int] | None = None, inputs: Iterable[Dof | str | int] | None = None
@@ -123,14 +131,15 @@ class Frf(NotebookText):
         """Return the responses between these outputs and inputs (labels or indices), in the order asked for."""
         rows = list(range(len(self.outputs))) if outputs is None else positions("outputs", outputs, self.outputs)
         columns = list(range(len(self.inputs))) if inputs is None else positions("inputs", inputs, self.inputs)
-        return self._of(slice(None), rows, columns)
+        return self._select(slice(None), rows, columns)
 
-    def _of(self, lines: BoolArray | slice, rows: list[int] | slice, columns: list[int] | slice) -> Frf:
+    def _select(self, lines: BoolArray | slice, rows: list[int] | slice, columns: list[int] | slice) -> Frf:
+        """Return some lines, rows and columns of values, coherence and variance."""
         def part(array: Array) -> Array:
             return array[..., lines, :, :][..., rows, :][..., columns]
 
-        def labels(have: tuple[Dof, ...], at: list[int] | slice) -> tuple[Dof, ...]:
-            return have[at] if isinstance(at, slice) else tuple(have[i] for i in at)
+        def labels(all_labels: tuple[Dof, ...], indices: list[int] | slice) -> tuple[Dof, ...]:
+            return all_labels[indices] if isinstance(indices, slice) else tuple(all_labels[i] for i in indices)
 
         return replace(
             self, frequency=self.frequency[lines], values=part(self.values),
@@ -143,8 +152,8 @@ class Frf(NotebookText):
         """Return the responses of one pose of a batch."""
         if self.values.ndim == 3:
             fail("at_pose", "a single pose", "must be a batch")
-        pick = (lambda a: None if a is None else a[index])
-        return replace(self, values=self.values[index], coherence=pick(self.coherence), variance=pick(self.variance))
+        select = (lambda a: None if a is None else a[index])
+        return replace(self, values=self.values[index], coherence=select(self.coherence), variance=select(self.variance))
 
     def interpolated(self, frequency: FloatArray) -> Frf:
         """Return the values at other frequencies inside the measured range (linear in real and imaginary part)."""
@@ -152,11 +161,11 @@ class Frf(NotebookText):
         if lines[0] < self.frequency[0] or lines[-1] > self.frequency[-1]:
             fail("frequency", f"{lines[0]:g} .. {lines[-1]:g} Hz",
                  f"must lie within {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz", remedy="nothing is extrapolated")
-        low = np.clip(np.searchsorted(self.frequency, lines, side="right") - 1, 0, max(self.frequency.size - 2, 0))
-        high = np.minimum(low + 1, self.frequency.size - 1)
-        span = np.where(high > low, self.frequency[high] - self.frequency[low], 1.0)
-        part = ((lines - self.frequency[low]) / span)[:, None, None]
-        values = self.values[..., low, :, :] * (1 - part) + self.values[..., high, :, :] * part
+        lower = np.clip(np.searchsorted(self.frequency, lines, side="right") - 1, 0, max(self.frequency.size - 2, 0))
+        upper = np.minimum(lower + 1, self.frequency.size - 1)
+        span = np.where(upper > lower, self.frequency[upper] - self.frequency[lower], 1.0)
+        fraction = ((lines - self.frequency[lower]) / span)[:, None, None]
+        values = self.values[..., lower, :, :] * (1 - fraction) + self.values[..., upper, :, :] * fraction
         return replace(self, frequency=lines, values=values, coherence=None, variance=None)
 
     def noted(self, note: str) -> Frf:
@@ -170,7 +179,8 @@ class Frf(NotebookText):
                 f"{self.quantity} {self.unit})")
 
 
-def _beside(name: str, array: FloatArray | None, values: ComplexArray) -> FloatArray | None:
+def _check_like_values(name: str, array: FloatArray | None, values: ComplexArray) -> FloatArray | None:
+    """Return an array that goes with the values after checking its shape and sign."""
     if array is None:
         return None
     checked = nonnegative(name, floats(name, array))
@@ -188,23 +198,26 @@ def join_frfs(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
     if not frfs:
         fail("join_frfs", "no parts", "must be at least one Frf")
     one_of("axis", axis, ("outputs", "inputs"))
-    first, along, other = frfs[0], (-2 if axis == "outputs" else -1), ("inputs" if axis == "outputs" else "outputs")
+    reference, array_axis, other_axis = frfs[0], (-2 if axis == "outputs" else -1), ("inputs" if axis == "outputs"
+                                                                                     else "outputs")
     for number, frf in enumerate(frfs[1:], start=1):
-        if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
-            fail("join_frfs", f"part {number} has other frequency lines ({frf!r} beside {first!r})", "must be the same lines",
+        if frf.frequency.shape != reference.frequency.shape or not np.allclose(frf.frequency, reference.frequency, rtol=1e-9):
+            fail("join_frfs", f"part {number} has other frequency lines ({frf!r} beside {reference!r})",
+                 "must be the same lines",
                  remedy="interpolate it first: frf.interpolated(frequency)")
-        for what in ("quantity", "decay", other):
-            if getattr(frf, what) != getattr(first, what):
-                fail("join_frfs", f"part {number} has {what} {getattr(frf, what)}", f"must be {getattr(first, what)}")
+        for attribute in ("quantity", "decay", other_axis):
+            if getattr(frf, attribute) != getattr(reference, attribute):
+                fail("join_frfs", f"part {number} has {attribute} {getattr(frf, attribute)}",
+                     f"must be {getattr(reference, attribute)}")
     stacked = {
         name: None if any(getattr(frf, name) is None for frf in frfs)
-        else np.concatenate([getattr(frf, name) for frf in frfs], axis=along)
+        else np.concatenate([getattr(frf, name) for frf in frfs], axis=array_axis)
         for name in ("values", "coherence", "variance")
     }
     labels = tuple(label for frf in frfs for label in getattr(frf, axis))
     notes = tuple(dict.fromkeys(note for frf in frfs for note in frf.notes))
     changes: dict[str, Any] = {**stacked, axis: labels, "notes": notes}
-    return replace(first, **changes)
+    return replace(reference, **changes)
 
 
 def relative(frf: Frf, plus: str | int, minus: str | int, *, directions: Iterable[str] = ("x", "y", "z")) -> Frf:
@@ -213,13 +226,13 @@ def relative(frf: Frf, plus: str | int, minus: str | int, *, directions: Iterabl
     With T = [I, -I] over the two points' directions, G = T H T^T: what a cutting process between tool and table sees.
     The labels of the result carry the point ``"plus-minus"``, e.g. ``tool-table:+x``.
     """
-    ways = list(directions)
-    labels = [Dof(point, way) for point in (plus, minus) for way in ways]
+    axes = list(directions)
+    labels = [Dof(point, way) for point in (plus, minus) for way in axes]
     try:
-        pick = frf.selected(labels, labels)
+        pair = frf.selected(labels, labels)
     except ToolpointError as error:
         raise ToolpointError(f"relative: both points are needed among outputs and inputs ({error})") from None
-    sign = np.concatenate([np.eye(len(ways)), -np.eye(len(ways))], axis=1)
-    values = sign @ pick.values @ sign.T
-    new = dofs([Dof(f"{plus}-{minus}", way) for way in ways])
-    return Frf(pick.frequency, values, new, new, pick.quantity, decay=pick.decay, notes=pick.notes)
+    sign = np.concatenate([np.eye(len(axes)), -np.eye(len(axes))], axis=1)
+    values = sign @ pair.values @ sign.T
+    labels_of_pair = dofs([Dof(f"{plus}-{minus}", way) for way in axes])
+    return Frf(pair.frequency, values, labels_of_pair, labels_of_pair, pair.quantity, decay=pair.decay, notes=pair.notes)

@@ -1,4 +1,4 @@
-"""Geometry: where measured points are, and the lines drawn between them."""
+"""Geometry: places of measured points, and the lines drawn between them."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
 
-RIGID_TOLERANCE = 1e-9
-LARGEST_CONDITION = 1e10  # of the vectors: beyond, the pencil is defective as far as double precision can tell
+RIGID_TOLERANCE = 1e-9  # of the largest pole or eigenvalue: below, it is that of a rigid-body mode
+MAX_PENCIL_CONDITION = 1e10  # of the eigenvectors: beyond, the pencil is defective within double precision
 
 
 def is_gyroscopic(system: SecondOrderSystem) -> bool:
-    """Return whether the damping matrix has a skew part."""
+    """Whether the damping matrix has a skew part."""
     c = system.damping
     return c is not None and bool(np.abs(c - np.swapaxes(c, -1, -2)).max() > 1e-8 * max(float(np.abs(c).max()), 1e-300))
 
@@ -46,21 +46,21 @@ def gyroscopic_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexA
     inverse = np.linalg.inv(mass)
     companion = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
     poles, states = np.linalg.eig(companion)
-    top = float(np.abs(poles).max())
-    if (np.abs(poles) <= RIGID_TOLERANCE * top).any():
+    largest = float(np.abs(poles).max())
+    if (np.abs(poles) <= RIGID_TOLERANCE * largest).any():
         fail("system", "a rigid-body mode", "gyroscopic modes need a system that is held",
              remedy="hold the free directions, or use frequency_response.direct")
-    if np.linalg.cond(states / np.linalg.norm(states, axis=0)) > LARGEST_CONDITION:
+    if np.linalg.cond(states / np.linalg.norm(states, axis=0)) > MAX_PENCIL_CONDITION:
         fail("system", "a defective pencil (critical damping, or a limit of stability)", "its modes do not exist",
              remedy="change the damping or the spin a little, or use frequency_response.direct")
-    rows = np.linalg.inv(states)[:, n:] @ inverse
+    left_rows = np.linalg.inv(states)[:, n:] @ inverse
     poles = np.where(np.abs(poles.imag) <= 1e-12 * np.abs(poles), poles.real + 0j, poles)
-    upper = poles.imag >= 0
-    order = np.lexsort((-poles[upper].real, np.abs(poles[upper])))
-    right, left = states[:n, upper][:, order], rows[upper][order].T
-    # Both are brought to like size; their product, the residue, stays.
-    size = np.sqrt(np.linalg.norm(right, axis=0) / np.linalg.norm(left, axis=0))
-    return poles[upper][order], right / size, left * size
+    is_upper = poles.imag >= 0
+    order = np.lexsort((-poles[is_upper].real, np.abs(poles[is_upper])))
+    right, left = states[:n, is_upper][:, order], left_rows[is_upper][order].T
+    # Left and right vectors get equal norms; their product, the residue, does not change.
+    balance = np.sqrt(np.linalg.norm(right, axis=0) / np.linalg.norm(left, axis=0))
+    return poles[is_upper][order], right / balance, left * balance
 
 
 def whirl_omega(mass: FloatArray, gyroscopic: FloatArray, stiffness: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Noise of measured lines, by their scatter alone."""
+"""Noise of measured lines from their scatter."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 
-_LEAST_LINES = 12
+_MIN_SCATTER_LINES = 12  # below, the median of nine differences or fewer is no estimate
 
 
 def line_noise(values: ComplexArray) -> FloatArray:
@@ -16,7 +16,7 @@ def line_noise(values: ComplexArray) -> FloatArray:
     lines (ln 2 times the mean for complex normal noise) leaves sharp resonances out. Zero where there are fewer than 12 lines:
     too few to tell.
     """
-    if len(values) < _LEAST_LINES:
+    if len(values) < _MIN_SCATTER_LINES:
         return np.zeros(values.shape[1:])
-    third = np.abs(np.diff(values, 3, axis=0)) ** 2 / 20
-    return np.asarray(np.sqrt(np.median(third, axis=0) / np.log(2)))
+    third_differences = np.abs(np.diff(values, 3, axis=0)) ** 2 / 20
+    return np.asarray(np.sqrt(np.median(third_differences, axis=0) / np.log(2)))

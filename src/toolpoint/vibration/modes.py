@@ -25,8 +25,8 @@ from toolpoint.vibration.dof import Dof, check_labels, positions
 from toolpoint.vibration.frf import Frf
 
 SCALINGS = ("unit modal mass", "modal A", "unscaled")
-DAMPING = ("viscous", "structural")
-_OVERDAMPED = "Modes.damping_ratio:"
+DAMPING_KINDS = ("viscous", "structural")
+_OVERDAMPED_REMARK = "Modes.damping_ratio:"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +68,23 @@ class Modes(NotebookText):
     shape_variance : like `shape`, real, optional
         Variance ``E|e|^2`` of each shape entry.
     direct : Frf, optional
-        Response solved directly on some lines, where the modes are only an equivalent of it between their resonances; what
-        uses the modes states its error from it.
+        Response solved directly on some lines, where the modes are only its equivalent between resonances: uses of the modes
+        state their error by it.
     notes : sequence of str
         Doubts and remarks.
+
+    Raises
+    ------
+    ToolpointError
+        For wrong shapes, an unknown scaling, or a damping ratio beyond 1 of a modal A.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Modes
+    >>> modes = Modes([25.0, 80.0], [0.02, 0.01], np.array([[0.1, 0.05]]), ["tool:+x"])
+    >>> modes.between(50, 100)
+    Modes(1 real modes, 80..80 Hz, 1 dofs, unit modal mass, viscous)
     """
 
     frequency: FloatArray
@@ -98,7 +111,7 @@ class Modes(NotebookText):
         put(self, "shape", real_or_complex("Modes.shape", self.shape, (None, count)))
         put(self, "dofs", check_labels("Modes.dofs", self.dofs, self.shape.shape[-2]))
         one_of("Modes.scaling", self.scaling, SCALINGS)
-        one_of("Modes.damping", self.damping, DAMPING)
+        one_of("Modes.damping", self.damping, DAMPING_KINDS)
         if self.participation is not None:
             put(self, "participation", real_or_complex("Modes.participation", self.participation, (None, count)))
             put(self, "input_dofs",
@@ -114,7 +127,7 @@ class Modes(NotebookText):
         self._check_damping()
 
     def _check_damping(self) -> None:
-        """Refuse a pole pair that is none; mark a mode that does not vibrate, mostly a percentage.
+        """Refuse a damping ratio that no pole pair has; mark a mode that does not vibrate (mostly a ratio in per cent).
 
         A modal A belongs to one pole: an overdamped pair has two, each a mode with ratio 1. With unit modal mass the response
         of an overdamped mode is right, that of two real poles.
@@ -122,13 +135,13 @@ class Modes(NotebookText):
         ratio = np.abs(self.damping_ratio)
         if self.scaling == "unit modal mass":
             for note in remark_overdamped(ratio):
-                if not any(text.startswith(_OVERDAMPED) for text in self.notes):
+                if not any(text.startswith(_OVERDAMPED_REMARK) for text in self.notes):
                     warnings.warn(note, ToolpointWarning, stacklevel=4)
                     object.__setattr__(self, "notes", (*self.notes, note))
         elif ratio.max(initial=0.0) > 1 + 1e-9:
-            top = float(ratio.max())
-            fail("Modes.damping_ratio", f"{top:g}", "must be within -1 .. 1: such a pair of poles is no vibration mode",
-                 remedy=f"{top:g} % is written {top / 100:g}; an overdamped pair is two modes of ratio 1, a real pole each")
+            peak = float(ratio.max())
+            fail("Modes.damping_ratio", f"{peak:g}", "must be within -1 .. 1: such a pair of poles is no vibration mode",
+                 remedy=f"{peak:g} % is written {peak / 100:g}; an overdamped pair is two modes of ratio 1, a real pole each")
 
     def _check_residuals(self) -> None:
         inputs = len(self.input_dofs) or len(self.dofs)
@@ -161,7 +174,7 @@ class Modes(NotebookText):
 
     @property
     def is_rigid(self) -> BoolArray:
-        """True for rigid-body modes (frequency and damping zero), shape (..., n_modes)."""
+        """Whether each mode is a rigid-body mode (frequency and damping zero), shape (..., n_modes)."""
         return (self.frequency == 0) & (self.damping_ratio == 0)
 
     @property
@@ -177,11 +190,11 @@ class Modes(NotebookText):
         """Half width of the 95 % interval of each damping ratio, NaN as for the frequency, shape (..., n_modes)."""
         return self._half_width(1)
 
-    def _half_width(self, which: int) -> FloatArray:
+    def _half_width(self, quantity: int) -> FloatArray:
         if self.covariance is None:
             fail("Modes.covariance", "none", "must be given for an interval",
                  remedy="identify with a method that estimates it")
-        variance = self.covariance[..., which, which]
+        variance = self.covariance[..., quantity, quantity]
         return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
     def shape_at(self, dofs: Iterable[Dof | str | int]) -> Array:
@@ -196,30 +209,31 @@ class Modes(NotebookText):
 
     def selected(self, modes: Iterable[int]) -> Modes:
         """Return these modes, in the order asked for."""
-        at = list(modes)
-        if any(not -self.count <= i < self.count for i in at):
-            fail("selected", f"modes {at}", f"must be within 0 .. {self.count - 1}")
-        part = (lambda a: None if a is None else a[..., at])
-        covariance = None if self.covariance is None else self.covariance[..., at, :, :]
+        picks = list(modes)
+        if any(not -self.count <= i < self.count for i in picks):
+            fail("selected", f"modes {picks}", f"must be within 0 .. {self.count - 1}")
+        select = (lambda a: None if a is None else a[..., picks])
+        covariance = None if self.covariance is None else self.covariance[..., picks, :, :]
         return replace(
-            self, frequency=self.frequency[..., at], damping_ratio=self.damping_ratio[..., at], shape=self.shape[..., at],
-            participation=part(self.participation), covariance=covariance, shape_variance=part(self.shape_variance))
+            self, frequency=self.frequency[..., picks], damping_ratio=self.damping_ratio[..., picks],
+            shape=self.shape[..., picks],
+            participation=select(self.participation), covariance=covariance, shape_variance=select(self.shape_variance))
 
-    def between(self, low: float, high: float) -> Modes:
+    def between(self, frequency_min: float, frequency_max: float) -> Modes:
         """Return the modes with low <= frequency <= high (Hz); one pose only."""
         if self.frequency.ndim > 1:
             fail("between", f"{self.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i) first")
-        return self.selected(np.flatnonzero((self.frequency >= low) & (self.frequency <= high)).tolist())
+        return self.selected(np.flatnonzero((self.frequency >= frequency_min) & (self.frequency <= frequency_max)).tolist())
 
     def at_dofs(self, dofs: Iterable[Dof | str | int]) -> Modes:
         """Return the modes seen at these Dofs only."""
-        at = positions("dofs", dofs, self.dofs)
-        cut = (lambda r: None if r is None else r[at] if self.input_dofs else r[np.ix_(at, at)])
-        variance = None if self.shape_variance is None else self.shape_variance[..., at, :]
+        rows = positions("dofs", dofs, self.dofs)
+        select = (lambda r: None if r is None else r[rows] if self.input_dofs else r[np.ix_(rows, rows)])
+        variance = None if self.shape_variance is None else self.shape_variance[..., rows, :]
         return replace(
-            self, shape=self.shape[..., at, :], dofs=tuple(self.dofs[i] for i in at), shape_variance=variance,
-            lower_residual=cut(self.lower_residual), upper_residual=cut(self.upper_residual),
-            direct=self._direct_at([self.dofs[i] for i in at]))
+            self, shape=self.shape[..., rows, :], dofs=tuple(self.dofs[i] for i in rows), shape_variance=variance,
+            lower_residual=select(self.lower_residual), upper_residual=select(self.upper_residual),
+            direct=self._direct_at([self.dofs[i] for i in rows]))
 
     def _direct_at(self, dofs: list[Dof]) -> Frf | None:
         if self.direct is None:
@@ -230,13 +244,13 @@ class Modes(NotebookText):
         """Return the modes of one pose of a batch."""
         if self.frequency.ndim == 1:
             fail("at_pose", "a single pose", "must be a batch")
-        part = (lambda a: a[index] if a is not None and a.ndim > 2 else a)
+        select = (lambda a: a[index] if a is not None and a.ndim > 2 else a)
         covariance = self.covariance
         if covariance is not None and covariance.ndim > 3:
             covariance = covariance[index]
         return replace(
-            self, frequency=self.frequency[index], damping_ratio=self.damping_ratio[index], shape=part(self.shape),
-            participation=part(self.participation), shape_variance=part(self.shape_variance), covariance=covariance,
+            self, frequency=self.frequency[index], damping_ratio=self.damping_ratio[index], shape=select(self.shape),
+            participation=select(self.participation), shape_variance=select(self.shape_variance), covariance=covariance,
             direct=None if self.direct is None else self.direct.at_pose(index))
 
     def with_damping(self, ratio: float | FloatArray, kind: str = "viscous") -> Modes:
@@ -275,9 +289,9 @@ def remark_overdamped(ratio: FloatArray) -> tuple[str, ...]:
     A model whose dampers are strong has such modes rightly; Modes made without this remark are warned of.
     """
     size = np.abs(ratio)
-    top = float(size.max(initial=0.0))
-    if top < 1:
+    largest = float(size.max(initial=0.0))
+    if largest < 1:
         return ()
-    where = int(np.argmax(size.reshape(-1, size.shape[-1]).max(axis=0))) + 1
-    return (f"{_OVERDAMPED} {top:g} in mode {where}, {100 * top:g} % of critical: no vibration mode; "
-            f"{top:g} % is written {top / 100:g}",)
+    mode = int(np.argmax(size.reshape(-1, size.shape[-1]).max(axis=0))) + 1
+    return (f"{_OVERDAMPED_REMARK} {largest:g} in mode {mode}, {100 * largest:g} % of critical: no vibration mode; "
+            f"{largest:g} % is written {largest / 100:g}",)

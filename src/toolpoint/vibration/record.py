@@ -37,6 +37,14 @@ class Record(NotebookText):
     ------
     ToolpointError
         For a wrong shape, values that are not finite, a sample rate that is not positive, or repeated labels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Record
+    >>> record = Record(np.zeros((1000, 1)), 500.0, ["tool:+x"], "acceleration")
+    >>> record.duration, record.units
+    (2.0, ('m/s^2',))
     """
 
     samples: FloatArray
@@ -85,18 +93,18 @@ class Record(NotebookText):
 
     def selected(self, channels: Iterable[Dof | str | int]) -> Record:
         """Return the record of these channels (labels or indices)."""
-        at = positions("channels", channels, self.channels)
+        columns = positions("channels", channels, self.channels)
         return replace(
-            self, samples=self.samples[:, at], channels=tuple(self.channels[i] for i in at),
-            quantities=tuple(self.quantities[i] for i in at), units=tuple(self.units[i] for i in at),
+            self, samples=self.samples[:, columns], channels=tuple(self.channels[i] for i in columns),
+            quantities=tuple(self.quantities[i] for i in columns), units=tuple(self.units[i] for i in columns),
         )
 
     def between(self, start: float, stop: float) -> Record:
         """Return the samples with start <= time <= stop (s)."""
-        keep = (self.time >= start) & (self.time <= stop)
-        if not keep.any():
+        is_inside = (self.time >= start) & (self.time <= stop)
+        if not is_inside.any():
             fail("between", f"{start:g} .. {stop:g} s", f"must overlap {self.time[0]:g} .. {self.time[-1]:g} s")
-        return replace(self, samples=self.samples[keep], start=float(self.time[keep][0]))
+        return replace(self, samples=self.samples[is_inside], start=float(self.time[is_inside][0]))
 
     def __repr__(self) -> str:
         kinds = ", ".join(dict.fromkeys(self.quantities))

@@ -18,7 +18,7 @@ from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.eigen import clusters, mass_normalised, orthogonalise, viscous_pencil
 from toolpoint.vibration.system import SecondOrderSystem
 
-EQUAL = 1e-9
+EQUAL_ROOT_TOLERANCE = 1e-9  # relative distance of eigenvalues that are differentiated as one repeated root
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,26 +112,28 @@ def eigenvalue_slopes(squares: FloatArray, vectors: FloatArray, derivatives: Mat
     if derivatives.mass is not None:
         slopes = slopes - squares[..., None, :] * _quadratic(derivatives.mass, vectors)
     gaps = np.diff(squares, axis=-1)
-    if (gaps <= EQUAL * np.maximum(np.abs(squares[..., 1:]), 1e-300)).any():
+    if (gaps <= EQUAL_ROOT_TOLERANCE * np.maximum(np.abs(squares[..., 1:]), 1e-300)).any():
         slopes = _split_repeated(squares, vectors, derivatives, slopes)
     return slopes
 
 
 def _quadratic(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return z^T A_p z of every parameter's matrix and mode, shape (..., n_p, n_modes)."""
     if matrices.ndim == 3:
         # The derivatives do not depend on the pose: one product of all outer squares with all flattened matrices.
         n, m = vectors.shape[-2:]
-        outer = (vectors[..., :, None, :] * vectors[..., None, :, :]).reshape(*vectors.shape[:-2], n * n, m)
-        return matrices.reshape(-1, n * n) @ outer
+        products = (vectors[..., :, None, :] * vectors[..., None, :, :]).reshape(*vectors.shape[:-2], n * n, m)
+        return matrices.reshape(-1, n * n) @ products
     return ((matrices @ vectors[..., None, :, :]) * vectors[..., None, :, :]).sum(axis=-2)
 
 
 def _split_repeated(
     squares: FloatArray, vectors: FloatArray, derivatives: MatrixDerivatives, slopes: FloatArray
 ) -> FloatArray:
+    """Return the slopes with those of repeated roots from the eigenvalues of their own form, ascending."""
     result = slopes.copy()
     for pose in np.ndindex(squares.shape[:-1]):
-        for group in clusters(squares[pose], EQUAL):
+        for group in clusters(squares[pose], EQUAL_ROOT_TOLERANCE):
             if len(group) == 1:
                 continue
             z = vectors[pose][:, group]
@@ -142,6 +144,7 @@ def _split_repeated(
 
 
 def _slope_form(derivatives: MatrixDerivatives, p: int, pose: tuple[int, ...], square: float) -> FloatArray:
+    """Return K' - w^2 M' of parameter p at one pose."""
     def pick(value: FloatArray | None) -> FloatArray | float:
         if value is None:
             return 0.0
@@ -165,10 +168,10 @@ def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: st
     values, vectors = _symmetric_pencil(system, structural=damping == "structural")
     slopes, shapes, bases, unknown = [], [], [], []
     for p in range(len(derivatives.names)):
-        da = _one(derivatives.mass, p, system.size)
-        db = _one(derivatives.stiffness, p, system.size)
+        da = _derivative_matrix(derivatives.mass, p, system.size)
+        db = _derivative_matrix(derivatives.stiffness, p, system.size)
         if damping == "structural":
-            db = db + 1j * _one(derivatives.structural_damping, p, system.size)
+            db = db + 1j * _derivative_matrix(derivatives.structural_damping, p, system.size)
         slope, derivative, basis, undetermined = _pencil_derivative(values, vectors, da, db)
         slopes.append(slope)
         shapes.append(system.output_map @ derivative)
@@ -181,10 +184,11 @@ def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: st
 
 
 def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Array, Array]:
+    """Return eigenvalues and vectors of the undamped pencil, or of K + i D and M."""
     if not structural:
         values, vectors = mass_normalised(system.mass, system.stiffness)
-        top = float(np.abs(values).max())
-        return np.where(np.abs(values) < 1e-12 * top, 0.0, values), vectors
+        largest = float(np.abs(values).max())
+        return np.where(np.abs(values) < 1e-12 * largest, 0.0, values), vectors
     loss = np.zeros_like(system.stiffness) if system.structural_damping is None else system.structural_damping
     stiffness = system.stiffness + 1j * loss
     squares, shapes = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
@@ -193,7 +197,8 @@ def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Arra
     return squares, orthogonalise(shapes, squares, lambda x, y: x.T @ system.mass @ y)
 
 
-def _one(matrices: FloatArray | None, p: int, n: int) -> FloatArray:
+def _derivative_matrix(matrices: FloatArray | None, p: int, n: int) -> FloatArray:
+    """Return the derivative of one matrix to parameter p; zero where it is left out."""
     return np.zeros((n, n)) if matrices is None else matrices[p]
 
 
@@ -203,54 +208,57 @@ def _pencil_derivative(values: Array, vectors: Array, da: Array, db: Array) -> t
     kind = complex if np.iscomplexobj(vectors) or np.iscomplexobj(db) else float
     slopes, basis = np.zeros(n, kind), vectors.astype(kind)
     undetermined = np.zeros(n, bool)
-    groups = clusters(values, EQUAL)
+    groups = clusters(values, EQUAL_ROOT_TOLERANCE)
+    # A repeated root has derivatives in the basis that diagonalises its slopes (Dailey), so each group is rotated first.
     for group in groups:
         z = vectors[:, group]
         form = z.T @ (db - values[group[0]] * da) @ z
-        slope, turn = _diagonalised((form + form.T) / 2)
-        slopes[group], basis[:, group] = slope, z @ turn
+        slope, rotation = _diagonalise((form + form.T) / 2)
+        slopes[group], basis[:, group] = slope, z @ rotation
     derivative = np.zeros((vectors.shape[0], n), kind)
     for group in groups:
         others = np.setdiff1d(np.arange(n), group)
         for i in group:
             force = (db - values[i] * da) @ basis[:, i]
-            outside = basis[:, others] @ ((basis[:, others].T @ force) / (values[i] - values[others]))
-            inside, unknown = _inside(group, i, values, slopes, basis, da, db, outside)
-            derivative[:, i], undetermined[i] = outside + inside, unknown
+            from_others = basis[:, others] @ ((basis[:, others].T @ force) / (values[i] - values[others]))
+            from_group, is_undetermined = _derivative_in_group(group, i, values, slopes, basis, da, db, from_others)
+            derivative[:, i], undetermined[i] = from_others + from_group, is_undetermined
     return slopes, derivative, basis, undetermined
 
 
-def _inside(group: list[int], i: int, values: Array, slopes: Array, basis: Array, da: Array, db: Array,
-            outside: Array) -> tuple[Array, bool]:
+def _derivative_in_group(group: list[int], i: int, values: Array, slopes: Array, basis: Array, da: Array, db: Array,
+            from_others: Array) -> tuple[Array, bool]:
     """Return the part of a vector's derivative inside its own group of repeated roots."""
     shape = basis[:, i]
     result = -0.5 * (shape @ da @ shape) * shape
-    unknown = False
-    spread = max(float(np.abs(slopes[group]).max()), 1e-300)
+    is_undetermined = False
+    slope_scale = max(float(np.abs(slopes[group]).max()), 1e-300)
     for j in group:
         if j == i:
             continue
         gap = slopes[i] - slopes[j]
-        mixed = basis[:, j] @ da @ shape
-        if abs(gap) <= 1e-7 * spread:
-            unknown = True
-            result = result - 0.5 * mixed * basis[:, j]
+        mass_coupling = basis[:, j] @ da @ shape
+        if abs(gap) <= 1e-7 * slope_scale:
+            is_undetermined = True
+            result = result - 0.5 * mass_coupling * basis[:, j]
             continue
         force = (db - values[i] * da).T @ basis[:, j]
-        result = result + ((force @ outside - slopes[i] * mixed) / gap) * basis[:, j]
-    return result, unknown
+        result = result + ((force @ from_others - slopes[i] * mass_coupling) / gap) * basis[:, j]
+    return result, is_undetermined
 
 
-def _diagonalised(form: Array) -> tuple[Array, Array]:
+def _diagonalise(form: Array) -> tuple[Array, Array]:
+    """Return eigenvalues of a symmetric form and vectors with z^T z = 1: the basis in which repeated roots have derivatives."""
     if form.shape == (1, 1):
         return form[0], np.ones((1, 1), form.dtype)
     if not np.iscomplexobj(form):
         return np.linalg.eigh(form)
-    values, turn = np.linalg.eig(form)
-    return values, orthogonalise(turn, values, lambda x, y: x.T @ y)
+    values, rotation = np.linalg.eig(form)
+    return values, orthogonalise(rotation, values, lambda x, y: x.T @ y)
 
 
 def _from_squares(values: Array, slope: Array) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives of frequency (Hz) and damping ratio from those of w^2 (1 + i eta)."""
     real, loss = np.real(values), np.imag(values)
     with np.errstate(divide="ignore", invalid="ignore"):
         frequency = np.where(real > 0, np.real(slope) / (4 * np.pi * np.sqrt(np.abs(real))),
@@ -260,6 +268,7 @@ def _from_squares(values: Array, slope: Array) -> tuple[FloatArray, FloatArray]:
 
 
 def _viscous(system: SecondOrderSystem, derivatives: MatrixDerivatives) -> ModeDerivatives:
+    """Return the derivatives of viscous modes from the symmetric state pencil [[C, M], [M, 0]], [[-K, 0], [0, M]]."""
     poles, vectors, rigid = viscous_pencil(system)
     if rigid.shape[1]:
         fail("system", f"{rigid.shape[1]} rigid-body modes", "viscous derivatives need every pole to be simple",
@@ -272,7 +281,7 @@ def _viscous(system: SecondOrderSystem, derivatives: MatrixDerivatives) -> ModeD
     zero = np.zeros((n, n))
     slopes, shapes, bases, unknown = [], [], [], []
     for p in range(len(derivatives.names)):
-        dm, dc, dk = (_one(getattr(derivatives, name), p, n) for name in ("mass", "damping", "stiffness"))
+        dm, dc, dk = (_derivative_matrix(getattr(derivatives, name), p, n) for name in ("mass", "damping", "stiffness"))
         da, db = np.block([[dc, dm], [dm, zero]]), np.block([[-dk, zero], [zero, dm]])
         slope, derivative, basis, undetermined = _pencil_derivative(all_poles, states, da, db)
         keep = slice(0, poles.size)
@@ -297,15 +306,15 @@ def frequency_response(
     """
     omega = 2 * np.pi * floats("frequency", np.atleast_1d(frequency))
     result = np.empty((*system.poses, len(derivatives.names), omega.size, len(system.outputs), len(system.inputs)), complex)
-    turned: dict[str, Any] = {
+    transposed_matrices: dict[str, Any] = {
         name: None if (value := getattr(system, name)) is None else np.swapaxes(value, -1, -2)
         for name in ("mass", "stiffness", "damping", "structural_damping")}
-    transposed = replace(system, **turned)
-    for k, w in enumerate(omega):
+    transposed = replace(system, **transposed_matrices)
+    for line, w in enumerate(omega):
         right = np.linalg.solve(system.dynamic_stiffness(w), system.input_map + 0j)
         left = np.linalg.solve(transposed.dynamic_stiffness(w), np.swapaxes(system.output_map, -1, -2) + 0j)
         change = (derivatives.term("stiffness") + 1j * derivatives.term("structural_damping")
                   + 1j * w * derivatives.term("damping") - w**2 * derivatives.term("mass"))
         change = np.broadcast_to(change, (*np.shape(change)[:-3], len(derivatives.names), system.size, system.size))
-        result[..., :, k, :, :] = -np.swapaxes(left, -1, -2)[..., None, :, :] @ change @ right[..., None, :, :]
+        result[..., :, line, :, :] = -np.swapaxes(left, -1, -2)[..., None, :, :] @ change @ right[..., None, :, :]
     return result

@@ -1,4 +1,4 @@
-"""StateSpace: first-order equations, and the ways from a SecondOrderSystem or Modes to them."""
+"""StateSpace: first-order equations of a SecondOrderSystem or of Modes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.system import SecondOrderSystem
 
-COUPLING_TOLERANCE = 1e-9  # largest damping between two modes over that of a mode, below which it is rounding
+ROUNDING_COUPLING = 1e-9  # largest modal damping off the diagonal over that on it: below, it is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,18 @@ class StateSpace(NotebookText):
         Step in s of a discrete system; None for a continuous one.
     hold : str
         Hold that a discrete system was made with: ``zero``, ``first`` or ``none``.
+
+    Raises
+    ------
+    ToolpointError
+        For matrices or names that do not fit each other.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import StateSpace
+    >>> integrator = StateSpace([[0.0]], [[1.0]], [[1.0]], [[0.0]])
+    >>> integrator.discretised(0.01)
+    StateSpace(1 states, 1 inputs, 1 outputs, step 0.01 s, zero-order hold)
     """
 
     a: FloatArray
@@ -94,9 +106,9 @@ class StateSpace(NotebookText):
         """Return C (s I - A)^-1 B + D at s = i w (z = exp(i w T) if discrete), shape (n_f, n_outputs, n_inputs)."""
         w = 2 * np.pi * floats("frequency", np.atleast_1d(frequency))
         s = 1j * w if self.sample_time is None else np.exp(1j * w * self.sample_time)
-        pencil = s[:, None, None] * np.eye(self.size) - self.a
-        forced = np.linalg.solve(pencil, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape)))
-        return np.asarray(self.c @ forced + self.d, complex)
+        resolvent = s[:, None, None] * np.eye(self.size) - self.a
+        states = np.linalg.solve(resolvent, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape)))
+        return np.asarray(self.c @ states + self.d, complex)
 
     def frf(self, frequency: FloatArray, quantity: str = "receptance") -> Frf:
         """Return the frequency response as an Frf; names that read as Dofs become its labels."""
@@ -133,7 +145,7 @@ def physical(system: SecondOrderSystem, outputs: str = "displacement") -> StateS
     `outputs` is ``displacement``, ``velocity`` or ``displacement and velocity`` of the system's outputs.
     Structural damping has no time-domain form: convert it first with `damping.equivalent_viscous`.
     """
-    _one_pose(system)
+    _check_time_domain(system)
     n = system.size
     c = np.zeros((n, n)) if system.damping is None else system.damping
     inverse = np.linalg.solve(system.mass, np.concatenate([system.stiffness, c, system.input_map], axis=1))
@@ -150,12 +162,12 @@ def modal_coordinates(system: SecondOrderSystem, outputs: str = "displacement") 
     Damping couples them, :math:`\ddot q + \Phi^T C \Phi\, \dot q + \Lambda q = \Phi^T f`: no mode is left out and no
     coupling. `outputs` as in `physical`; structural damping has no time-domain form.
     """
-    _one_pose(system)
+    _check_time_domain(system)
     squares, vectors = eigen.mass_normalised(system.mass, system.stiffness)
     n = system.size
     rate = np.zeros((n, n)) if system.damping is None else vectors.T @ system.damping @ vectors
-    between = np.abs(rate - np.diag(np.diagonal(rate)))
-    if between.max(initial=0.0) <= COUPLING_TOLERANCE * max(float(np.abs(np.diagonal(rate)).max(initial=0.0)), 1e-300):
+    off_diagonal = np.abs(rate - np.diag(np.diagonal(rate)))
+    if off_diagonal.max(initial=0.0) <= ROUNDING_COUPLING * max(float(np.abs(np.diagonal(rate)).max(initial=0.0)), 1e-300):
         rate = np.diag(np.diagonal(rate))  # rounding of an inverse does not couple modes
     omega = eigen.natural_omega(squares, system.mass, system.stiffness)
     a = np.zeros((2 * n, 2 * n))
@@ -196,6 +208,7 @@ def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequ
 
 
 def _feed_through(modes: Modes, inputs: object, outputs: object, kind: str) -> FloatArray:
+    """Return the upper residual as feed-through matrix D."""
     if inputs is not None or outputs is not None or kind != "displacement":
         fail("modal", "an upper residual with chosen inputs, outputs or velocities", "enters all displacements only",
              remedy="cut the modes first with at_dofs")
@@ -204,6 +217,7 @@ def _feed_through(modes: Modes, inputs: object, outputs: object, kind: str) -> F
 
 
 def _output_rows(rows: FloatArray, labels: Sequence[Dof | str], kind: str) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the output matrix over (q, q') and its names for displacements, velocities or both."""
     one_of("outputs", kind, ("displacement", "velocity", "displacement and velocity"))
     zero, names = np.zeros_like(rows), _names(labels)
     if kind == "displacement":
@@ -218,13 +232,15 @@ def _names(labels: Sequence[Dof | str]) -> tuple[str, ...]:
 
 
 def _labels(names: Sequence[str]) -> tuple[Dof, ...]:
+    """Return names as Dofs; all are x directions of points of these names where one does not read as a Dof."""
     try:
         return tuple(Dof.parse(name) for name in names)
     except ValueError:
         return tuple(Dof(name, "+x") for name in names)
 
 
-def _one_pose(system: SecondOrderSystem) -> None:
+def _check_time_domain(system: SecondOrderSystem) -> None:
+    """Refuse several poses, and structural damping, which has no time-domain form."""
     if system.poses:
         fail("state_space", f"{system.poses} poses", "must be one pose", remedy="use system.at_pose(i)")
     if system.structural_damping is not None and np.any(system.structural_damping):

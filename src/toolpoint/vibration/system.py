@@ -40,6 +40,12 @@ class SecondOrderSystem(NotebookText):
     ToolpointError
         For wrong shapes, values that are not finite, an unsymmetric mass or stiffness, or a mass matrix that is not
         positive semidefinite.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import SecondOrderSystem
+    >>> SecondOrderSystem(mass=[[2.0, 0.0], [0.0, 1.0]], stiffness=[[3e6, -1e6], [-1e6, 1e6]])
+    SecondOrderSystem(2 coordinates, 2 outputs, 2 inputs, no damping)
     """
 
     mass: FloatArray
@@ -77,8 +83,8 @@ class SecondOrderSystem(NotebookText):
             return
         diagonal = np.diagonal(self.mass, axis1=-2, axis2=-1)
         if diagonal.min() < 0:
-            at = int(np.argwhere(diagonal.reshape(-1, self.size).min(axis=0) < 0)[0, 0])
-            name = self.coordinates[at] if self.coordinates else f"q{at + 1}"
+            coordinate = int(np.argwhere(diagonal.reshape(-1, self.size).min(axis=0) < 0)[0, 0])
+            name = self.coordinates[coordinate] if self.coordinates else f"q{coordinate + 1}"
             fail("SecondOrderSystem.mass", f"negative mass {diagonal.min():g} of coordinate {name}",
                  "must be positive semidefinite")
 
@@ -129,8 +135,8 @@ class SecondOrderSystem(NotebookText):
         """Return the system of one pose of a batch."""
         if not self.poses:
             fail("at_pose", "a single pose", "must be a batch")
-        pick = (lambda a: a if a is None or a.ndim == 2 else a[index])
-        return replace(self, **{name: pick(getattr(self, name)) for name in (
+        select = (lambda a: a if a is None or a.ndim == 2 else a[index])
+        return replace(self, **{name: select(getattr(self, name)) for name in (
             "mass", "stiffness", "damping", "structural_damping", "output_map", "input_map")})
 
     def with_damping(self, damping: FloatArray | None) -> SecondOrderSystem:

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vibration.sparse.node_matrix import NodePattern
 
-# Elements at a time: 60 x 60 matrices of so many take 30 MB.
-_CHUNK = 1024
+_CHUNK_ELEMENTS = 1024  # element matrices, 60 x 60, held at once: 30 MB
 ElementMatrices = Callable[[FloatArray], FloatArray]
 
 
@@ -24,5 +23,5 @@ def add_pairs(nodes: FloatArray, elements: IndexArray, pattern: NodePattern, *, 
 
 
 def chunks(count: int) -> Iterator[slice]:
-    """Cut a number of elements into slices."""
-    return (slice(at, min(at + _CHUNK, count)) for at in range(0, count, _CHUNK))
+    """Return slices that cut a number of elements into pieces of at most 1024."""
+    return (slice(start, min(start + _CHUNK_ELEMENTS, count)) for start in range(0, count, _CHUNK_ELEMENTS))

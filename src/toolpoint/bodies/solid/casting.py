@@ -16,13 +16,13 @@ from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 
 Predicate = Callable[[FloatArray], np.ndarray]
 
-MOST_CELLS = 20_000_000  # of a casting's box, windows included
-MOST_FILLED = 400_000  # elements, four to five million coordinates
+MAX_GRID_CELLS = 20_000_000  # of a casting's bounding box, windows included
+MAX_MESH_ELEMENTS = 400_000  # elements, four to five million coordinates
 
 
 @dataclass(frozen=True, eq=False)
 class Cuboid:
-    """A box along the axes: a wall, plate, rib, rail, or (`is_window`) an opening cut out of what came before.
+    """Box along the axes: a wall, plate, rib, rail, or (`is_window`) an opening cut out of the boxes before it.
 
     Parameters
     ----------
@@ -32,6 +32,12 @@ class Cuboid:
         The set it belongs to.
     is_window : bool
         Whether it takes material away.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import Cuboid
+    >>> Cuboid(low=(0, 0, 0), high=(0.6, 0.4, 0.03), name="bed").high.tolist()
+    [0.6, 0.4, 0.03]
     """
 
     low: FloatArray
@@ -48,7 +54,7 @@ class Cuboid:
 
 @dataclass(frozen=True, eq=False)
 class Casting:
-    """A parametric casting: boxes in order, later ones over earlier ones; windows take away.
+    """Parametric casting: boxes in order, later ones over earlier ones; windows take material away.
 
     Parameters
     ----------
@@ -56,6 +62,13 @@ class Casting:
     materials : mapping of set name to Material
     predicates : mapping of set name to a function, optional
         Further material (or, for the name ``window``, openings): maps cell centres (c, 3) to True where it is.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid
+    >>> plate = Casting([Cuboid((0, 0, 0), (0.2, 0.1, 0.02))], {"body": CAST_IRON})
+    >>> plate.meshed(0.1)
+    SolidModel(2 hexahedron elements, 32 nodes, 96 coordinates, sets body)
     """
 
     cuboids: tuple[Cuboid, ...]
@@ -71,23 +84,23 @@ class Casting:
         """Return the planes of the mesh along x, y, z: every side of every box, no step above `size` (m)."""
         positive("size", size)
         sides = np.array([side for cuboid in self.cuboids for side in (cuboid.low, cuboid.high)])
-        return _divided(sides[:, 0], size), _divided(sides[:, 1], size), _divided(sides[:, 2], size)
+        return _divide_sides(sides[:, 0], size), _divide_sides(sides[:, 1], size), _divide_sides(sides[:, 2], size)
 
     def meshed(self, size: float, *, planes: Sequence[FloatArray] | None = None) -> SolidModel:
         """Return the solid model with elements of at most `size` (m); a wall thinner than that is one element thick.
 
         Raises ToolpointError for a casting that falls into several pieces.
         """
-        at = tuple(floats("planes", p, (None,)) for p in planes) if planes is not None else self.planes(size)
-        check_mesh_size(size, float(np.prod([len(p) - 1.0 for p in at])), MOST_CELLS)
-        centres = [(p[1:] + p[:-1]) / 2 for p in at]
+        grid = tuple(floats("planes", p, (None,)) for p in planes) if planes is not None else self.planes(size)
+        check_mesh_size(size, float(np.prod([len(p) - 1.0 for p in grid])), MAX_GRID_CELLS)
+        centres = [(p[1:] + p[:-1]) / 2 for p in grid]
         names, owner = self._owners(centres)
         cells = np.argwhere(owner >= 0)
-        check_mesh_size(size, len(cells), MOST_FILLED)
+        check_mesh_size(size, len(cells), MAX_MESH_ELEMENTS)
         _check_whole(owner >= 0)
-        nodes, elements = _hexahedra(at, cells)
-        belongs = owner[tuple(cells.T)]
-        blocks = tuple(ElementBlock(elements[belongs == i], name) for i, name in enumerate(names) if (belongs == i).any())
+        nodes, elements = _hexahedra(grid, cells)
+        set_index = owner[tuple(cells.T)]
+        blocks = tuple(ElementBlock(elements[set_index == i], name) for i, name in enumerate(names) if (set_index == i).any())
         return SolidModel(nodes, blocks, dict(self.materials))
 
     def _owners(self, centres: Sequence[FloatArray]) -> tuple[list[str], IndexArray]:
@@ -105,31 +118,32 @@ class Casting:
         return names, owner
 
 
-def check_mesh_size(size: float, cells: float, most: int) -> None:
+def check_mesh_size(size: float, cells: float, max_cells: int) -> None:
     """Refuse a mesh that no machine here could solve: a size in the wrong unit, before memory runs out."""
-    if cells > most:
-        fail("mesh_size", f"{1e3 * size:.4g} mm, which gives {cells:.2g} cells", f"must give {most:.0e} at most",
+    if cells > max_cells:
+        fail("mesh_size", f"{1e3 * size:.4g} mm, which gives {cells:.2g} cells", f"must give {max_cells:.0e} at most",
              remedy="write a larger one; is its unit right?")
 
 
-def _divided(sides: FloatArray, size: float) -> FloatArray:
+def _divide_sides(sides: FloatArray, size: float) -> FloatArray:
+    """Return planes through all sides with no step above `size`; sides within 1e-9 of the extent are one."""
     sides = np.unique(sides)
-    tiny = 1e-9 * (sides[-1] - sides[0])
-    sides = sides[np.concatenate([[True], np.diff(sides) > tiny])]
+    tolerance = 1e-9 * (sides[-1] - sides[0])
+    sides = sides[np.concatenate([[True], np.diff(sides) > tolerance])]
     steps = np.maximum(np.ceil(np.diff(sides) / size * (1 - 1e-12)), 1).astype(int)
     parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(sides[:-1], sides[1:], steps, strict=True)]
     return np.concatenate([*parts, sides[-1:]])
 
 
 def _check_whole(filled: np.ndarray) -> None:
-    """Raise where cells hang together by edges or corners only, or not at all."""
+    """Refuse cells that are not one body joined by faces: edges and corners do not join."""
     number = np.full(filled.shape, -1)
     number[filled] = np.arange(int(filled.sum()))
     pairs = []
     for axis in range(3):
         a, b = (np.take(number, range(s, number.shape[axis] - 1 + s), axis=axis).ravel() for s in (0, 1))
-        both = (a >= 0) & (b >= 0)
-        pairs.append(np.column_stack([a[both], b[both]]))
+        neighbours = (a >= 0) & (b >= 0)
+        pairs.append(np.column_stack([a[neighbours], b[neighbours]]))
     edges = np.concatenate(pairs)
     count = int(filled.sum())
     graph = csr_array((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(count, count))
@@ -146,9 +160,9 @@ def _hexahedra(planes: Sequence[FloatArray], cells: IndexArray) -> tuple[FloatAr
     corner = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]])
     offsets = np.vstack([corner, corner[HEX_SIDES].sum(axis=1) // 2])
     shape = [2 * len(p) - 1 for p in planes]
-    fine = [np.interp(np.arange(n) / 2, np.arange(len(p)), p) for n, p in zip(shape, planes, strict=True)]
-    at = 2 * cells[:, None, :] + offsets
-    code = (at[..., 0] * shape[1] + at[..., 1]) * shape[2] + at[..., 2]
+    half_steps = [np.interp(np.arange(n) / 2, np.arange(len(p)), p) for n, p in zip(shape, planes, strict=True)]
+    grid_index = 2 * cells[:, None, :] + offsets
+    code = (grid_index[..., 0] * shape[1] + grid_index[..., 1]) * shape[2] + grid_index[..., 2]
     unique, elements = np.unique(code, return_inverse=True)
     x, y, z = np.unravel_index(unique, shape)
-    return np.column_stack([fine[0][x], fine[1][y], fine[2][z]]), elements.reshape(len(cells), 20)
+    return np.column_stack([half_steps[0][x], half_steps[1][y], half_steps[2][z]]), elements.reshape(len(cells), 20)

@@ -1,4 +1,4 @@
-"""Questions to a solid model before it is solved: size and mass against sense, pieces, shape of elements, six rigid motions."""
+"""Checks of a solid model before it is solved: size and mass, pieces, shape of elements, six rigid motions."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.model import SolidModel
 
 # A part of a machine tool is between a small insert and a large gantry.
-SIZES = (2e-3, 30.0)
-_MASSES = (1e-4, 1e6)
-_POOR = 0.1
-_RIGID = 1e-9
+SIZE_LIMITS = (2e-3, 30.0)  # m, of the largest extent
+_MASS_LIMITS = (1e-4, 1e6)  # kg
+_MIN_JACOBIAN = 0.1  # of the smallest to the largest volume change inside an element: below, it is poor
+_MAX_RIGID_FORCE = 1e-9  # of a rigid motion, over that of the stiffest row
 
 
 @dataclass(frozen=True, eq=False)
 class SolidCheck(NotebookText):
-    """What was found.
+    """Size, mass and quality of a solid model.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class SolidCheck(NotebookText):
     mass : float
         kg.
     jacobian_ratio : float
-        Least ratio of smallest to largest volume change inside an element: 1 for bricks, below 0.1 poor.
+        Smallest ratio of smallest to largest volume change inside an element: 1 for bricks, below 0.1 poor.
     rigid_residual : float
         Largest force of a rigid motion, relative to that of the stiffest row.
     notes : sequence of str
@@ -51,7 +51,7 @@ class SolidCheck(NotebookText):
 
 
 def check_solid(model: SolidModel) -> SolidCheck:
-    """Return size, mass and quality of a model, after refusing what no solution can come from.
+    """Return size, mass and quality of a model; refuse what cannot be solved.
 
     Raises ToolpointError for a size or mass that no part has (a drawing in mm read as m), several bodies in one mesh, elements
     inside out, and a stiffness that resists rigid motion. Warns of poor elements.
@@ -61,30 +61,32 @@ def check_solid(model: SolidModel) -> SolidCheck:
     check_pieces(model)
     ratio = _jacobian_ratio(model)
     mass = model.mass_properties.mass
-    if not _MASSES[0] <= mass <= _MASSES[1]:
-        fail("mass", f"{mass:.4g} kg", f"must be within {_MASSES[0]:g} .. {_MASSES[1]:g} kg", remedy="look at the units")
+    if not _MASS_LIMITS[0] <= mass <= _MASS_LIMITS[1]:
+        fail("mass", f"{mass:.4g} kg", f"must be within {_MASS_LIMITS[0]:g} .. {_MASS_LIMITS[1]:g} kg",
+             remedy="look at the units")
     stiffness = model.stiffness()
     force = stiffness @ (model.rigid_motion(model.nodes.mean(axis=0)) / np.array([1, 1, 1, *[size.max()] * 3]))
     residual = float(np.abs(force).max() / np.abs(stiffness.diagonal()).max())
-    if residual > _RIGID:
-        fail("stiffness", f"rigid motion meets {residual:.2g} of the largest stiffness", f"must be below {_RIGID:g}")
-    notes = (f"worst element: Jacobian ratio {ratio:.2g}, below {_POOR}: mesh it finer there",) if ratio < _POOR else ()
+    if residual > _MAX_RIGID_FORCE:
+        fail("stiffness", f"rigid motion meets {residual:.2g} of the largest stiffness", f"must be below {_MAX_RIGID_FORCE:g}")
+    notes = (f"worst element: Jacobian ratio {ratio:.2g}, below {_MIN_JACOBIAN}: mesh it finer there",
+             ) if ratio < _MIN_JACOBIAN else ()
     for note in notes:
         warnings.warn(note, ToolpointWarning, stacklevel=2)
     return SolidCheck(size, mass, ratio, residual, notes)
 
 
 def check_size(size: FloatArray) -> None:
-    """Raise where the largest extent (m) is none of a machine's part."""
+    """Refuse a largest extent (m) that no part of a machine has."""
     largest = float(np.max(size))
-    if not SIZES[0] <= largest <= SIZES[1]:
-        unit = "mm" if largest > SIZES[1] else "m"
+    if not SIZE_LIMITS[0] <= largest <= SIZE_LIMITS[1]:
+        unit = "mm" if largest > SIZE_LIMITS[1] else "m"
         remedy = f"is the file in {unit}? read it with unit='{unit}'"
-        fail("size", f"{largest:.4g} m", f"must be within {SIZES[0]:g} .. {SIZES[1]:g} m", remedy=remedy)
+        fail("size", f"{largest:.4g} m", f"must be within {SIZE_LIMITS[0]:g} .. {SIZE_LIMITS[1]:g} m", remedy=remedy)
 
 
 def check_pieces(model: SolidModel) -> None:
-    """Raise where the elements do not hang together."""
+    """Refuse a mesh of several bodies."""
     first = np.concatenate([np.repeat(b.nodes[:, 0], b.nodes.shape[1] - 1) for b in model.blocks])
     other = np.concatenate([b.nodes[:, 1:].ravel() for b in model.blocks])
     graph = coo_array((np.ones(len(first), dtype=np.int8), (first, other)), shape=(len(model.nodes),) * 2)
@@ -96,11 +98,12 @@ def check_pieces(model: SolidModel) -> None:
 
 
 def _jacobian_ratio(model: SolidModel) -> float:
-    worst = 1.0
+    """Return the smallest ratio of the volume changes at the points of any element."""
+    smallest = 1.0
     for block in model.blocks:
         for part in chunks(len(block)):
             kind = block.kind
             _, volume = matrices.gradients(kind, model.nodes[block.nodes[part]])
             local = volume / (kind.weights if volume.shape[1] == len(kind.weights) else volume.mean(axis=1, keepdims=True))
-            worst = min(worst, float((local.min(axis=1) / local.max(axis=1)).min()))
-    return worst
+            smallest = min(smallest, float((local.min(axis=1) / local.max(axis=1)).min()))
+    return smallest

@@ -25,7 +25,7 @@ _TET_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8
 
 @dataclass(frozen=True, eq=False)
 class ElementKind:
-    """One kind of element: nodes, faces, and integration points with weights (order of the rule: see the factory)."""
+    """One kind of element: nodes, faces, and integration points with weights (degree of the rule: see the module's tables)."""
 
     name: str
     nodes: FloatArray
@@ -61,50 +61,56 @@ class ElementKind:
 
 
 def _hex_values(points: FloatArray) -> FloatArray:
+    """Return the serendipity functions in signed coordinates: corners (1+x)(1+y)(1+z)(x+y+z-2)/8, sides (1-x^2)(1+y)(1+z)/4."""
     corner = np.ones((len(points), 8))
-    reach = np.full((len(points), 8), -2.0)
+    factor_sum = np.full((len(points), 8), -2.0)
     for axis in range(3):
-        along = points[:, axis, None] * _HEX_NODES[:8, axis]
-        corner, reach = corner * (1 + along), reach + along
-    middle = np.full((len(points), 12), 0.25)
+        signed = points[:, axis, None] * _HEX_NODES[:8, axis]
+        corner, factor_sum = corner * (1 + signed), factor_sum + signed
+    mid_sides = np.full((len(points), 12), 0.25)
     for axis in range(3):
         place, x = _HEX_NODES[8:, axis], points[:, axis, None]
-        middle = middle * np.where(place == 0, 1 - x**2, 1 + x * place)
-    return np.hstack([corner * reach / 8, middle])
+        mid_sides = mid_sides * np.where(place == 0, 1 - x**2, 1 + x * place)
+    return np.hstack([corner * factor_sum / 8, mid_sides])
 
 
 def _hex_slopes(points: FloatArray) -> FloatArray:
+    """Return the derivatives of the serendipity functions, (p, 20, 3)."""
     slopes = np.empty((len(points), 20, 3))
     ones = [1 + points[:, a, None] * _HEX_NODES[:8, a] for a in range(3)]
-    reach = sum(ones, np.full((len(points), 8), -5.0))
+    factor_sum = sum(ones, np.full((len(points), 8), -5.0))
     factors = [np.where(_HEX_NODES[8:, a] == 0, 1 - points[:, a, None] ** 2, 1 + points[:, a, None] * _HEX_NODES[8:, a])
                for a in range(3)]
     for axis in range(3):
         b, c = (axis + 1) % 3, (axis + 2) % 3
-        slopes[:, :8, axis] = _HEX_NODES[:8, axis] * ones[b] * ones[c] * (reach + ones[axis]) / 8
+        slopes[:, :8, axis] = _HEX_NODES[:8, axis] * ones[b] * ones[c] * (factor_sum + ones[axis]) / 8
         place = _HEX_NODES[8:, axis]
         slopes[:, 8:, axis] = np.where(place == 0, -2 * points[:, axis, None], place) * factors[b] * factors[c] / 4
     return slopes
 
 
 def _barycentric(points: FloatArray) -> FloatArray:
+    """Return the four barycentric coordinates of points (p, 3)."""
     return np.column_stack([1 - points.sum(axis=1), points])
 
 
 def _tet_values(points: FloatArray) -> FloatArray:
+    """Return the quadratic functions: corners b (2 b - 1), mid-sides 4 b_i b_j."""
     b = _barycentric(points)
     return np.hstack([b * (2 * b - 1), 4 * b[:, TET_SIDES[:, 0]] * b[:, TET_SIDES[:, 1]]])
 
 
 def _tet_slopes(points: FloatArray) -> FloatArray:
+    """Return their derivatives, (p, 10, 3)."""
     b = _barycentric(points)
-    turn = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
-    corner = (4 * b - 1)[:, :, None] * turn
+    barycentric_slopes = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    corner = (4 * b - 1)[:, :, None] * barycentric_slopes
     i, j = TET_SIDES.T
-    return np.concatenate([corner, 4 * (b[:, i, None] * turn[j] + b[:, j, None] * turn[i])], axis=1)
+    return np.concatenate([corner, 4 * (b[:, i, None] * barycentric_slopes[j] + b[:, j, None] * barycentric_slopes[i])], axis=1)
 
 
 def _gauss_cube(order: int) -> tuple[FloatArray, FloatArray]:
+    """Return points and weights of the product rule of Gauss."""
     x, w = np.polynomial.legendre.leggauss(order)
     points = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
     return points, np.einsum("i,j,k->ijk", w, w, w).ravel()

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.model import SolidModel
 
-SHARP = 30.0  # degrees between triangles from which they belong to different faces
+SHARP_EDGE_ANGLE = 30.0  # degrees between the normals of triangles of different smooth faces
 
 
 def outer_faces(model: SolidModel) -> list[IndexArray]:
@@ -18,10 +18,11 @@ def outer_faces(model: SolidModel) -> list[IndexArray]:
     for block in model.blocks:
         faces = block.nodes[:, block.kind.faces].reshape(-1, block.kind.faces.shape[1])
         by_width.setdefault(faces.shape[1], []).append(faces)
-    return [_single(np.concatenate(faces)) for _, faces in sorted(by_width.items(), reverse=True)]
+    return [_unshared_faces(np.concatenate(faces)) for _, faces in sorted(by_width.items(), reverse=True)]
 
 
-def _single(faces: IndexArray) -> IndexArray:
+def _unshared_faces(faces: IndexArray) -> IndexArray:
+    """Return the faces whose corners appear once."""
     corners = np.sort(faces[:, :faces.shape[1] // 2], axis=1)
     _, index, repeats = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
     return faces[repeats[index.ravel()] == 1]
@@ -33,48 +34,50 @@ def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
     for faces in outer_faces(model):
         corners = faces[:, :faces.shape[1] // 2]
         triangles += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
-    whole = np.concatenate(triangles)
-    used, index = np.unique(whole, return_inverse=True)
+    corners_of_all = np.concatenate(triangles)
+    used, index = np.unique(corners_of_all, return_inverse=True)
     return used, index.reshape(-1, 3)
 
 
-def thin_triangles(nodes: FloatArray, triangles: IndexArray, most: int) -> tuple[IndexArray, IndexArray]:
-    """Return at most about `most` nodes (their numbers) and the triangles left between them.
+def thin_triangles(nodes: FloatArray, triangles: IndexArray, max_nodes: int) -> tuple[IndexArray, IndexArray]:
+    """Return at most about `max_nodes` nodes (their numbers) and the triangles between them.
 
-    One node a cell of a grid is kept among those of the same smooth faces: walls stay apart, edges sharp and flat faces flat.
+    One node a cell of a grid is kept among those of the same smooth faces: walls stay separate, edges sharp, flat faces flat.
     """
     chosen, owner = np.arange(len(nodes)), np.arange(len(nodes))
-    low, size = nodes.min(axis=0), float(np.ptp(nodes, axis=0).max())
-    order = np.argsort(-np.linalg.norm(nodes - nodes.mean(axis=0), axis=1), kind="stable")  # of a cell the outermost node stays
-    faces, cells = _faces_of_nodes(nodes, triangles), 2 * np.sqrt(most)
-    while len(chosen) > most and cells > 1:
-        grid = np.floor((nodes[order] - low) / size * cells).astype(np.int64)
+    origin, size = nodes.min(axis=0), float(np.ptp(nodes, axis=0).max())
+    order = np.argsort(-np.linalg.norm(nodes - nodes.mean(axis=0), axis=1),
+                       kind="stable")  # the outermost node of a cell is kept
+    faces, cells = _faces_of_nodes(nodes, triangles), 2 * np.sqrt(max_nodes)
+    while len(chosen) > max_nodes and cells > 1:
+        grid = np.floor((nodes[order] - origin) / size * cells).astype(np.int64)
         _, first, inverse = np.unique(np.column_stack([grid, faces[order]]), axis=0, return_index=True, return_inverse=True)
         chosen, owner = order[first], np.empty(len(nodes), dtype=np.int64)
         owner[order] = inverse.ravel()
         cells *= 0.85
-    left = owner[triangles]
-    is_flat = (left == np.roll(left, 1, axis=1)).any(axis=1)
-    alone = np.unique(np.sort(left[~is_flat], axis=1), axis=0, return_index=True)[1]
-    used, index = np.unique(left[~is_flat][alone], return_inverse=True)
+    thinned = owner[triangles]
+    is_flat = (thinned == np.roll(thinned, 1, axis=1)).any(axis=1)
+    unique_rows = np.unique(np.sort(thinned[~is_flat], axis=1), axis=0, return_index=True)[1]
+    used, index = np.unique(thinned[~is_flat][unique_rows], return_inverse=True)
     return chosen[used], index.reshape(-1, 3)
 
 
 def _faces_of_nodes(nodes: FloatArray, triangles: IndexArray) -> IndexArray:
-    """Return a number for each node that is that of others on the same smooth faces: triangles that meet below `SHARP`."""
+    """Return a key for each node, equal for nodes on the same smooth faces: triangles joined below `SHARP_EDGE_ANGLE`."""
     normal = np.cross(nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     order = np.lexsort(sides.T)
-    of = order // 3
-    same = (sides[order][1:] == sides[order][:-1]).all(axis=1)
-    first, second = of[:-1][same], of[1:][same]
-    smooth = (normal[first] * normal[second]).sum(axis=1) > np.cos(np.radians(SHARP))
+    triangle_of = order // 3
+    is_shared = (sides[order][1:] == sides[order][:-1]).all(axis=1)
+    first, second = triangle_of[:-1][is_shared], triangle_of[1:][is_shared]
+    is_smooth = (normal[first] * normal[second]).sum(axis=1) > np.cos(np.radians(SHARP_EDGE_ANGLE))
     count = len(triangles)
-    graph = coo_array((np.ones(int(smooth.sum())), (first[smooth], second[smooth])), shape=(count, count))
+    graph = coo_array((np.ones(int(is_smooth.sum())), (first[is_smooth], second[is_smooth])), shape=(count, count))
     face = connected_components(graph, directed=False)[1]
     pairs = np.unique(np.column_stack([triangles.ravel(), np.repeat(face, 3)]), axis=0)
-    label = np.random.default_rng(1).integers(1, 2**40, int(face.max()) + 1)
-    total = np.zeros(len(nodes), dtype=np.int64)
-    np.add.at(total, pairs[:, 0], label[pairs[:, 1]])
-    return total
+    keys = np.random.default_rng(1).integers(1, 2**40, int(face.max()) + 1)
+    # The set of faces of a node as a sum of random keys, one a face.
+    node_key = np.zeros(len(nodes), dtype=np.int64)
+    np.add.at(node_key, pairs[:, 0], keys[pairs[:, 1]])
+    return node_key

@@ -23,6 +23,17 @@ class Material:
         kg/m^3.
     loss_factor : float
         Structural loss factor.
+
+    Raises
+    ------
+    ToolpointError
+        For a modulus or density that is not positive, or a Poisson's ratio out of its limits.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import Material
+    >>> float(Material(210e9, 0.25, 7850.0).shear_modulus)
+    84000000000.0
     """
 
     modulus: float
@@ -41,7 +52,7 @@ class Material:
 
     @property
     def shear_modulus(self) -> float:
-        """G = E / (2 (1 + nu)), Pa."""
+        """Shear modulus G = E / (2 (1 + nu)), Pa."""
         return self.modulus / (2 * (1 + self.poisson))
 
     @property
@@ -50,6 +61,6 @@ class Material:
         return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
 
 
-# Usual values (GJL-250 and structural steel), a place to begin from; none of them is of a certain casting.
+# Usual values (GJL-250 and structural steel) to begin with; none was measured on a certain casting.
 CAST_IRON = Material(110e9, 0.26, 7200.0, 2e-3)
 STEEL = Material(210e9, 0.3, 7850.0, 4e-4)

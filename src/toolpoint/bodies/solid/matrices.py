@@ -25,17 +25,19 @@ def gradients(kind: ElementKind, corners: FloatArray) -> tuple[FloatArray, Float
     jacobian = np.einsum("pna,enb->epab", slopes, corners, optimize=True)
     determinant = np.linalg.det(jacobian)
     if (determinant <= 0).any():
-        at = int(np.argwhere(determinant <= 0)[0, 0])
-        fail("elements", f"element {at} of {len(corners)} ({int((determinant <= 0).any(axis=1).sum())} in all) is inside out",
+        element = int(np.argwhere(determinant <= 0)[0, 0])
+        fail("elements",
+             f"element {element} of {len(corners)} ({int((determinant <= 0).any(axis=1).sum())} in all) is inside out",
              "must have a positive volume at every integration point",
              remedy="turn the order of its nodes, or mesh again where curved mid-sides fold it")
     return np.einsum("pna,epba->epnb", slopes, np.linalg.inv(jacobian), optimize=True), determinant * kind.weights
 
 
 def _is_straight(kind: ElementKind, nodes: FloatArray) -> bool:
-    middle = nodes[:, kind.sides].mean(axis=2)
+    """Whether all mid-side nodes lie in the middle of their sides."""
+    middles = nodes[:, kind.sides].mean(axis=2)
     scale = np.abs(nodes[:, kind.sides[:, 0]] - nodes[:, kind.sides[:, 1]]).max(initial=0.0)
-    return bool(np.abs(nodes[:, kind.corner_count:] - middle).max(initial=0.0) <= 1e-9 * scale)
+    return bool(np.abs(nodes[:, kind.corner_count:] - middles).max(initial=0.0) <= 1e-9 * scale)
 
 
 def stiffness(kind: ElementKind, corners: FloatArray, material: Material) -> FloatArray:

@@ -29,7 +29,14 @@ class ElementBlock:
     nodes : (e, 20) or (e, 10) ints
         Node numbers of each element from 0; order in `element_kinds`.
     name : str
-        The set: what scales together.
+        Set of the elements: they scale together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.bodies.solid import ElementBlock
+    >>> ElementBlock(np.arange(10)[None]).kind.name
+    'tetrahedron'
     """
 
     nodes: IndexArray
@@ -53,7 +60,7 @@ class ElementBlock:
 
 @dataclass(frozen=True, eq=False)
 class SolidModel(NotebookText):
-    """A solid body by finite elements, three coordinates (x y z, m) a node, in the body's frame.
+    """Solid body by finite elements, three coordinates (x y z, m) a node, in the body's frame.
 
     Parameters
     ----------
@@ -68,7 +75,14 @@ class SolidModel(NotebookText):
     Raises
     ------
     ToolpointError
-        For node numbers out of range, nodes that no element holds, sets without a material, elements inside out.
+        For node numbers out of range, nodes in no element, sets without a material, elements inside out.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import STEEL, Casting, Cuboid
+    >>> model = Casting([Cuboid((0, 0, 0), (0.1, 0.1, 0.1))], {"body": STEEL}).meshed(0.1)
+    >>> model.element_count, round(model.mass_properties.mass, 6)
+    (1, 7.85)
     """
 
     nodes: FloatArray
@@ -80,23 +94,24 @@ class SolidModel(NotebookText):
         put = object.__setattr__
         put(self, "nodes", floats("SolidModel.nodes", self.nodes, (None, 3)))
         put(self, "blocks", tuple(self.blocks))
-        put(self, "node_sets", {name: frozen(np.asarray(at, dtype=np.int64)) for name, at in self.node_sets.items()})
+        put(self, "node_sets", {name: frozen(np.asarray(numbers, dtype=np.int64)) for name, numbers in self.node_sets.items()})
         if not self.blocks:
             fail("SolidModel.blocks", "none", "must hold elements")
         self._check_numbers()
-        missing = [name for name in self.set_names if name not in self.materials]
-        if missing:
-            fail("SolidModel.materials", f"none for {', '.join(missing)}", "every set needs a material")
+        without_material = [name for name in self.set_names if name not in self.materials]
+        if without_material:
+            fail("SolidModel.materials", f"none for {', '.join(without_material)}", "every set needs a material")
 
     def _check_numbers(self) -> None:
+        """Refuse node numbers out of range, and nodes in no element."""
         count = len(self.nodes)
-        held = np.zeros(count, dtype=bool)
+        is_used = np.zeros(count, dtype=bool)
         for block in self.blocks:
             if block.nodes.min() < 0 or block.nodes.max() >= count:
                 fail("SolidModel.blocks", f"node number {int(block.nodes.max())}", f"must be within 0 .. {count - 1}")
-            held[block.nodes] = True
-        if not held.all():
-            fail("SolidModel.nodes", f"{int((~held).sum())} nodes in no element, the first {int(np.argmin(held))}",
+            is_used[block.nodes] = True
+        if not is_used.all():
+            fail("SolidModel.nodes", f"{int((~is_used).sum())} nodes in no element, the first {int(np.argmin(is_used))}",
                  "every node must belong to an element", remedy="leave them out: they would have no stiffness")
 
     @property
@@ -125,6 +140,7 @@ class SolidModel(NotebookText):
         return {name: self._sum(self._blocks_of(name), 1).columns() for name in self.set_names}
 
     def _blocks_of(self, name: str) -> list[ElementBlock]:
+        """Return the blocks of a set."""
         return [block for block in self.blocks if block.name == name]
 
     def _sum(self, blocks: Sequence[ElementBlock], width: int, pattern: NodePattern | None = None) -> NodeMatrix:
@@ -155,12 +171,12 @@ class SolidModel(NotebookText):
         for block in self.blocks:
             for part in chunks(len(block) if block.name == name else 0):
                 places = self.nodes[block.nodes[part]]
-                moved = by_node[block.nodes[part]]
-                flat = moved.reshape(len(moved), -1, width)
+                shapes = by_node[block.nodes[part]]
+                flat = shapes.reshape(len(shapes), -1, width)
                 total[0] += np.tensordot(flat, matrices.stiffness(block.kind, places, material) @ flat, ((0, 1), (0, 1)))
-                heavy = matrices.scalar_mass(block.kind, places, material.density)
-                pushed = (heavy @ moved.reshape(len(moved), block.nodes.shape[1], -1)).reshape(flat.shape)
-                total[1] += np.tensordot(flat, pushed, ((0, 1), (0, 1)))
+                masses = matrices.scalar_mass(block.kind, places, material.density)
+                inertia = (masses @ shapes.reshape(len(shapes), block.nodes.shape[1], -1)).reshape(flat.shape)
+                total[1] += np.tensordot(flat, inertia, ((0, 1), (0, 1)))
         return total[0], total[1]
 
     def stiffness(self, scales: Mapping[str, float] | None = None) -> csc_array:
@@ -172,10 +188,11 @@ class SolidModel(NotebookText):
         return self._scaled(self.mass_parts, scales)
 
     def _scaled(self, parts: Mapping[str, csc_array], scales: Mapping[str, float] | None) -> csc_array:
+        """Return the sum of parts, each times its scale; an unknown set is refused."""
         factors = dict(scales or {})
-        unknown = sorted(set(factors) - set(parts))
-        if unknown:
-            fail("scales", f"no set {unknown[0]!r}", f"must be among {', '.join(parts)}")
+        unknown_sets = sorted(set(factors) - set(parts))
+        if unknown_sets:
+            fail("scales", f"no set {unknown_sets[0]!r}", f"must be among {', '.join(parts)}")
         total = None
         for name, part in parts.items():
             factor = positive(f"scales[{name!r}]", factors.get(name, 1.0))
@@ -187,20 +204,20 @@ class SolidModel(NotebookText):
     @cached_property
     def mass_properties(self) -> MassProperties:
         """Mass, centre and inertia by the elements' own integrals."""
-        rho, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        total, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
         origin = self.nodes.mean(axis=0)
         for block in self.blocks:
             density = self.materials[block.name].density
             for part in chunks(len(block)):
                 x = self.nodes[block.nodes[part]] - origin
                 mass = matrices.scalar_mass(block.kind, x, density)
-                rho += float(mass.sum())
+                total += float(mass.sum())
                 first += np.einsum("eij,ejc->c", mass, x)
                 second += np.einsum("eia,eij,ejb->ab", x, mass, x, optimize=True)
-        centre = first / rho
-        second = second - rho * np.outer(centre, centre)
+        centre = first / total
+        second = second - total * np.outer(centre, centre)
         inertia = np.trace(second) * np.eye(3) - second
-        return MassProperties(rho, origin + centre, (inertia + inertia.T) / 2)
+        return MassProperties(total, origin + centre, (inertia + inertia.T) / 2)
 
     def rigid_motion(self, about: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
         """Return the displacement of all coordinates per twist (v, w) about a point, shape (size, 6)."""
@@ -211,11 +228,12 @@ class SolidModel(NotebookText):
             motion[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arms)
         return motion.reshape(-1, 6)
 
-    def nodes_in(self, low: FloatArray | tuple[float, ...], high: FloatArray | tuple[float, ...]) -> IndexArray:
+    def nodes_in(self, lower_corner: FloatArray | tuple[float, ...],
+                 upper_corner: FloatArray | tuple[float, ...]) -> IndexArray:
         """Return the numbers of the nodes inside a box (m), its surface included."""
-        a, b = floats("low", low, (3,)), floats("high", high, (3,))
-        slack = 1e-9 * float(np.ptp(self.nodes, axis=0).max())
-        return np.flatnonzero(((self.nodes >= a - slack) & (self.nodes <= b + slack)).all(axis=1))
+        a, b = floats("lower_corner", lower_corner, (3,)), floats("upper_corner", upper_corner, (3,))
+        tolerance = 1e-9 * float(np.ptp(self.nodes, axis=0).max())
+        return np.flatnonzero(((self.nodes >= a - tolerance) & (self.nodes <= b + tolerance)).all(axis=1))
 
     def coordinates_of(self, nodes: IndexArray) -> IndexArray:
         """Return the rows (x, y, z of each) of nodes."""

@@ -18,18 +18,18 @@ from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
 from toolpoint.bodies.solid.faces import outer_faces
 from toolpoint.bodies.solid.model import SolidModel
 
-POINT = 1e-3  # area of a patch over that of the faces that it lies on, below which it is a point
+MIN_PATCH_RATIO = 1e-3  # area of a patch over that of the faces that it lies on: below, it is a point
 
 # Triangle rule of degree 6 (12 points): quadratic shape functions times arms are of degree 3, squares of arms 2; curved
 # parents add. Dunavant, Int. J. Numer. Methods Eng. 21 (1985).
-_ORBITS = ((0.116786275726379, (0.501426509658179, 0.249286745170910, 0.249286745170910)),
+_TRIANGLE_ORBITS = ((0.116786275726379, (0.501426509658179, 0.249286745170910, 0.249286745170910)),
            (0.050844906370207, (0.873821971016996, 0.063089014491502, 0.063089014491502)),
            (0.082851075618374, (0.053145049844817, 0.310352451033784, 0.636502499121399)))
 
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A rectangle on a flat outer face.
+    """Rectangle on a flat outer face of a solid model.
 
     Parameters
     ----------
@@ -39,6 +39,19 @@ class Patch:
         Directions of its sides, at right angles; the normal is along x across.
     length, width : float
         Sides along and across, m.
+
+    Raises
+    ------
+    ToolpointError
+        For sides that are not positive, or directions not at right angles.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import STEEL, Casting, Cuboid, Patch
+    >>> model = Casting([Cuboid((0, 0, 0), (0.2, 0.1, 0.05))], {"body": STEEL}).meshed(0.1)
+    >>> patch = Patch((0.1, 0.05, 0.05), along=(1, 0, 0), across=(0, 1, 0), length=0.08, width=0.04)
+    >>> patch.averages(model).shape  # three rows a node, six columns of the patch's twist
+    (96, 6)
     """
 
     centre: FloatArray
@@ -67,42 +80,44 @@ class Patch:
 
         Raises ToolpointError where less than the whole rectangle lies on outer faces in its plane.
         """
-        total: dict[int, FloatArray] = {}
+        integrals: dict[int, FloatArray] = {}
         moments, area = np.zeros((2, 2)), 0.0
-        first, faces = np.zeros(2), 0.0
+        first_moment, face_area = np.zeros(2), 0.0
         for face in _flat_faces(model, self):
-            faces += _extent(model, face)
+            face_area += _extent(model, face)
             for values, place, weight in _pieces(model, self, face):
                 area += float(weight.sum())
-                first += weight @ place
+                first_moment += weight @ place
                 moments += (place * weight[:, None]).T @ place
                 for node, integral in zip(face, _integrals(values, place, weight).T, strict=True):
-                    total[int(node)] = total.get(int(node), np.zeros(3)) + integral
-        self._check_cover(area, faces)
-        return self._weights(model, total, area, moments)
+                    integrals[int(node)] = integrals.get(int(node), np.zeros(3)) + integral
+        self._check_cover(area, face_area)
+        return self._weights(model, integrals, area, moments)
 
-    def _check_cover(self, area: float, faces: float) -> None:
-        whole = self.length * self.width
-        if abs(area - whole) > 1e-6 * whole:
-            fail("Patch", f"{100 * area / whole:.4g} % of its {whole:.4g} m^2 lie on outer faces in its plane",
+    def _check_cover(self, area: float, face_area: float) -> None:
+        """Refuse a patch that leaves the outer faces, and one so small that it is a point."""
+        patch_area = self.length * self.width
+        if abs(area - patch_area) > 1e-6 * patch_area:
+            fail("Patch", f"{100 * area / patch_area:.4g} % of its {patch_area:.4g} m^2 lie on outer faces in its plane",
                  "must lie on them whole", remedy="a carriage that leaves its rail, or a patch off the surface?")
-        if area < POINT * faces:
+        if area < MIN_PATCH_RATIO * face_area:
             fail("Patch", f"{1e3 * self.length:.3g} by {1e3 * self.width:.3g} mm, a point beside elements of "
-                 f"{1e3 * float(np.sqrt(faces)):.3g} mm", f"must be at least {POINT:g} of their area",
+                 f"{1e3 * float(np.sqrt(face_area)):.3g} mm", f"must be at least {MIN_PATCH_RATIO:g} of their area",
                  remedy="a point yields the more the finer the mesh: write the area that carries, or mesh it finer")
 
-    def _weights(self, model: SolidModel, total: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
-        nodes = np.array(sorted(total), dtype=np.int64)
-        integrals = np.array([total[int(node)] for node in nodes])
+    def _weights(self, model: SolidModel, integrals_of: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
+        """Return the averages as a map: v = sum int N / A u, w = J^-1 sum r x int N u."""
+        nodes = np.array(sorted(integrals_of), dtype=np.int64)
+        integrals = np.array([integrals_of[int(node)] for node in nodes])
         frame = np.column_stack([self.along, self.across, np.cross(self.along, self.across)])
         inertia = np.array([[moments[1, 1], -moments[0, 1], 0], [-moments[0, 1], moments[0, 0], 0],
                             [0, 0, moments[0, 0] + moments[1, 1]]])
-        turn = frame @ np.linalg.inv(inertia) @ frame.T
+        inverse_inertia = frame @ np.linalg.inv(inertia) @ frame.T
         rows, values = [], []
-        for node, (plain, at_s, at_t) in zip(nodes, integrals, strict=True):
-            arm = at_s * self.along + at_t * self.across
+        for node, (integral, moment_s, moment_t) in zip(nodes, integrals, strict=True):
+            arm = moment_s * self.along + moment_t * self.across
             cross = np.cross(arm, np.eye(3)).T
-            values.append(np.hstack([plain / area * np.eye(3), (turn @ cross).T]))
+            values.append(np.hstack([integral / area * np.eye(3), (inverse_inertia @ cross).T]))
             rows.append(3 * node + np.arange(3))
         block = np.vstack(values)
         row = np.concatenate(rows)
@@ -110,6 +125,7 @@ class Patch:
 
 
 def _integrals(values: FloatArray, place: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the integrals of the shape functions, and of them times s and times t, (3, nodes)."""
     return np.vstack([weight @ values, (weight * place[:, 0]) @ values, (weight * place[:, 1]) @ values])
 
 
@@ -121,23 +137,23 @@ def _extent(model: SolidModel, face: IndexArray) -> float:
 
 
 def _flat_faces(model: SolidModel, patch: Patch) -> Iterator[IndexArray]:
-    """Yield the outer faces in the patch's plane that reach into the rectangle."""
+    """Yield the outer faces in the patch's plane that overlap the rectangle."""
     normal = np.cross(patch.along, patch.across)
-    slack = 1e-7 * float(np.ptp(model.nodes, axis=0).max())
+    tolerance = 1e-7 * float(np.ptp(model.nodes, axis=0).max())
     height = (model.nodes - patch.centre) @ normal
     s, t = ((model.nodes - patch.centre) @ d for d in (patch.along, patch.across))
     for faces in outer_faces(model):
-        near = ((np.abs(height[faces]) < slack).all(axis=1)
+        reaches_in = ((np.abs(height[faces]) < tolerance).all(axis=1)
                 & (s[faces].min(axis=1) < patch.length / 2) & (s[faces].max(axis=1) > -patch.length / 2)
                 & (t[faces].min(axis=1) < patch.width / 2) & (t[faces].max(axis=1) > -patch.width / 2))
-        yield from faces[near]
+        yield from faces[reaches_in]
 
 
 def _pieces(model: SolidModel, patch: Patch, face: IndexArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
     """Yield shape functions, places (s, t) and weights at points of the triangles of face and rectangle's common part."""
     arms = model.nodes[face] - patch.centre
     plane = np.column_stack([arms @ patch.along, arms @ patch.across])
-    polygon = _clipped(plane[:len(face) // 2], patch.length / 2, patch.width / 2)
+    polygon = _clip_polygon(plane[:len(face) // 2], patch.length / 2, patch.width / 2)
     for i in range(1, len(polygon) - 1):
         corners = polygon[[0, i, i + 1]]
         sides = corners[1:] - corners[0]
@@ -149,13 +165,14 @@ def _pieces(model: SolidModel, patch: Patch, face: IndexArray) -> Iterator[tuple
 
 
 def _triangle_rule() -> tuple[FloatArray, FloatArray]:
+    """Return barycentric points (12, 3) and weights (sum 1) of the rule."""
     from itertools import permutations
 
-    points = [(b, w) for w, orbit in _ORBITS for b in sorted(set(permutations(orbit)))]
+    points = [(b, w) for w, orbit in _TRIANGLE_ORBITS for b in sorted(set(permutations(orbit)))]
     return np.array([b for b, _ in points]), np.array([w for _, w in points])
 
 
-def _clipped(polygon: FloatArray, half_length: float, half_width: float) -> FloatArray:
+def _clip_polygon(polygon: FloatArray, half_length: float, half_width: float) -> FloatArray:
     """Return the part of a convex polygon inside the rectangle (Sutherland and Hodgman, Commun. ACM 17, 1974)."""
     corners = [np.asarray(p) for p in polygon]
     for axis, sign, limit in ((0, 1, half_length), (0, -1, half_length), (1, 1, half_width), (1, -1, half_width)):
@@ -179,26 +196,28 @@ def _face_values(plane: FloatArray, place: FloatArray) -> FloatArray:
     functions = _quadrilateral if len(plane) == 8 else _triangle
     for _ in range(20):
         values, slopes = functions(parent)
-        rest = place - values @ plane
-        if float(np.abs(rest).max()) <= 1e-13 * float(np.abs(plane).max()):
+        residual = place - values @ plane
+        if float(np.abs(residual).max()) <= 1e-13 * float(np.abs(plane).max()):
             break
-        parent = parent + np.linalg.solve(np.einsum("pna,nb->pba", slopes, plane), rest[..., None])[..., 0]
+        parent = parent + np.linalg.solve(np.einsum("pna,nb->pba", slopes, plane), residual[..., None])[..., 0]
     return functions(parent)[0]
 
 
 def _quadrilateral(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return functions and slopes of the 8-node face: the top of the hexahedron."""
     from toolpoint.bodies.solid.element_kinds import HEXAHEDRON
 
     # The top face of the hexahedron, zeta = 1.
-    top = [4, 5, 6, 7, 12, 13, 14, 15]
-    at = np.column_stack([points, np.ones(len(points))])
-    return HEXAHEDRON.values(at)[:, top], HEXAHEDRON.slopes(at)[:, top, :2]
+    top_nodes = [4, 5, 6, 7, 12, 13, 14, 15]
+    parent_points = np.column_stack([points, np.ones(len(points))])
+    return HEXAHEDRON.values(parent_points)[:, top_nodes], HEXAHEDRON.slopes(parent_points)[:, top_nodes, :2]
 
 
 def _triangle(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return functions and slopes of the 6-node face: a side of the tetrahedron."""
     from toolpoint.bodies.solid.element_kinds import TETRAHEDRON
 
     # The face of nodes 1, 2, 3 of the tetrahedron.
     nodes = [0, 1, 2, 4, 5, 6]
-    at = np.column_stack([points, np.zeros(len(points))])
-    return TETRAHEDRON.values(at)[:, nodes], TETRAHEDRON.slopes(at)[:, nodes, :2]
+    parent_points = np.column_stack([points, np.zeros(len(points))])
+    return TETRAHEDRON.values(parent_points)[:, nodes], TETRAHEDRON.slopes(parent_points)[:, nodes, :2]

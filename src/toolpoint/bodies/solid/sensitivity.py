@@ -15,14 +15,12 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import matrices
 from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.model import SolidModel
-
-# Squares nearer to each other than this have no derivative of their own.
-_REPEATED = 1e-6
+from toolpoint.vibration.sparse.beside_mode import CLUSTER_SQUARE_TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
 class ElementSensitivity(NotebookText):
-    """What a relative change of E or density of each element does to each frequency.
+    """Sensitivities of frequencies to relative changes of E or density of each element.
 
     Parameters
     ----------
@@ -33,7 +31,7 @@ class ElementSensitivity(NotebookText):
     set_names : sequence of str
         Set of each element.
     notes : sequence of str
-        Modes that lie together: only sums over them mean something.
+        Modes of nearly equal frequency: only the sum of their sensitivities is determined.
     """
 
     frequency: FloatArray
@@ -59,7 +57,7 @@ def frequency_sensitivity(model: SolidModel, squares: FloatArray, vectors: Float
     ----------
     model : SolidModel
     squares : (k,) floats
-        rad^2/s^2, above zero: rigid-body modes do not hang on E.
+        rad^2/s^2, above zero: rigid-body modes do not depend on E.
     vectors : (model.size, k) floats
         Of all coordinates (zero where held), unit modal mass.
     """
@@ -69,8 +67,8 @@ def frequency_sensitivity(model: SolidModel, squares: FloatArray, vectors: Float
         fail("squares", f"{int((values <= 0).sum())} rigid-body modes", "must be above zero",
              remedy="leave the rigid-body modes out")
     strain, motion = element_energies(model, shapes, shapes)
-    together = [i for i in range(1, len(values)) if values[i] - values[i - 1] <= _REPEATED * values[i]]
-    notes = tuple(f"modes {i} and {i + 1} lie together: the sum of their sensitivities holds, not each" for i in together)
+    inseparable = [i for i in range(1, len(values)) if values[i] - values[i - 1] <= CLUSTER_SQUARE_TOLERANCE * values[i]]
+    notes = tuple(f"modes {i} and {i + 1} lie together: the sum of their sensitivities holds, not each" for i in inseparable)
     return ElementSensitivity(np.sqrt(values) / (2 * np.pi), strain / (2 * values[:, None]), -motion / 2, element_sets(model),
                               notes)
 
@@ -82,9 +80,9 @@ def element_sets(model: SolidModel) -> tuple[str, ...]:
 
 def element_masses(model: SolidModel) -> FloatArray:
     """Return the mass of every element, (e,), kg."""
-    moved = np.zeros((model.size, 1))
-    moved[::3] = 1.0
-    return element_energies(model, moved, moved)[1][0]
+    motion = np.zeros((model.size, 1))
+    motion[::3] = 1.0
+    return element_energies(model, motion, motion)[1][0]
 
 
 def element_energies(model: SolidModel, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Curved tetrahedra whose mid-side nodes fold them: the nodes go back to the middle of their sides."""
+"""Curved tetrahedra that their mid-side nodes fold: the nodes are moved to the middle of their sides."""
 
 from __future__ import annotations
 
@@ -8,38 +8,40 @@ from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.element_kinds import kind_of
 
-LEAST = 0.15  # ratio of smallest to largest volume change inside an element below which it counts as folded
-ROUNDS = 6
+MIN_VOLUME_RATIO = 0.15  # of the smallest to the largest volume change inside an element: below, it counts as folded
+MAX_STRAIGHTENING_ROUNDS = 6
 
 
 def straighten(nodes: FloatArray, elements: IndexArray) -> tuple[FloatArray, int]:
-    """Return nodes with the sides of folded elements straight, and how many elements were folded.
+    """Return nodes with the sides of folded elements straight, and the number of elements that were folded.
 
-    nodes : (n, 3); elements : (e, 10) or (e, 20). A straight side may fold a neighbour, so it is asked again, a few times.
+    nodes : (n, 3); elements : (e, 10) or (e, 20). A straight side may fold a neighbour, so elements are tested again, some
+    times.
     """
     kind = kind_of(elements.shape[1])
-    result, touched = np.array(nodes), np.zeros(len(elements), dtype=bool)
-    for _ in range(ROUNDS):
-        folded = np.concatenate([_ratio(result[elements[part]]) for part in chunks(len(elements))]) < LEAST
-        moved = folded & ~_straight(result[elements])
-        if not moved.any():
+    result, was_folded = np.array(nodes), np.zeros(len(elements), dtype=bool)
+    for _ in range(MAX_STRAIGHTENING_ROUNDS):
+        is_folded = np.concatenate([_volume_ratio(result[elements[part]]) for part in chunks(len(elements))]) < MIN_VOLUME_RATIO
+        to_straighten = is_folded & ~_has_straight_sides(result[elements])
+        if not to_straighten.any():
             break
-        touched |= moved
-        ends, middle = elements[moved][:, kind.sides], elements[moved][:, kind.corner_count:]
-        result[middle] = result[ends].mean(axis=2)
-    return result, int(touched.sum())
+        was_folded |= to_straighten
+        side_ends, mid_nodes = elements[to_straighten][:, kind.sides], elements[to_straighten][:, kind.corner_count:]
+        result[mid_nodes] = result[side_ends].mean(axis=2)
+    return result, int(was_folded.sum())
 
 
-def _ratio(places: FloatArray) -> FloatArray:
-    """Return the least over the largest volume change at the corners, mid-sides and points of the rule of each element."""
+def _volume_ratio(places: FloatArray) -> FloatArray:
+    """Return the smallest over the largest volume change at the corners, mid-sides and points of the rule of each element."""
     kind = kind_of(places.shape[1])
-    at = np.vstack([kind.mass_points, kind.points])
-    determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(at), places, optimize=True))
+    points = np.vstack([kind.mass_points, kind.points])
+    determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(points), places, optimize=True))
     return determinant.min(axis=1) / np.maximum(np.abs(determinant).max(axis=1), 1e-300)
 
 
-def _straight(places: FloatArray) -> np.ndarray:
+def _has_straight_sides(places: FloatArray) -> np.ndarray:
+    """Whether all mid-side nodes of each element are in the middle of their sides."""
     kind = kind_of(places.shape[1])
-    middle = places[:, kind.sides].mean(axis=2)
+    middles = places[:, kind.sides].mean(axis=2)
     size = np.abs(np.diff(places[:, kind.sides], axis=2)).max(axis=(1, 2, 3))
-    return np.abs(places[:, kind.corner_count:] - middle).max(axis=(1, 2)) <= 1e-12 * size
+    return np.abs(places[:, kind.corner_count:] - middles).max(axis=(1, 2)) <= 1e-12 * size

@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError, ToolpointWarning, fail, positive
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import ElementBlock, Material, SolidModel
-from toolpoint.bodies.solid.checks import SIZES, SolidCheck, check_size, check_solid
+from toolpoint.bodies.solid.checks import SIZE_LIMITS, SolidCheck, check_size, check_solid
 from toolpoint.bodies.solid.straighten import straighten
 from toolpoint.io.door import check_regular
 from toolpoint.io.meshes.step_file import StepGeometry, StepMesh, measure_step, mesh_step, unit_name
@@ -89,7 +89,7 @@ def _factor(unit: str, geometry: StepGeometry) -> float:
     factor = UNITS[unit] / geometry.stated
     if abs(factor - 1) < 1e-9:
         return 1.0
-    if SIZES[0] <= geometry.largest <= SIZES[1]:
+    if SIZE_LIMITS[0] <= geometry.largest <= SIZE_LIMITS[1]:
         fail("unit", f"{unit!r}: as that the part would be {factor * geometry.largest:.4g} m long",
              f"must agree with the file, which states {unit_name(geometry.stated)} and so is {geometry.largest:.4g} m long",
              remedy="leave unit out; or, where the file is wrong, export it again in its true unit")
@@ -101,10 +101,10 @@ def _unit_notes(geometry: StepGeometry, factor: float, unit: str | None, *, mass
     states, largest, note = f"the file states {unit_name(geometry.stated)}", geometry.largest, ""
     if factor != 1:
         note = f"read in {unit}, though {states}, as which it would be {largest / factor:.4g} m long"
-    elif not SMALL <= largest <= LARGE and SIZES[0] <= largest <= SIZES[1]:
+    elif not SMALL <= largest <= LARGE and SIZE_LIMITS[0] <= largest <= SIZE_LIMITS[1]:
         length, other = (f"only {1e3 * largest:.3g} mm", "m") if largest < SMALL else (f"{largest:.3g} m", "mm")
         note = f"{length} long: was it drawn in {other}? {states}; compare its mass"
-    elif mass > HEAVY and largest <= SIZES[1]:
+    elif mass > HEAVY and largest <= SIZE_LIMITS[1]:
         note = f"{mass:.3g} kg: was it drawn in mm? {states}, as which it is {largest:.3g} m long"
     if not note:
         return ()

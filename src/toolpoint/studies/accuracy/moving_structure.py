@@ -107,7 +107,7 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
                            reference=reference)
     nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
                                                                                                                          6))
-    return MovingStructure(side, reach, reduce_system(whole, kept=whole.size - mechanical), axes, tips, nominal, loads)
+    return MovingStructure(side, reach, reduce_system(whole, kept_count=whole.size - mechanical), axes, tips, nominal, loads)
 
 
 def _nodes(whole: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:

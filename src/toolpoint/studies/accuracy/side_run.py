@@ -209,7 +209,7 @@ class _SideSteps:
             out, first = self.out[self.kept:], at + low
             if not stepwise and _is_even(motion[low:high], table):
                 self.kept += advance_periods(self.nodes, of_cut, course, motion=self.carried, keep=self.keep, first=first,
-                                             out=out, known=self.known)
+                                             out=out, maps=self.known)
             else:
                 self.kept += advance(self.nodes, of_cut, course, self.carried, self.keep, first, out,
                                      self.base[self.kept:] if setup.with_base else self.base)

@@ -19,7 +19,7 @@ from toolpoint.bodies.solid.sensitivity import element_energies, element_sets
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
-from toolpoint.vibration.sparse.beside_mode import REPEATED, polish, solve_beside
+from toolpoint.vibration.sparse.beside_mode import CLUSTER_SQUARE_TOLERANCE, polish, solve_beside
 
 # From all shapes to the values of functions (k,) and their gradients by the shape of their mode (size, k).
 Functions = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -147,7 +147,7 @@ def _together(squares: FloatArray, at: IndexArray) -> tuple[str, ...]:
     notes = []
     for i in sorted(set(at.tolist())):
         gap = np.abs(np.delete(squares, i) / squares[i] - 1).min()
-        if gap < 100 * REPEATED:
+        if gap < 100 * CLUSTER_SQUARE_TOLERANCE:
             notes.append(f"mode {i + 1} lies together with another (squares apart by {gap:.1g}): its shape has no slope of its "
                          "own")
         elif gap < 0.02:

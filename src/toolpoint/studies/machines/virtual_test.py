@@ -175,7 +175,7 @@ def hammer_records(
     system = _accelerations(modes, driven, labels)
     # The response to the filtered force is the filtered response: only the samples that are kept are computed.
     filtered, delay, kept = _filtered(force)
-    motion = time_response.exact(system, filtered[:, None], fine, every=_OVERSAMPLING)
+    motion = time_response.exact(system, filtered[:, None], fine, stride=_OVERSAMPLING)
     channels = np.concatenate([filtered[::_OVERSAMPLING, None], motion], axis=1)[delay:delay + kept]
     channels = _spoilt(channels, labels, wrong, rng)
     return Record(channels, hammer.sample_rate, (driven[0], *labels), ("force", *("acceleration",) * len(labels)),

@@ -1,1 +1,1 @@
-"""Motion in time: of one system, and of one that changes along a path."""
+"""Motion in time: of one system, and of one whose matrices change along a path."""

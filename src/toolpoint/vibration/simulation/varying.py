@@ -19,11 +19,19 @@ from toolpoint._check import FloatArray, IndexArray, fail, floats, increasing, p
 
 @dataclass(frozen=True, eq=False)
 class VaryingSystem:
-    """Matrices at nodes of a path.
+    """Matrices of a system at nodes of a path.
 
-    length : (N,) m, increasing; mass, damping, stiffness : (N, n, n); input_map : (N, n, w), the first three columns the tip's
-    force in the cutter's axes; output_map : (N, 6, n), tip motion in machine axes; momentum_map : (N, 6, n), momentum about
-    the machine's origin per velocity.
+    Parameters
+    ----------
+    length : (N,) floats
+        Position of each node along the path, m, increasing, at least two.
+    mass, damping, stiffness : (N, n, n) floats
+    input_map : (N, n, w) floats
+        Generalised forces; the first three columns are the tip's force in the cutter's axes.
+    output_map : (N, 6, n) floats
+        Motion of the tip in machine axes.
+    momentum_map : (N, 6, n) floats
+        Momentum about the machine's origin per velocity.
     """
 
     length: FloatArray
@@ -51,43 +59,45 @@ class VaryingSystem:
         return int(self.mass.shape[-1])
 
     def thinned(self) -> VaryingSystem:
-        """Return the system at every other node (and the last): what its error is judged by."""
-        pick = np.unique(np.append(np.arange(0, self.length.size, 2), self.length.size - 1))
-        return VaryingSystem(self.length[pick], self.mass[pick], self.damping[pick], self.stiffness[pick], self.input_map[pick],
-                             self.output_map[pick], self.momentum_map[pick])
+        """Return the system at every other node (and the last), for the error of its blending."""
+        nodes = np.unique(np.append(np.arange(0, self.length.size, 2), self.length.size - 1))
+        return VaryingSystem(self.length[nodes], self.mass[nodes], self.damping[nodes], self.stiffness[nodes],
+                             self.input_map[nodes],
+                             self.output_map[nodes], self.momentum_map[nodes])
 
-    def blended(self, name: str, at: float) -> FloatArray:
-        """Return one of the matrices at a length, between nodes."""
-        i = int(np.clip(np.searchsorted(self.length, at, side="right") - 1, 0, self.length.size - 2))
-        t = (at - self.length[i]) / (self.length[i + 1] - self.length[i])
+    def blended(self, name: str, position: float) -> FloatArray:
+        """Return one of the matrices at a position along the path (m), linear between nodes."""
+        node = int(np.clip(np.searchsorted(self.length, position, side="right") - 1, 0, self.length.size - 2))
+        fraction = (position - self.length[node]) / (self.length[node + 1] - self.length[node])
         matrices = getattr(self, name)
-        return matrices[i] + t * (matrices[i + 1] - matrices[i])
+        return matrices[node] + fraction * (matrices[node + 1] - matrices[node])
 
 
-def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30, kept: int = 0) -> VaryingSystem:
-    """Return a system of more than `most` coordinates on a basis of fewer, the same all along: undamped modes and static
-    deflections to all inputs at five nodes; smaller systems stay as they are.
+def reduce_system(system: VaryingSystem, *, max_size: int = 64, modes: int = 30, kept_count: int = 0) -> VaryingSystem:
+    """Return a large system on a basis of at most `max_size` shapes, the same along the whole path.
 
-    The last `kept` coordinates (motors, controllers) stay, and what moves with them is in the basis. Below the highest of those
-    modes it answers as the whole does.
+    The basis holds undamped modes and static deflections to all inputs at five nodes; systems of at most `max_size` coordinates
+    stay as they are. The last `kept_count` coordinates (motors, controllers) are kept, and the static deflections to them are
+    in the basis. Below the highest of its modes the reduced system answers as the full one.
     """
-    count = system.size - kept
-    if count <= most:
+    reducible = system.size - kept_count
+    if reducible <= max_size:
         return system
-    rows = []
+    shapes_of_nodes = []
     for i in np.unique(np.linspace(0, system.length.size - 1, 5).astype(int)):
-        mass, stiffness = system.mass[i, :count, :count], system.stiffness[i, :count, :count]
+        mass, stiffness = system.mass[i, :reducible, :reducible], system.stiffness[i, :reducible, :reducible]
         factor = np.linalg.inv(np.linalg.cholesky(mass))
         _, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
-        pulls = np.hstack([system.input_map[i, :count], system.stiffness[i, :count, count:]])
-        static = np.linalg.solve(stiffness, pulls[:, np.abs(pulls).max(axis=0) > 0])
-        rows += [factor.T @ shapes[:, :modes], static / np.linalg.norm(np.linalg.cholesky(mass).T @ static, axis=0)]
-    middle = np.linalg.cholesky(system.mass[system.length.size // 2, :count, :count])
-    u, size, _ = np.linalg.svd(middle.T @ np.hstack(rows), full_matrices=False)
-    part = np.linalg.solve(middle.T, u[:, size > 1e-4 * size[0]][:, :most])
-    if part.shape[1] >= count:
+        forces = np.hstack([system.input_map[i, :reducible], system.stiffness[i, :reducible, reducible:]])
+        static = np.linalg.solve(stiffness, forces[:, np.abs(forces).max(axis=0) > 0])
+        shapes_of_nodes += [factor.T @ shapes[:, :modes], static / np.linalg.norm(np.linalg.cholesky(mass).T @ static, axis=0)]
+    factor_half_way = np.linalg.cholesky(system.mass[system.length.size // 2, :reducible, :reducible])
+    # Orthonormal in the mass half way along the path; shapes that the others hold (ratio below 1e-4) would make it singular.
+    u, singular, _ = np.linalg.svd(factor_half_way.T @ np.hstack(shapes_of_nodes), full_matrices=False)
+    reduced = np.linalg.solve(factor_half_way.T, u[:, singular > 1e-4 * singular[0]][:, :max_size])
+    if reduced.shape[1] >= reducible:
         return system
-    basis = scipy.linalg.block_diag(part, np.eye(kept)) if kept else part
+    basis = scipy.linalg.block_diag(reduced, np.eye(kept_count)) if kept_count else reduced
     mass, viscous, stiffness = (basis.T @ matrix @ basis for matrix in (system.mass, system.damping, system.stiffness))
     return VaryingSystem(system.length, mass, viscous, stiffness, basis.T @ system.input_map, system.output_map @ basis,
                          system.momentum_map @ basis)
@@ -95,8 +105,11 @@ def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30, kep
 
 @dataclass(frozen=True, eq=False)
 class StepNodes:
-    """Exact steps at the nodes, by columns for the kernel: transition, static deflection to unit inputs, output, momentum, loss
-    and input motion."""
+    """Exact steps at the nodes, by columns for the kernel.
+
+    Transition, static deflection to unit inputs, tip motion, momentum over the step, form of the energy lost, and motion of the
+    inputs; `step` is the time step, s.
+    """
 
     step: float
     transition: FloatArray
@@ -108,9 +121,12 @@ class StepNodes:
 
 
 class NodeArrays(NamedTuple):
-    """What the kernel blends between nodes, by columns: transition (N, z, z), static deflection to unit inputs (N, w, n),
-    motion of the tip (N, 6, n), momentum of the base per velocity (N, 6, n), form of the energy lost, tip in cutter axes
-    (N, 3, n)."""
+    """Matrices that the kernel blends between nodes, by columns.
+
+    transition (N, z, z); deflection to unit inputs (N, w, n); reading, motion of the tip (N, 6, n); moving, momentum of the
+    base per velocity over the step (N, 6, n); dissipation, form of the energy lost (N, z + w, z + w); load_map, motion of the
+    inputs (N, w, n), the tip in cutter axes first; mass, stiffness (N, n, n).
+    """
 
     transition: FloatArray
     deflection: FloatArray
@@ -123,7 +139,7 @@ class NodeArrays(NamedTuple):
 
 
 class CutArrays(NamedTuple):
-    """Mean force of every step over a grid of feeds (F, m, 3), feedback of the chip (m, 3, 3), and its depth, m (0: none)."""
+    """Cutting force: mean of every step over a grid of feeds (F, m, 3), feedback of the chip (m, 3, 3), depth, m (0: none)."""
 
     table: FloatArray
     regeneration: FloatArray
@@ -131,7 +147,11 @@ class CutArrays(NamedTuple):
 
 
 class CourseArrays(NamedTuple):
-    """By step: node before, share of the way to the next, feed over the largest of the table, other loads (k, w - 3)."""
+    """Course of a run, by step.
+
+    node : the node before; share : fraction of the way to the next; feed : over the largest of the table; loads : other inputs
+    (k, w - 3).
+    """
 
     node: IndexArray
     share: FloatArray
@@ -144,8 +164,11 @@ class CourseArrays(NamedTuple):
 
 
 class RunArrays(NamedTuple):
-    """What a run carries from step to step: state (z), tip in cutter axes over the last period, and the sums of energies:
-    work of the inputs, energy lost, sum of the sizes of the work, energy gained (none: empty)."""
+    """Values that a run carries from step to step.
+
+    state (z,); delayed : tip in cutter axes over the last period; totals : sums of energy, J: work of the inputs, energy lost,
+    sum of the sizes of the work, energy gained (empty: not summed).
+    """
 
     state: FloatArray
     delayed: FloatArray
@@ -153,41 +176,44 @@ class RunArrays(NamedTuple):
 
 
 def step_nodes(system: VaryingSystem, step: float, *, with_energy: bool = False) -> StepNodes:
-    """Return the exact step of every node; with_energy also the quadratic form of the energy lost in it."""
+    """Return the exact step of every node; `with_energy` also the quadratic form of the energy lost in it."""
     dt = positive("step", step)
-    transition, loss = [], []
+    transitions, losses = [], []
     for i in range(system.length.size):
-        phi, form = _exact(system, i, dt, with_energy)
-        transition.append(phi.T)
-        loss.append(form)
-    still = np.swapaxes(np.linalg.solve(system.stiffness, system.input_map), 1, 2)
-    moving = system.momentum_map / dt
-    pack = np.ascontiguousarray
-    return StepNodes(dt, pack(transition), pack(still), pack(system.output_map), pack(moving), pack(loss),
-                     pack(np.swapaxes(system.input_map, 1, 2)))
+        phi, form = _exact_step(system, i, dt, with_energy)
+        transitions.append(phi.T)
+        losses.append(form)
+    deflection = np.swapaxes(np.linalg.solve(system.stiffness, system.input_map), 1, 2)
+    momentum = system.momentum_map / dt
+    contiguous = np.ascontiguousarray
+    return StepNodes(dt, contiguous(transitions), contiguous(deflection), contiguous(system.output_map), contiguous(momentum),
+                     contiguous(losses),
+                     contiguous(np.swapaxes(system.input_map, 1, 2)))
 
 
-def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple[FloatArray, FloatArray]:
-    """Transition of one node, and the form Q of its loss: [x; f]^T Q [x; f] (Van Loan's integral)."""
+def _exact_step(system: VaryingSystem, node: int, dt: float, with_energy: bool) -> tuple[FloatArray, FloatArray]:
+    """Return the transition of one node, and the form Q of its loss: [x; f]^T Q [x; f] (Van Loan's integral)."""
     n, w = system.size, system.input_map.shape[-1]
-    solve = np.linalg.solve(system.mass[i], np.hstack([system.stiffness[i], system.damping[i], system.input_map[i]]))
-    whole = np.zeros((2 * n + w, 2 * n + w))
-    whole[:n, n:2 * n] = np.eye(n)
-    whole[n:2 * n, :n], whole[n:2 * n, n:2 * n], whole[n:2 * n, 2 * n:] = -solve[:, :n], -solve[:, n:2 * n], solve[:, 2 * n:]
-    phi = scipy.linalg.expm(whole * dt)
+    rates = np.linalg.solve(system.mass[node],
+                            np.hstack([system.stiffness[node], system.damping[node], system.input_map[node]]))
+    generator = np.zeros((2 * n + w, 2 * n + w))
+    generator[:n, n:2 * n] = np.eye(n)
+    generator[n:2 * n, :n], generator[n:2 * n, n:2 * n], generator[n:2 * n,
+                                                                   2 * n:] = -rates[:, :n], -rates[:, n:2 * n], rates[:, 2 * n:]
+    phi = scipy.linalg.expm(generator * dt)
     if not with_energy:
         return phi[:2 * n, :2 * n], np.zeros((1, 1))
-    rate = np.zeros_like(whole)
-    rate[n:2 * n, n:2 * n] = system.damping[i]
+    loss_rate = np.zeros_like(generator)
+    loss_rate[n:2 * n, n:2 * n] = system.damping[node]
     # Van Loan, IEEE Trans. Automatic Control 23 (1978): expm([[-A^T, Q], [0, A]] t) holds the integral of e^(A^T t) Q e^(A t).
     # Stiff parts would overflow backwards in time, so it is summed over halves: Q(2t) = Q(t) + Phi(t)^T Q(t) Phi(t).
-    halvings = max(0, int(np.ceil(np.log2(max(np.abs(whole).sum(axis=0).max() * dt, 1e-300)))) + 1)
-    small = dt / 2**halvings
-    size = len(whole)
-    block = scipy.linalg.expm(np.block([[-whole.T, rate], [np.zeros_like(whole), whole]]) * small)
-    part = block[size:, size:]
-    form = part.T @ block[:size, size:]
+    halvings = max(0, int(np.ceil(np.log2(max(np.abs(generator).sum(axis=0).max() * dt, 1e-300)))) + 1)
+    short_step = dt / 2**halvings
+    n_states = len(generator)
+    van_loan = scipy.linalg.expm(np.block([[-generator.T, loss_rate], [np.zeros_like(generator), generator]]) * short_step)
+    power = van_loan[n_states:, n_states:]
+    form = power.T @ van_loan[:n_states, n_states:]
     for _ in range(halvings):
-        form = form + part.T @ form @ part
-        part = part @ part
+        form = form + power.T @ form @ power
+        power = power @ power
     return phi[:2 * n, :2 * n], (form + form.T) / 2

@@ -1,4 +1,4 @@
-"""CHOLMOD through scikit-sparse, where somebody has installed it: never needed, and not part of any extra (GPL parts)."""
+"""CHOLMOD through scikit-sparse, where a user has installed it: never needed, and in no extra (GPL parts)."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from scipy.linalg import cython_blas, cython_lapack
 
 from toolpoint._check import IndexArray
 
-NAMES = ("dpotrf", "dtrsm", "dsyrk", "dgemm")
+ROUTINE_NAMES = ("dpotrf", "dtrsm", "dsyrk", "dgemm")
 
 
 @cache
@@ -28,7 +28,7 @@ def addresses() -> IndexArray | None:
     pointer = ctypes.pythonapi.PyCapsule_GetPointer
     pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
     result = []
-    for routine in NAMES:
+    for routine in ROUTINE_NAMES:
         home: Any = cython_lapack if routine == "dpotrf" else cython_blas
         capsule = home.__pyx_capi__.get(routine)
         if capsule is None or b"int *" not in name(capsule):
@@ -52,7 +52,7 @@ def call(context: Any, address: Any, arguments: Any) -> Any:
 
 @njit(cache=True, nogil=True)
 def scratch():
-    """Return the places that arguments are passed in: integers, letters L N T U R, and the numbers 1, -1."""
+    """Return the memory that arguments are passed in: integers (8,) int32, letters L N T U R (5,) uint8, numbers 1, -1 (2,)."""
     integers = np.zeros(8, np.int32)
     letters = np.array([76, 78, 84, 85, 82], np.uint8)
     numbers = np.array([1.0, -1.0])

@@ -1,4 +1,4 @@
-"""EigenPairs: the lowest eigenvalues and vectors of K and M, with what was done to be sure that none is missing."""
+"""EigenPairs: the lowest eigenvalues and vectors of K and M, with the check that none is missing."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 
-RIGID_SHARE = 1e-5  # of the shift: squares that the solution itself leaves of rigid motions
-_ROUNDING_SHARE = 1e-5  # of the first elastic square: most that the digits of matrices may leave of rigid motions
-_ROUNDING_RANGE = 10.0  # times the most negative square: range in which squares are rigid motions as it is
-_ELASTIC_RATIO = 1e3  # square over rounding from which a mode is elastic
+MAX_RIGID_SQUARE = 1e-5  # of the shift: size of squares that the solution itself leaves of rigid motions
+_MAX_ROUNDING_SQUARE = 1e-5  # of the first elastic square: size that the digits of matrices may leave of rigid motions
+_RIGID_RANGE_FACTOR = 10.0  # times the most negative square: squares of this size are rigid motions as well
+_MIN_ELASTIC_RATIO = 1e3  # square over rounding from which a mode is elastic
+
 
 @dataclass(frozen=True, eq=False)
 class EigenPairs(NotebookText):
@@ -26,7 +27,7 @@ class EigenPairs(NotebookText):
         phi^T M phi = 1.
     residual : (n_modes,) floats
         Norm of the residual in the shifted inverse, relative to its eigenvalue: the relative error of the square is at most
-        this, and of its order squared where the mode stands alone. That before the last inverse iteration, so an upper bound.
+        this, and of its order squared where the mode is alone. It is that before the last inverse iteration, an upper bound.
     counted_below : float
         Frequency up to which the modes were counted by the signs of pivots, Hz; 0 where they were not.
     solver : str
@@ -34,8 +35,16 @@ class EigenPairs(NotebookText):
     status : str
         Whether all is well, and what to try next where not.
     equation_residual : (n_modes,) floats, optional
-        :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)` of the vectors as they are, 0 for rigid-body modes; not
-        known of a dense solution.
+        :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)` of the vectors as they are, 0 for rigid-body modes; None
+        for a dense solution.
+
+    Examples
+    --------
+    >>> from scipy.sparse import diags_array
+    >>> from toolpoint.vibration.sparse import modes
+    >>> pairs = modes(diags_array([1e6, 4e6, 9e6]), diags_array([1.0, 1.0, 1.0]), 2)
+    >>> pairs.frequency.round(3).tolist(), pairs.rigid_count
+    ([159.155, 318.31], 0)
     """
 
     squares: FloatArray
@@ -80,16 +89,16 @@ class EigenPairs(NotebookText):
         return self.counted_below > 0
 
     def __repr__(self) -> str:
-        top = f"{self.frequency[-1]:.6g} Hz" if self.count else "none"
-        return f"EigenPairs({self.count} modes to {top}, {self.rigid_count} rigid, {self.solver}; {self.status})"
+        band = f"{self.frequency[-1]:.6g} Hz" if self.count else "none"
+        return f"EigenPairs({self.count} modes to {band}, {self.rigid_count} rigid, {self.solver}; {self.status})"
 
 
 def settle_rigid(squares: FloatArray, shift: float) -> FloatArray:
-    """Return eigenvalues (rad^2/s^2) with those of rigid motions at zero.
+    """Return eigenvalues (rad^2/s^2) with those of rigid motions set to zero.
 
     Matrices of another program have the digits that it wrote: a free body's squares are then zero within that rounding, of
-    either sign. A negative square shows how large it is. It must be far below the first elastic one; what is not, is a
-    stiffness that is truly negative.
+    either sign. A negative square shows its size, which must be far below the first elastic square: else the stiffness is truly
+    negative.
 
     Parameters
     ----------
@@ -102,14 +111,14 @@ def settle_rigid(squares: FloatArray, shift: float) -> FloatArray:
     ToolpointError
         For a negative eigenvalue that rounding does not explain.
     """
-    settled = np.where(np.abs(squares) <= RIGID_SHARE * shift, 0.0, squares)
+    settled = np.where(np.abs(squares) <= MAX_RIGID_SQUARE * shift, 0.0, squares)
     rounding = -float(settled.min(initial=0.0))
     if rounding == 0:
         return settled
-    elastic = settled[settled > _ELASTIC_RATIO * rounding]
+    elastic = settled[settled > _MIN_ELASTIC_RATIO * rounding]
     first = float(elastic.min()) if elastic.size else shift
-    if rounding > _ROUNDING_SHARE * first:
+    if rounding > _MAX_ROUNDING_SQUARE * first:
         fail("stiffness", f"eigenvalue {-rounding:g} rad^2/s^2, the first elastic one {first:.4g}",
-             f"must not be negative beyond rounding, {_ROUNDING_SHARE:g} of the latter",
+             f"must not be negative beyond rounding, {_MAX_ROUNDING_SQUARE:g} of the latter",
              remedy="an element of negative stiffness, or a load beyond buckling? matrices written with few digits: write more")
-    return np.where(np.abs(settled) <= _ROUNDING_RANGE * rounding, 0.0, settled)
+    return np.where(np.abs(settled) <= _RIGID_RANGE_FACTOR * rounding, 0.0, settled)

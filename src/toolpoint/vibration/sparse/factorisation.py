@@ -1,4 +1,4 @@
-r"""The one way to factorise a sparse symmetric matrix: the best present solver works and says its name.
+r"""The one way to factorise a sparse symmetric matrix, by the best solver present, which gives its name.
 
 The number of negative pivots of :math:`K - \mu M = L D L^T` is the number of eigenvalues below :math:`\mu` (Sylvester's law
 of inertia; Parlett, The Symmetric Eigenvalue Problem, section 3.3).
@@ -17,7 +17,7 @@ from toolpoint.vibration.sparse.node_matrix import NodeMatrix
 from toolpoint.vibration.sparse.superlu import SuperLu
 
 SparseMatrix: TypeAlias = sparray | spmatrix
-_SYMMETRY = 1e-9
+_MAX_ASYMMETRY = 1e-9  # of the largest entry
 
 
 class _Solver(Protocol):
@@ -30,7 +30,18 @@ class _Solver(Protocol):
 class Factorisation:
     """Factors of a symmetric matrix, kept for any number of solutions.
 
-    `name` says which solver made them, `size` is the number of rows, `negative_pivots` the number of negative eigenvalues.
+    `name` is that of the solver, `size` the number of rows, `negative_pivots` the number of negative eigenvalues.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.sparse import csc_array
+    >>> from toolpoint.vibration.sparse import factorise
+    >>> factors = factorise(csc_array([[2.0, 1.0], [1.0, -1.0]]))
+    >>> factors
+    Factorisation(2 rows by SuperLU, 1 negative pivots)
+    >>> factors.solve([3.0, 0.0]).round(12).tolist()
+    [1.0, 1.0]
     """
 
     def __init__(self, solver: _Solver, size: int) -> None:
@@ -50,8 +61,7 @@ class Factorisation:
         return f"Factorisation({self.size} rows by {self.name}, {self.negative_pivots} negative pivots)"
 
 
-# Below this many rows SuperLU is done before compiled code is loaded.
-_SMALL = 6000
+_MIN_COMPILED_ROWS = 6000  # below, SuperLU is done before compiled code is loaded
 SOLVERS = ("auto", "multifrontal", "SuperLU", "CHOLMOD")
 
 
@@ -69,22 +79,29 @@ def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None, so
         ``multifrontal`` (our own), ``SuperLU`` (SciPy's; slow above some ten thousand rows) or ``CHOLMOD`` (where
         scikit-sparse is installed; positive definite matrices only); ``auto`` takes the first two by size.
     is_positive : bool
-        False where the matrix is known to be indefinite: spares the attempt.
+        False where the matrix is known to be indefinite: no Cholesky factorisation is tried.
 
     Raises
     ------
     ToolpointError
         For a matrix that is not square, not symmetric, holds values that are not finite, or has no inverse.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csc_array
+    >>> from toolpoint.vibration.sparse import factorise
+    >>> factorise(csc_array([[2.0, 1.0], [1.0, 1.0]])).solve([3.0, 2.0]).round(12).tolist()
+    [1.0, 1.0]
     """
     checked = check_symmetric("matrix", matrix)
     n = checked.shape[0]
-    best = chosen_solver(solver, n)
+    solver_name = chosen_solver(solver, n)
     coordinates = check_coordinates(coordinates, n)
-    if best == "CHOLMOD":
+    if solver_name == "CHOLMOD":
         from toolpoint.vibration.sparse.cholmod import Cholmod
 
         return Factorisation(Cholmod(checked), n)
-    if best == "SuperLU":
+    if solver_name == "SuperLU":
         return Factorisation(SuperLu(checked), n)
     from toolpoint.vibration.sparse.elimination import EliminationPlan
     from toolpoint.vibration.sparse.multifrontal import Multifrontal
@@ -93,24 +110,25 @@ def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None, so
 
 
 def chosen_solver(solver: str, size: int) -> str:
-    """Return which solver works on so many rows where one is asked for, ``auto`` included."""
+    """Return the name of the solver for a number of rows; ``auto`` chooses by size, and by what is present."""
     one_of("solver", solver, SOLVERS)
     if solver != "auto":
         return solver
-    return "SuperLU" if size < _SMALL or not _has_compiled() else "multifrontal"
+    return "SuperLU" if size < _MIN_COMPILED_ROWS or not _has_compiled() else "multifrontal"
 
 
 def check_coordinates(coordinates: FloatArray | None, size: int) -> FloatArray | None:
-    """Return places of all rows, or none."""
+    """Return the coordinates of all rows after checking their shape; None where there are none."""
     if coordinates is None:
         return None
-    places = floats("coordinates", coordinates, (None,))
-    if places.ndim != 2 or len(places) != size:
-        fail("coordinates", f"shape {places.shape}", f"must be ({size}, 3)")
-    return places
+    points = floats("coordinates", coordinates, (None,))
+    if points.ndim != 2 or len(points) != size:
+        fail("coordinates", f"shape {points.shape}", f"must be ({size}, 3)")
+    return points
 
 
 def _has_compiled() -> bool:
+    """Whether SciPy's BLAS can be called from compiled loops."""
     from toolpoint.vibration.sparse import dense_calls
 
     return dense_calls.addresses() is not None
@@ -118,7 +136,7 @@ def _has_compiled() -> bool:
 
 def _asymmetry(columns: csc_array) -> float:
     """Return the largest difference between an entry and its mirror image; of large matrices without copies of them."""
-    if columns.shape[0] < _SMALL or not columns.has_canonical_format:
+    if columns.shape[0] < _MIN_COMPILED_ROWS or not columns.has_canonical_format:
         difference = abs(columns - columns.T)
         return float(difference.max()) if difference.nnz else 0.0
     from toolpoint.vibration.sparse import symbolic
@@ -138,12 +156,12 @@ def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
     columns = csc_array(matrix, dtype=float)
     if columns.shape[0] != columns.shape[1] or columns.shape[0] == 0:
         fail(name, f"shape {columns.shape}", "must be square and not empty")
-    high, low = float(columns.data.max(initial=0.0)), float(columns.data.min(initial=0.0))
-    if not (np.isfinite(high) and np.isfinite(low)):
+    largest, smallest = float(columns.data.max(initial=0.0)), float(columns.data.min(initial=0.0))
+    if not (np.isfinite(largest) and np.isfinite(smallest)):
         fail(name, "values that are not finite", "must be finite")
-    scale = max(high, -low)
+    size = max(largest, -smallest)
     error = _asymmetry(columns)
-    if error > _SYMMETRY * scale:
-        fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",
+    if error > _MAX_ASYMMETRY * size:
+        fail(name, f"unsymmetric by {error:g} (largest entry {size:g})", "must be symmetric",
              remedy="is only a triangle stored, or does it hold gyroscopic or follower terms?")
     return columns

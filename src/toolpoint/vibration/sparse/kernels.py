@@ -12,33 +12,57 @@ from numba.extending import overload
 
 from toolpoint.vibration.sparse.dense_calls import cholesky, product, scratch, solve_triangle, square_update
 
-# Columns of the factor that are kept from one diagonal down.
-BLOCK = 64
-_PANEL = 64
-_STRIP = 256
+KEPT_BLOCK_COLUMNS = 64  # of the factor, stored from one diagonal down
+_PIVOT_BLOCK_COLUMNS = 64  # eliminated by scalar loops before one product updates the others
+_STRIP_COLUMNS = 256  # of a product that computes the lower triangle: little of the upper one is computed beside it
 
 
 @njit(cache=True, nogil=True)
-def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diagonal, routines, positive, tiny):
-    """Factorise the groups low .. high - 1 of K + shift M; return -1, or the first row (in elimination order) without a
-    usable pivot.
+def factorise_groups(group_begin, group_end, stiffness, mass, shift, plan, work, factor, diagonal, routines, positive, tiny):
+    """Factorise groups of columns of K + shift M = L D L^T (or L L^T, `positive`).
 
-    `stiffness`, `mass` are compressed columns (pointers, rows, values) or blocks of node pairs (pointers, columns, entries,
-    blocks); `plan` (order, place, begins, pointers, rows, parent,
-    starts); `factor` holds each group's columns from `starts` (none: they are not kept), `diagonal` D of L D L^T (ones for a
-    Cholesky factorisation, `positive`). `work` goes on between calls: `stack`, `state` (top, and where each group's
-    contribution lies), `local`, and room for the largest front's columns and contribution.
+    Every group s has a front of `width` own columns and `below` rows: its own columns become those of L, the remaining block
+    A_22 - L_21 D L_21^T is its contribution to the parent (Duff, Reid; Liu).
+
+    Parameters
+    ----------
+    group_begin, group_end : int
+        Groups group_begin .. group_end - 1; pieces in order, so that a keyboard interrupt is heard between them.
+    stiffness, mass : tuples of arrays
+        Compressed columns (pointers, rows int32, values float64) or blocks of node pairs (pointers, columns, entries int32,
+        blocks (pairs, 3, 3) or (pairs,) float64).
+    shift : float
+    plan : tuple of int arrays
+        order, place (n,), begins (groups + 1,), pointers (groups + 1,), rows, parent (groups,), starts (groups + 1,).
+    work : tuple of arrays
+        Kept between calls: stack float64 (contributions that wait), state int64 (its top, first child and next child of each
+        group, place of its contribution), local (n,) int64, and memory for the largest front's columns and contribution,
+        float64.
+    factor : (starts[-1],) float64
+        Each group's columns from its start; empty: they are not kept.
+    diagonal : (n,) float64
+        D, written; ones for a Cholesky factorisation.
+    routines : (4,) int64
+        Addresses of BLAS and LAPACK routines.
+    positive : bool
+    tiny : float
+        Size of a pivot up to which it is refused.
+
+    Returns
+    -------
+    int
+        -1, or the first row (in elimination order) without a usable pivot.
     """
     order, place, begins, pointers, rows, parent, starts = plan
     stack, state, local, columns, square = work
     places = scratch()
-    for s in range(low, high):
+    for s in range(group_begin, group_end):
         first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
         front = width + below
-        panel, rest = columns[:width * front], square[:below * below]
+        panel, contribution = columns[:width * front], square[:below * below]
         panel[:] = 0.0
         for j in range(below):
-            rest[j * below + j:(j + 1) * below] = 0.0
+            contribution[j * below + j:(j + 1) * below] = 0.0
         for i in range(width):
             local[first + i] = i
         for i in range(below):
@@ -46,17 +70,18 @@ def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diag
         _gather(stiffness, 1.0, order, place, first, width, front, local, panel)
         if shift != 0.0:
             _gather(mass, shift, order, place, first, width, front, local, panel)
-        _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest)
+        _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, contribution)
         if positive:
-            fault = _cholesky_front(panel, rest, width, below, front, routines, places)
+            fault = _cholesky_front(panel, contribution, width, below, front, routines, places)
             diagonal[first:first + width] = 1.0
         else:
-            fault = _indefinite_front(panel, rest, width, below, front, diagonal[first:first + width], routines, places, tiny)
+            fault = _indefinite_front(panel, contribution, width, below, front, diagonal[first:first + width], routines,
+                                      places, tiny)
         if fault >= 0:
             return first + fault
         if factor.size:
-            _keep(panel, width, front, factor[starts[s]:starts[s + 1]])
-        _push(s, parent, below, rest, stack, state)
+            _store_columns(panel, width, front, factor[starts[s]:starts[s + 1]])
+        _push(s, parent, below, contribution, stack, state)
     return -1
 
 
@@ -73,6 +98,7 @@ def _gather_of(matrix, scale, order, place, first, width, front, local, panel):
 
 
 def _columns_of(matrix, scale, order, place, first, width, front, local, panel):
+    """Add scale times compressed columns."""
     indptr, indices, data = matrix
     for j in range(width):
         column = order[first + j]
@@ -83,6 +109,7 @@ def _columns_of(matrix, scale, order, place, first, width, front, local, panel):
 
 
 def _blocks_of(matrix, scale, order, place, first, width, front, local, panel):
+    """Add scale times blocks of node pairs: the block of (i, j) is stored for i >= j, and transposed for its mirror image."""
     pointers, columns, entries, blocks = matrix
     for j in range(width):
         node, b = order[first + j] // 3, order[first + j] % 3
@@ -96,6 +123,7 @@ def _blocks_of(matrix, scale, order, place, first, width, front, local, panel):
 
 
 def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
+    """Add scale times numbers of node pairs, each times the unit matrix."""
     pointers, columns, entries, values = matrix
     for j in range(width):
         node, b = order[first + j] // 3, order[first + j] % 3
@@ -106,7 +134,7 @@ def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
 
 
 @njit(cache=True, nogil=True)
-def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest):
+def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, contribution):
     """Add the contributions of the children, a linked list in `state`: 1 + s first child, 1 + n + s next, 1 + 2 n + s place."""
     count = begins.size - 1
     place = np.empty(front, np.int64)
@@ -123,7 +151,7 @@ def _take_children(s, begins, pointers, rows, stack, state, local, width, front,
                 for i in range(j, size):
                     target[place[i]] += stack[base + i - j]
             else:
-                target = rest[(column - width) * below:(column - width + 1) * below]
+                target = contribution[(column - width) * below:(column - width + 1) * below]
                 for i in range(j, size):
                     target[place[i] - width] += stack[base + i - j]
             base += size - j
@@ -131,18 +159,18 @@ def _take_children(s, begins, pointers, rows, stack, state, local, width, front,
 
 
 @njit(cache=True, nogil=True)
-def _keep(panel, width, front, kept):
-    """Put the columns of L by: a block of columns at a time, from its diagonal down, so that little stands above it."""
-    at = 0
-    for a in range(0, width, BLOCK):
-        for j in range(a, min(a + BLOCK, width)):
-            kept[at:at + front - a] = panel[j * front + a:(j + 1) * front]
-            at += front - a
+def _store_columns(panel, width, front, kept):
+    """Store the columns of L, a block at a time from its diagonal down: only the small triangle above it is stored in vain."""
+    position = 0
+    for a in range(0, width, KEPT_BLOCK_COLUMNS):
+        for j in range(a, min(a + KEPT_BLOCK_COLUMNS, width)):
+            kept[position:position + front - a] = panel[j * front + a:(j + 1) * front]
+            position += front - a
 
 
 @njit(cache=True, nogil=True)
-def _push(s, parent, below, rest, stack, state):
-    """Put the lower triangle of the new contribution over those of the children, which are done with, for the parent."""
+def _push(s, parent, below, contribution, stack, state):
+    """Put the lower triangle of the contribution on the stack, over those of the children, which are used up."""
     count = parent.size
     base = state[0]
     child = state[1 + s]
@@ -156,30 +184,31 @@ def _push(s, parent, below, rest, stack, state):
     state[1 + count + s] = state[1 + parent[s]]
     state[1 + parent[s]] = s
     for j in range(below):
-        stack[base:base + below - j] = rest[j * below + j:(j + 1) * below]
+        stack[base:base + below - j] = contribution[j * below + j:(j + 1) * below]
         base += below - j
     state[0] = base
 
 
 @njit(cache=True, nogil=True)
-def _cholesky_front(panel, rest, width, below, front, routines, places):
+def _cholesky_front(panel, contribution, width, below, front, routines, places):
+    """L_11 L_11^T = A_11, L_21 = A_21 L_11^-T, contribution -L_21 L_21^T; return -1, or the row of a pivot not above zero."""
     address = panel.ctypes.data
     fault = cholesky(routines, places, width, address, front)
     if fault:
         return fault - 1
     if below:
         solve_triangle(routines, places, True, True, False, below, width, address, front, address + 8 * width, front)
-        square_update(routines, places, below, width, address + 8 * width, front, rest.ctypes.data, below)
+        square_update(routines, places, below, width, address + 8 * width, front, contribution.ctypes.data, below)
     return -1
 
 
 @njit(cache=True, nogil=True)
-def _indefinite_front(panel, rest, width, below, front, diagonal, routines, places, tiny):
-    """L D L^T of the width columns without exchanges, a panel at a time; a pivot below `tiny` ends it."""
+def _indefinite_front(panel, contribution, width, below, front, diagonal, routines, places, tiny):
+    """L D L^T of the width columns without exchanges, a block at a time; return -1, or the row of a pivot up to `tiny`."""
     address = panel.ctypes.data
-    scaled = np.empty(_PANEL * front)
-    for a in range(0, width, _PANEL):
-        b = min(a + _PANEL, width)
+    scaled = np.empty(_PIVOT_BLOCK_COLUMNS * front)
+    for a in range(0, width, _PIVOT_BLOCK_COLUMNS):
+        b = min(a + _PIVOT_BLOCK_COLUMNS, width)
         fault = _indefinite_block(panel, a, b, front, diagonal, tiny)
         if fault >= 0:
             return fault
@@ -192,20 +221,21 @@ def _indefinite_front(panel, rest, width, below, front, diagonal, routines, plac
             for i in range(b, front):
                 scaled[(j - a) * under + i - b] = panel[j * front + i]
                 panel[j * front + i] /= diagonal[j]
-        for c in range(b, width, _STRIP):
-            d = min(c + _STRIP, width)
+        for c in range(b, width, _STRIP_COLUMNS):
+            d = min(c + _STRIP_COLUMNS, width)
             product(routines, places, (front - c, d - c, b - a), (False, True), (block + 8 * (c - b), front),
                     (scaled.ctypes.data + 8 * (c - b), under), (address + 8 * (c * front + c), front))
-    _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places)
+    _update_contribution(panel, contribution, width, below, front, diagonal, routines, places)
     return -1
 
 
 @njit(cache=True, nogil=True)
-def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places):
-    strip = np.empty(min(_STRIP, max(below, 1)) * width)
-    address, out = panel.ctypes.data, rest.ctypes.data
-    for c in range(0, below, _STRIP):
-        d = min(c + _STRIP, below)
+def _update_contribution(panel, contribution, width, below, front, diagonal, routines, places):
+    """Subtract L_21 D L_21^T from the contribution, strip by strip."""
+    strip = np.empty(min(_STRIP_COLUMNS, max(below, 1)) * width)
+    address, out = panel.ctypes.data, contribution.ctypes.data
+    for c in range(0, below, _STRIP_COLUMNS):
+        d = min(c + _STRIP_COLUMNS, below)
         for j in range(width):
             for i in range(c, d):
                 strip[j * (d - c) + i - c] = panel[j * front + width + i] * diagonal[j]
@@ -215,6 +245,7 @@ def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, place
 
 @njit(cache=True, nogil=True)
 def _indefinite_block(panel, a, b, front, diagonal, tiny):
+    """L D L^T of columns a .. b - 1 within their diagonal block; return -1, or the row of a pivot up to `tiny`."""
     for j in range(a, b):
         pivot = panel[j * front + j]
         if abs(pivot) <= tiny:
@@ -232,14 +263,18 @@ def _indefinite_block(panel, a, b, front, diagonal, tiny):
 
 @njit(cache=True, nogil=True)
 def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routines, positive):
-    """Solve in place for `right` (k, n), its columns in elimination order: one right side a row."""
+    """Solve L D L^T x = b in place, one right side a row: forward over the groups, D, and backward.
+
+    right (k, n) float64, its columns in elimination order; the other arguments are those of `factorise_groups`. Returns the
+    size of the work array.
+    """
     places = scratch()
     k, n = right.shape
     count = begins.size - 1
-    most = 0
+    largest_front = 0
     for s in range(count):
-        most = max(most, begins[s + 1] - begins[s] + pointers[s + 1] - pointers[s])
-    work = np.empty(most * k)
+        largest_front = max(largest_front, begins[s + 1] - begins[s] + pointers[s + 1] - pointers[s])
+    work = np.empty(largest_front * k)
     for s in range(count):
         first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
         front = width + below
@@ -270,25 +305,27 @@ def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routin
 
 @njit(cache=True, nogil=True)
 def _forward(kept, work, width, front, k, routines, places, positive):
-    x, start, at = work.ctypes.data, kept.ctypes.data, 0
-    for a in range(0, width, BLOCK):
-        b = min(a + BLOCK, width)
-        height, block = front - a, start + 8 * at
+    """Solve L y = b over a front: its own rows by the triangle of each block, the rows below by a product."""
+    x, start, position = work.ctypes.data, kept.ctypes.data, 0
+    for a in range(0, width, KEPT_BLOCK_COLUMNS):
+        b = min(a + KEPT_BLOCK_COLUMNS, width)
+        height, block = front - a, start + 8 * position
         solve_triangle(routines, places, False, False, not positive, b - a, k, block, height, x + 8 * a, front)
         if b < front:
             product(routines, places, (front - b, k, b - a), (False, False), (block + 8 * (b - a), height), (x + 8 * a, front),
                     (x + 8 * b, front))
-        at += height * (b - a)
+        position += height * (b - a)
 
 
 @njit(cache=True, nogil=True)
 def _backward(kept, work, width, front, k, routines, places, positive):
-    x, start, at = work.ctypes.data, kept.ctypes.data, kept.size
-    for a in range((width - 1) // BLOCK * BLOCK, -1, -BLOCK):
-        b = min(a + BLOCK, width)
+    """Solve L^T x = y over a front, blocks from the last to the first."""
+    x, start, position = work.ctypes.data, kept.ctypes.data, kept.size
+    for a in range((width - 1) // KEPT_BLOCK_COLUMNS * KEPT_BLOCK_COLUMNS, -1, -KEPT_BLOCK_COLUMNS):
+        b = min(a + KEPT_BLOCK_COLUMNS, width)
         height = front - a
-        at -= height * (b - a)
-        block = start + 8 * at
+        position -= height * (b - a)
+        block = start + 8 * position
         if b < front:
             product(routines, places, (b - a, k, front - b), (True, False), (block + 8 * (b - a), height), (x + 8 * b, front),
                     (x + 8 * a, front))

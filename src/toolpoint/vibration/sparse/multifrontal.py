@@ -9,10 +9,8 @@ from toolpoint.vibration.sparse import dense_calls, kernels
 from toolpoint.vibration.sparse.elimination import EliminationPlan
 from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 
-# Of the largest entry: a pivot this small means that the matrix, or a leading part of it, has no inverse.
-_TINY = 1e-15
-# Right sides that are solved for at a time: the factor is read once for all of them, and they take room of their own.
-_TOGETHER = 24
+_MIN_PIVOT_RATIO = 1e-15  # of the largest entry: below, the matrix, or a leading part of it, has no inverse
+_MAX_RIGHT_SIDES = 24  # solved for at once: the factor is read once for all of them, and they need memory of their own
 
 
 class Multifrontal:
@@ -39,7 +37,7 @@ class Multifrontal:
         """Return the solution for one right side (n,) or several (n, k)."""
         plan, rows = self._plan, np.atleast_2d(right.T)
         result = np.empty(rows.shape)
-        for part in (slice(at, at + _TOGETHER) for at in range(0, len(rows), _TOGETHER)):
+        for part in (slice(start, start + _MAX_RIGHT_SIDES) for start in range(0, len(rows), _MAX_RIGHT_SIDES)):
             block = np.ascontiguousarray(rows[part][:, plan.order])
             kernels.solve_groups(block, plan.begins, plan.pointers, plan.rows, plan.starts, self._factor, self._diagonal,
                                  self._routines, self.is_positive)
@@ -57,13 +55,15 @@ def count_negative(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: Symm
 def _eliminate(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: SymmetricMatrix | None, *, shift: float,
                factor: FloatArray, diagonal: FloatArray, positive: bool) -> int:
     """Eliminate in the planned order; return -1, or the first place without a usable pivot."""
-    first = _arrays(stiffness)
-    second = first if mass is None else _arrays(mass)
+    stiffness_arrays = _arrays(stiffness)
+    mass_arrays = stiffness_arrays if mass is None else _arrays(mass)
     scale = 0.0 if mass is None else shift
-    tiny = _TINY * (_largest(stiffness) + (abs(scale) * _largest(mass) if mass is not None else 0.0))
+    tiny = _MIN_PIVOT_RATIO * (_largest(stiffness) + (abs(scale) * _largest(mass) if mass is not None else 0.0))
     work, routines = plan.workspace(), dense_calls.addresses()
-    for low, high in plan.pieces():
-        row = kernels.factorise_groups(low, high, first, second, scale, plan.arrays, work, factor, diagonal, routines, positive,
+    for group_begin, group_end in plan.pieces():
+        row = kernels.factorise_groups(group_begin, group_end, stiffness_arrays, mass_arrays, scale, plan.arrays, work, factor,
+                                       diagonal,
+                                       routines, positive,
                                        tiny)
         if row >= 0:
             return int(row)
@@ -71,18 +71,21 @@ def _eliminate(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: Symmetri
 
 
 def _arrays(matrix: SymmetricMatrix) -> tuple[np.ndarray, ...]:
+    """Return the arrays of a matrix as the kernels take them."""
     if isinstance(matrix, NodeMatrix):
         return matrix.pattern.pointers, matrix.pattern.columns, matrix.pattern.entries, matrix.blocks
     return matrix.indptr, matrix.indices, matrix.data
 
 
 def _largest(matrix: SymmetricMatrix) -> float:
+    """Return the size of the largest entry."""
     if isinstance(matrix, NodeMatrix):
         return matrix.largest
     return max(float(matrix.data.max(initial=0.0)), -float(matrix.data.min(initial=0.0)))
 
 
 def _refuse(plan: EliminationPlan, place: int) -> None:
+    """Raise the error of a row without a usable pivot; nothing for place -1."""
     if place < 0:
         return
     fail("matrix", f"no usable pivot in row {int(plan.order[place])}", "must have an inverse, as its leading parts must",

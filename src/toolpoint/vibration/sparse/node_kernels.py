@@ -8,7 +8,10 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def number_pairs(pointers, columns):
-    """Return a number for each pair of neighbours, counted over pairs i >= j row by row; columns ascending."""
+    """Return a number for each pair of neighbours, counted over pairs i >= j row by row, the same for (i, j) and (j, i).
+
+    pointers (n + 1,) and columns (k,) int32, ascending in each row. Returns (k,) int32.
+    """
     n = pointers.size - 1
     entries = np.empty(columns.size, np.int32)
     waiting = pointers[:-1].copy()
@@ -32,7 +35,11 @@ def number_pairs(pointers, columns):
 
 @njit(cache=True, nogil=True)
 def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks):
-    """Add element matrices (e, width n, width n) to the stored blocks (pairs, width, width)."""
+    """Add element matrices to the stored blocks: B[i, j] += A_e[i, j] over the elements that hold both nodes, i >= j.
+
+    elements (e, n) int, matrices (e, width n, width n) float64; pointers, columns, entries as in `NodePattern`; blocks (pairs,
+    width, width) float64, changed in place.
+    """
     n = elements.shape[1]
     for e in range(elements.shape[0]):
         for i in range(n):
@@ -41,15 +48,15 @@ def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks)
             for j in range(n):
                 if elements[e, j] > row:
                     continue
-                at = entries[first + np.searchsorted(columns[first:last], elements[e, j])]
+                entry = entries[first + np.searchsorted(columns[first:last], elements[e, j])]
                 for a in range(width):
                     for b in range(width):
-                        blocks[at, a, b] += matrices[e, i * width + a, j * width + b]
+                        blocks[entry, a, b] += matrices[e, i * width + a, j * width + b]
 
 
 @njit(cache=True, nogil=True)
 def multiply(pointers, columns, entries, blocks, x, result):
-    """Add the product with `x` (nodes, 3, k) to `result`."""
+    """Add the product with `x` (nodes, 3, k) to `result`, float64: y_i += B_ij x_j, B_ij = B_ji^T above the diagonal."""
     k = x.shape[2]
     for i in range(pointers.size - 1):
         for p in range(pointers[i], pointers[i + 1]):
@@ -64,9 +71,9 @@ def multiply(pointers, columns, entries, blocks, x, result):
 
 @njit(cache=True, nogil=True)
 def multiply_scalars(pointers, columns, entries, values, x, result):
-    """Add the product of a matrix of numbers times unit blocks with `x` (nodes, 3 k) to `result`."""
+    """Add the product of numbers times unit blocks with `x` (nodes, 3 k) to `result`, both float64: y_i += b_ij x_j."""
     for i in range(pointers.size - 1):
         for p in range(pointers[i], pointers[i + 1]):
-            value, other, to = values[entries[p]], x[columns[p]], result[i]
+            value, other, target = values[entries[p]], x[columns[p]], result[i]
             for c in range(x.shape[1]):
-                to[c] += value * other[c]
+                target[c] += value * other[c]

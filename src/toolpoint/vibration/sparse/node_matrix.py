@@ -1,4 +1,4 @@
-"""NodeMatrix: a symmetric matrix with three rows a node, half of its blocks stored: what a large finite-element body needs."""
+"""NodeMatrix: a symmetric matrix with three rows a node and half of its blocks stored, for large finite-element bodies."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from scipy.sparse import bsr_array, csc_array, csr_array, eye_array, kron
 
 from toolpoint._check import FloatArray, IndexArray, fail
 
-WIDTH = 3
+ROWS_PER_NODE = 3  # translations x, y, z
 
 
 @dataclass(frozen=True, eq=False)
 class NodePattern:
-    """Which nodes share an element with each node, and where their block is stored.
+    """Neighbours of each node (nodes that share an element), and where the block of each pair is stored.
 
-    pointers (n + 1,), columns: neighbours of each node, itself among them, ascending; entries: the number of the stored block
-    of each pair, the same for (i, j) and (j, i).
+    pointers (n + 1,) and columns (k,): neighbours of each node, itself among them, ascending; entries (k,): number of the
+    stored block of each pair, the same for (i, j) and (j, i).
     """
 
     pointers: IndexArray
@@ -73,7 +73,7 @@ class NodeMatrix:
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
-        return (WIDTH * self.pattern.node_count,) * 2
+        return (ROWS_PER_NODE * self.pattern.node_count,) * 2
 
     @property
     def largest(self) -> float:
@@ -85,14 +85,14 @@ class NodeMatrix:
         pattern = self.pattern
         rows = np.repeat(np.arange(pattern.node_count), np.diff(pattern.pointers))
         blocks = self.blocks[pattern.entries[pattern.columns == rows]]
-        return np.repeat(blocks, WIDTH) if blocks.ndim == 1 else np.einsum("naa->na", blocks).ravel()
+        return np.repeat(blocks, ROWS_PER_NODE) if blocks.ndim == 1 else np.einsum("naa->na", blocks).ravel()
 
     def __matmul__(self, motion: FloatArray) -> FloatArray:
         from toolpoint.vibration.sparse import node_kernels
 
         pattern = self.pattern
         # Writeable: a kernel is compiled a second time for what may not be written.
-        x = np.require(motion, float, ["C", "W"]).reshape(pattern.node_count, WIDTH, -1)
+        x = np.require(motion, float, ["C", "W"]).reshape(pattern.node_count, ROWS_PER_NODE, -1)
         result = np.zeros_like(x)
         if self.blocks.ndim == 3:
             node_kernels.multiply(pattern.pointers, pattern.columns, pattern.entries, self.blocks, x, result)
@@ -105,14 +105,15 @@ class NodeMatrix:
         """Return all of it as compressed columns."""
         pattern = self.pattern
         if self.blocks.ndim == 1:
-            half = (self.blocks[pattern.entries], pattern.columns, pattern.pointers)
-            return csc_array(kron(csr_array(half, shape=(pattern.node_count,) * 2), eye_array(WIDTH), format="csc"))
+            numbers = (self.blocks[pattern.entries], pattern.columns, pattern.pointers)
+            return csc_array(kron(csr_array(numbers, shape=(pattern.node_count,) * 2), eye_array(ROWS_PER_NODE), format="csc"))
         rows = np.repeat(np.arange(pattern.node_count), np.diff(pattern.pointers))
         blocks = self.blocks[pattern.entries]
-        above = pattern.columns > rows
-        blocks[above] = blocks[above].transpose(0, 2, 1)
-        whole = bsr_array((blocks, pattern.columns, pattern.pointers), shape=self.shape).tocsr()
-        return csc_array((whole.data, whole.indices, whole.indptr), shape=self.shape)  # symmetric: its rows are its columns
+        is_above = pattern.columns > rows
+        blocks[is_above] = blocks[is_above].transpose(0, 2, 1)
+        rows_matrix = bsr_array((blocks, pattern.columns, pattern.pointers), shape=self.shape).tocsr()
+        return csc_array((rows_matrix.data, rows_matrix.indices, rows_matrix.indptr),
+                         shape=self.shape)  # symmetric: its rows are its columns
 
 
 SymmetricMatrix: TypeAlias = csc_array | NodeMatrix

@@ -1,4 +1,4 @@
-"""Pencil: stiffness and mass with one order of elimination for all K + s M of them."""
+"""Pencil: stiffness and mass with one order of elimination for all K + s M."""
 
 from __future__ import annotations
 
@@ -43,15 +43,16 @@ class Pencil:
         return factors
 
     def _factors(self) -> Factorisation:
+        """Return the factors of K + shift M, without the sum where our own solver works."""
         if self.solver == "multifrontal":
             from toolpoint.vibration.sparse.multifrontal import Multifrontal
 
-            ours = Multifrontal(self._plan, self.stiffness, mass=self.mass, shift=self.shift)
-            return Factorisation(ours, self.stiffness.shape[0])
+            solver = Multifrontal(self._plan, self.stiffness, mass=self.mass, shift=self.shift)
+            return Factorisation(solver, self.stiffness.shape[0])
         return factorise(self._sum(self.shift), solver=self.solver)
 
     def let_go(self) -> None:
-        """Forget the factors: they are made anew when they are asked for again."""
+        """Discard the factors: they are made anew when they are asked for again."""
         self.__dict__.pop("inverse", None)
 
     def count_below(self, square: float) -> int:
@@ -63,6 +64,7 @@ class Pencil:
         return factorise(self._sum(-square), solver=self.solver, is_positive=False).negative_pivots
 
     def _sum(self, shift: float) -> csc_array:
+        """Return K + shift M as compressed columns."""
         stiffness = as_columns(self.stiffness)
         return csc_array(stiffness + shift * as_columns(self.mass)) if shift else stiffness
 

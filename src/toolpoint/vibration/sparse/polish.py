@@ -16,8 +16,8 @@ from scipy.linalg import eigh
 from toolpoint._check import FloatArray
 from toolpoint.vibration.sparse.pencil import Pencil
 
-BLOCK_COLUMNS = 8  # vectors solved for and multiplied at once: memory of a few columns beside the vectors
-BLOCK_ROWS = 65536  # rows turned at once, in place
+POLISH_COLUMNS = 8  # vectors solved for and multiplied at once: a few columns of memory beside the vectors
+POLISH_ROWS = 65536  # rows rotated at once, in place
 
 
 def polish_pairs(pencil: Pencil, squares: FloatArray, vectors: FloatArray, *, rigid_square: float
@@ -36,22 +36,22 @@ def polish_pairs(pencil: Pencil, squares: FloatArray, vectors: FloatArray, *, ri
     squares, vectors, residual : (k,), (n, k) and (k,) floats
         The residual is :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)`, 0 for rigid-body modes.
     """
-    factors, blocks = pencil.inverse, [slice(i, i + BLOCK_COLUMNS) for i in range(0, len(squares), BLOCK_COLUMNS)]
+    factors, blocks = pencil.inverse, [slice(i, i + POLISH_COLUMNS) for i in range(0, len(squares), POLISH_COLUMNS)]
     for block in blocks:
         vectors[:, block] = factors.solve(pencil.mass @ vectors[:, block]) * (squares[block] + pencil.shift)
-    stiff, heavy = (np.hstack([vectors.T @ (matrix @ vectors[:, block]) for block in blocks])
+    stiffness_form, mass_form = (np.hstack([vectors.T @ (matrix @ vectors[:, block]) for block in blocks])
                     for matrix in (pencil.stiffness, pencil.mass))
-    turn = eigh((stiff + stiff.T) / 2, (heavy + heavy.T) / 2)[1]
-    for start in range(0, len(vectors), BLOCK_ROWS):
-        vectors[start:start + BLOCK_ROWS] = vectors[start:start + BLOCK_ROWS] @ turn
+    rotation = eigh((stiffness_form + stiffness_form.T) / 2, (mass_form + mass_form.T) / 2)[1]
+    for start in range(0, len(vectors), POLISH_ROWS):
+        vectors[start:start + POLISH_ROWS] = vectors[start:start + POLISH_ROWS] @ rotation
     exact, residual = squares.copy(), np.zeros(len(squares))
     for block in blocks:
         part = vectors[:, block]
-        force, inertia = pencil.stiffness @ part, pencil.mass @ part
-        quotient = (part * force).sum(axis=0) / (part * inertia).sum(axis=0)
-        size = np.maximum(np.abs(quotient), rigid_square) * np.linalg.norm(inertia, axis=0)
-        off = np.linalg.norm(force - quotient * inertia, axis=0) / size
+        elastic_force, inertia = pencil.stiffness @ part, pencil.mass @ part
+        quotient = (part * elastic_force).sum(axis=0) / (part * inertia).sum(axis=0)
+        scale = np.maximum(np.abs(quotient), rigid_square) * np.linalg.norm(inertia, axis=0)
+        equation_error = np.linalg.norm(elastic_force - quotient * inertia, axis=0) / scale
         elastic = np.abs(squares[block]) > rigid_square
         exact[block] = np.where(elastic, quotient, squares[block])
-        residual[block] = np.where(elastic, off, 0.0)
+        residual[block] = np.where(elastic, equation_error, 0.0)
     return exact, vectors, residual

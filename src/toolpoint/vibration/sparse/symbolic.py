@@ -1,4 +1,4 @@
-"""What a factorisation will hold, before any number is touched: groups of columns with one pattern, and their rows.
+"""Layout of a factorisation, found before any number is computed: groups of columns with one pattern, and their rows.
 
 Sources: Liu, SIAM J. Matrix Anal. Appl. 11 (1990) (elimination tree, postorder); Ashcraft, Grimes, ACM Trans. Math. Softw. 15
 (1989) (columns joined at the price of some zeros). Compiled; works on vertices of weight (rows that share a pattern).
@@ -12,7 +12,7 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def quotient(indptr, indices, group, count):
-    """Return pointers and neighbours (no loops) of the graph of groups of rows, and the number of rows in each."""
+    """Return pointers and neighbours (no loops) of the graph of groups of rows, and the number of rows in each; int64."""
     weight = np.zeros(count, np.int64)
     for row in range(group.size):
         weight[group[row]] += 1
@@ -20,10 +20,10 @@ def quotient(indptr, indices, group, count):
     for row in range(group.size):
         first[group[row] + 1] += 1
     first = np.cumsum(first)
-    members, at = np.empty(group.size, np.int64), first[:-1].copy()
+    members, next_member = np.empty(group.size, np.int64), first[:-1].copy()
     for row in range(group.size):
-        members[at[group[row]]] = row
-        at[group[row]] += 1
+        members[next_member[group[row]]] = row
+        next_member[group[row]] += 1
     xadj, mark = np.zeros(count + 1, np.int64), np.full(count, -1, np.int64)
     adj = np.empty(0, np.int64)
     for fill in range(2):
@@ -119,7 +119,7 @@ def postorder(parent, size):
             following[v] = head[parent[v]]
             head[parent[v]] = v
     order, stack = np.empty(n, np.int64), np.empty(n, np.int64)
-    done = 0
+    n_ordered = 0
     while roots >= 0:
         stack[0], depth = roots, 1
         roots = following[roots]
@@ -131,8 +131,8 @@ def postorder(parent, size):
                 depth += 1
             else:
                 depth -= 1
-                order[done] = v
-                done += 1
+                order[n_ordered] = v
+                n_ordered += 1
     return order
 
 
@@ -148,24 +148,25 @@ def supernodes(parent, rows, weight):
         if not (parent[j - 1] == j and rows[j - 1] - weight[j - 1] == rows[j]):
             starts.append(j)
     # Groups waiting to be joined, as stacks of first column, last column, width, zeros.
-    first, last, wide, zero = [0], [0], [0], [0.0]
-    first.pop(), last.pop(), wide.pop(), zero.pop()
+    first, last, widths, zero_counts = [0], [0], [0], [0.0]
+    first.pop(), last.pop(), widths.pop(), zero_counts.pop()
     for i in range(len(starts)):
         a = starts[i]
         b = starts[i + 1] if i + 1 < len(starts) else n
         width, zeros = weight[a:b].sum(), 0.0
         while len(first) and parent[last[-1]] >= a and parent[last[-1]] < b:
-            # `a` keeps moving down: only the group that ends just before it can join.
+            # `a` moves down as groups join: only the group that ends just before it can join next.
             height = rows[first[-1]]
-            joined = wide[-1] + width
-            extra = wide[-1] * float(joined + rows[b - 1] - weight[b - 1] - height)
-            all_zeros = zeros + zero[-1] + extra
-            share = all_zeros / (joined * (joined / 2.0 + rows[b - 1] - weight[b - 1]))
-            if not (joined <= 24 or (joined <= 64 and share < 0.5) or (joined <= 160 and share < 0.15) or share < 0.06):
+            joined = widths[-1] + width
+            new_zeros = widths[-1] * float(joined + rows[b - 1] - weight[b - 1] - height)
+            all_zeros = zeros + zero_counts[-1] + new_zeros
+            zero_fraction = all_zeros / (joined * (joined / 2.0 + rows[b - 1] - weight[b - 1]))
+            if not (joined <= 24 or (joined <= 64 and zero_fraction < 0.5) or (joined <= 160 and zero_fraction < 0.15)
+                    or zero_fraction < 0.06):
                 break
             a, width, zeros = first.pop(), joined, all_zeros
-            last.pop(), wide.pop(), zero.pop()
-        first.append(a), last.append(b - 1), wide.append(width), zero.append(zeros)
+            last.pop(), widths.pop(), zero_counts.pop()
+        first.append(a), last.append(b - 1), widths.append(width), zero_counts.append(zeros)
     return np.array([*first, n])
 
 
@@ -226,19 +227,20 @@ def expand_rows(pointers, rows, order, weight, starts):
             size += first[rows[k] + 1] - first[rows[k]]
         new_pointers[s + 1] = new_pointers[s] + size
     new_rows = np.empty(new_pointers[-1], np.int32)
-    at = 0
+    n_rows = 0
     for k in range(rows.size):
         for row in range(first[rows[k]], first[rows[k] + 1]):
-            new_rows[at] = row
-            at += 1
+            new_rows[n_rows] = row
+            n_rows += 1
     return begins, new_pointers, new_rows
 
 
 @njit(cache=True, nogil=True)
 def room_needed(begins, pointers, parent):
-    """Return the most numbers that wait on the stack at once (lower triangles of contributions), and the largest front's
-    columns and contribution."""
-    waiting, most, columns, square = 0, 0, 0, 0
+    """Return the largest size of the stack (lower triangles of waiting contributions), and those of a front's columns and
+    contribution.
+    """
+    waiting, largest_stack, columns, square = 0, 0, 0, 0
     pending = np.zeros(parent.size, np.int64)
     for s in range(parent.size):
         width, below = begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
@@ -248,8 +250,8 @@ def room_needed(begins, pointers, parent):
             triangle = below * (below + 1) // 2
             waiting += triangle
             pending[parent[s]] += triangle
-        most = max(most, waiting)
-    return most, columns, square
+        largest_stack = max(largest_stack, waiting)
+    return largest_stack, columns, square
 
 
 @njit(cache=True, nogil=True)
@@ -271,35 +273,35 @@ def asymmetry(indptr, indices, data):
 
     Columns are walked in order; the next entry of every column that waits for its mirror image stands in `waiting`.
     """
-    n, worst = indptr.size - 1, 0.0
+    n, largest = indptr.size - 1, 0.0
     waiting = indptr[:-1].copy()
     for j in range(n):
         while waiting[j] < indptr[j + 1] and indices[waiting[j]] < j:  # above the diagonal and not met from below
-            worst = max(worst, abs(data[waiting[j]]))
+            largest = max(largest, abs(data[waiting[j]]))
             waiting[j] += 1
         for k in range(indptr[j], indptr[j + 1]):
             i = indices[k]
             if i <= j:
                 continue
             while waiting[i] < indptr[i + 1] and indices[waiting[i]] < j:
-                worst = max(worst, abs(data[waiting[i]]))
+                largest = max(largest, abs(data[waiting[i]]))
                 waiting[i] += 1
             if waiting[i] < indptr[i + 1] and indices[waiting[i]] == j:
-                worst = max(worst, abs(data[k] - data[waiting[i]]))
+                largest = max(largest, abs(data[k] - data[waiting[i]]))
                 waiting[i] += 1
             else:
-                worst = max(worst, abs(data[k]))
-    return worst
+                largest = max(largest, abs(data[k]))
+    return largest
 
 
 @njit(cache=True, nogil=True)
 def holds(indptr, indices, other_indptr, other_indices):
-    """Return whether every entry of the other pattern has one in the first; columns of both are sorted."""
+    """Whether every entry of the other pattern has one in the first; columns of both are sorted."""
     for j in range(indptr.size - 1):
-        at, last = other_indptr[j], other_indptr[j + 1]
+        position, last = other_indptr[j], other_indptr[j + 1]
         for k in range(indptr[j], indptr[j + 1]):
-            if at < last and other_indices[at] == indices[k]:
-                at += 1
-        if at < last:
+            if position < last and other_indices[position] == indices[k]:
+                position += 1
+        if position < last:
             return False
     return True

@@ -1,1 +1,1 @@
-"""The order of elimination: separators of a graph by levels or coordinates, refined by cuts."""
+"""Order of elimination: separators of a graph by levels or coordinates, refined by moves of vertices."""

@@ -11,80 +11,79 @@ import heapq
 import numpy as np
 from numba import njit
 
-SEPARATOR = 2
-# The larger side may hold this share of the weight: a smaller separator is worth some imbalance.
-SHARE = 0.56
-_PATIENCE = 120
+SEPARATOR_PART = 2  # number of the separator beside the sides 0 and 1
+MAX_SIDE_FRACTION = 0.56  # of the weight, of the larger side: a smaller separator is worth some imbalance
+_MAX_FUTILE_MOVES = 120  # since the best state of a pass
 
 
 @njit(cache=True, nogil=True)
 def sweep(xadj, adj, weight, height):
-    """Return the cut at the height that leaves the lightest separator between even sides.
+    """Return the cut at the height that leaves the lightest separator between even sides, (n,) parts 0, 1, 2.
 
-    The separator is what lies above and touches what lies below: a vertex is in it from when its lowest neighbour is passed
-    until it is passed itself.
+    xadj (n + 1,), adj : pointers and neighbours of the vertices, int; weight (n,) int; height (n,) float64. A vertex is in the
+    separator from the height of its lowest neighbour up to its own.
     """
     n = xadj.size - 1
     order = np.argsort(height)
     rank = np.empty(n, np.int64)
     rank[order] = np.arange(n)
-    change = np.zeros(n + 1, np.int64)
+    weight_change = np.zeros(n + 1, np.int64)
     lowest = rank.copy()
     for v in range(n):
         for k in range(xadj[v], xadj[v + 1]):
             lowest[v] = min(lowest[v], rank[adj[k]])
-        change[lowest[v] + 1] += weight[v]
-        change[rank[v] + 1] -= weight[v]
-    total, below, across = weight.sum(), 0, 0
-    best, least = n // 2, np.inf
+        weight_change[lowest[v] + 1] += weight[v]
+        weight_change[rank[v] + 1] -= weight[v]
+    total, below, separator_weight = weight.sum(), 0, 0
+    best_height, lowest_cost = n // 2, np.inf
     for k in range(n):
-        across += change[k]
-        uneven = max(below, total - below - across) / max(total - across, 1)
-        cost = across * (1 + 2 * (uneven - 0.5) ** 2) + (total if uneven > SHARE else 0)
-        if cost < least and below > 0:
-            best, least = k, cost
+        separator_weight += weight_change[k]
+        imbalance = max(below, total - below - separator_weight) / max(total - separator_weight, 1)
+        cost = separator_weight * (1 + 2 * (imbalance - 0.5) ** 2) + (total if imbalance > MAX_SIDE_FRACTION else 0)
+        if cost < lowest_cost and below > 0:
+            best_height, lowest_cost = k, cost
         below += weight[order[k]]
     part = np.ones(n, np.int64)
     for v in range(n):
-        if rank[v] < best:
+        if rank[v] < best_height:
             part[v] = 0
-        elif lowest[v] < best:
-            part[v] = SEPARATOR
+        elif lowest[v] < best_height:
+            part[v] = SEPARATOR_PART
     return part
 
 
 @njit(cache=True, nogil=True)
-def put_separator(xadj, adj, part):
-    """Put what of side 1 touches side 0 into the separator."""
+def mark_separator(xadj, adj, part):
+    """Move the vertices of side 1 adjacent to side 0 into the separator."""
     for v in range(part.size):
         if part[v] == 1:
             for k in range(xadj[v], xadj[v + 1]):
                 if part[adj[k]] == 0:
-                    part[v] = SEPARATOR
+                    part[v] = SEPARATOR_PART
                     break
 
 
 @njit(cache=True, nogil=True)
 def cost_of(weight, part):
-    """Return what a cut costs: the weight of its separator, more where the sides are uneven."""
+    """Return the cost of a cut: the weight of its separator, increased where the sides are uneven."""
     size = np.zeros(3)
     for v in range(part.size):
         size[part[v]] += weight[v]
-    uneven = max(size[0], size[1]) / (size[0] + size[1])
+    imbalance = max(size[0], size[1]) / (size[0] + size[1])
     if min(size[0], size[1]) == 0:
         return 2 * size.sum()
-    return size[2] * (1 + 2 * (uneven - 0.5) ** 2)
+    return size[2] * (1 + 2 * (imbalance - 0.5) ** 2)
 
 
 @njit(cache=True, nogil=True)
 def farthest(xadj, adj, start):
-    """Return a vertex of the most edges away from one."""
+    """Return a vertex at the largest number of edges from `start`."""
     return np.argmax(distances(xadj, adj, start))
 
 
 @njit(cache=True, nogil=True)
 def distances(xadj, adj, start):
-    """Return the number of edges from a vertex, a little more than the most for those out of reach."""
+    """Return the number of edges from a vertex to each, (n,) float64; one more than the largest for vertices out of reach."""
     distance = np.full(xadj.size - 1, -1.0)
     queue = np.empty(xadj.size - 1, np.int64)
     queue[0], distance[start], head, tail = start, 0.0, 0, 1
@@ -102,75 +101,76 @@ def distances(xadj, adj, start):
 
 @njit(cache=True, nogil=True)
 def refine(xadj, adj, weight, part, passes, share):
-    """Move vertices from the separator to a side, their neighbours of the other side into it, while that pays; in place."""
+    """Move separator vertices to a side, and their neighbours across into the separator, while it gets lighter; in place."""
     n = xadj.size - 1
     outside = np.zeros((2, n), np.int64)
     size = np.zeros(3, np.int64)
     for v in range(n):
         size[part[v]] += weight[v]
-        if part[v] == SEPARATOR:
-            _weigh(xadj, adj, weight, part, v, outside)
+        if part[v] == SEPARATOR_PART:
+            _weigh_neighbours(xadj, adj, weight, part, v, outside)
     limit = max(np.int64(share * size.sum()), max(size[0], size[1]))
     locked = np.zeros(n, np.int64)
-    for turn in range(1, passes + 1):
-        if not _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
+    for pass_number in range(1, passes + 1):
+        if not _pass(xadj, adj, weight, part, outside, size, limit, locked, pass_number):
             break
         limit = max(np.int64(share * size.sum()), max(size[0], size[1]))
 
 
 @njit(cache=True, nogil=True)
-def _weigh(xadj, adj, weight, part, v, outside):
+def _weigh_neighbours(xadj, adj, weight, part, v, outside):
+    """Set the weight of a separator vertex's neighbours on either side."""
     outside[0, v] = outside[1, v] = 0
     for k in range(xadj[v], xadj[v + 1]):
         u = adj[k]
-        if part[u] != SEPARATOR:
+        if part[u] != SEPARATOR_PART:
             outside[part[u], v] += weight[u]
 
 
 @njit(cache=True, nogil=True)
-def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
+def _pass(xadj, adj, weight, part, outside, size, limit, locked, pass_number):
     """One pass of moves with their best prefix kept; return whether the separator became lighter."""
     heaps = [[(np.int64(0), np.int64(0)) for _ in range(0)] for _ in range(2)]
     for v in range(part.size):
-        if part[v] == SEPARATOR:
+        if part[v] == SEPARATOR_PART:
             for side in range(2):
                 heaps[side].append((outside[1 - side, v] - weight[v], v))
     for side in range(2):
         heapq.heapify(heaps[side])
     log = [(np.int64(0), np.int64(0)) for _ in range(0)]  # vertices that changed their part, and the part that they left
-    before, best, best_uneven, kept = size[2], size[2], abs(size[0] - size[1]), 0
-    since = 0
-    patience = min(_PATIENCE, 15 + part.size // 40)
-    while since < patience:
-        side, v = _next_move(heaps, weight, part, outside, size, limit, locked, turn)
+    initial_weight, best_weight, best_imbalance, best_length = size[2], size[2], abs(size[0] - size[1]), 0
+    futile_moves = 0
+    max_futile_moves = min(_MAX_FUTILE_MOVES, 15 + part.size // 40)
+    while futile_moves < max_futile_moves:
+        side, v = _next_move(heaps, weight, part, outside, size, limit, locked, pass_number)
         if v < 0:
             break
-        _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log)
-        since += 1
-        uneven = abs(size[0] - size[1])
-        if size[2] < best or (size[2] == best and uneven < best_uneven):
-            best, best_uneven, kept, since = size[2], uneven, len(log), 0
+        _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, pass_number, log)
+        futile_moves += 1
+        imbalance = abs(size[0] - size[1])
+        if size[2] < best_weight or (size[2] == best_weight and imbalance < best_imbalance):
+            best_weight, best_imbalance, best_length, futile_moves = size[2], imbalance, len(log), 0
     # Moves may make it worse for a while, to get out of a local minimum; those after the best state are undone.
-    for i in range(len(log) - 1, kept - 1, -1):
-        v, left = log[i]
+    for i in range(len(log) - 1, best_length - 1, -1):
+        v, old_part = log[i]
         size[part[v]] -= weight[v]
-        part[v] = left
+        part[v] = old_part
         size[part[v]] += weight[v]
-    for i in range(kept, len(log)):
+    for i in range(best_length, len(log)):
         v, _ = log[i]
-        _weigh(xadj, adj, weight, part, v, outside)
+        _weigh_neighbours(xadj, adj, weight, part, v, outside)
         for k in range(xadj[v], xadj[v + 1]):
-            if part[adj[k]] == SEPARATOR:
-                _weigh(xadj, adj, weight, part, adj[k], outside)
-    return best < before
+            if part[adj[k]] == SEPARATOR_PART:
+                _weigh_neighbours(xadj, adj, weight, part, adj[k], outside)
+    return best_weight < initial_weight
 
 
 @njit(cache=True, nogil=True)
-def _next_move(heaps, weight, part, outside, size, limit, locked, turn):
+def _next_move(heaps, weight, part, outside, size, limit, locked, pass_number):
     """Return the side and vertex of the most gain that keeps the balance; -1 where there is none."""
     for side in range(2):
         heap = heaps[side]
-        while len(heap) and (part[heap[0][1]] != SEPARATOR or locked[heap[0][1]] == turn
+        while len(heap) and (part[heap[0][1]] != SEPARATOR_PART or locked[heap[0][1]] == pass_number
                              or heap[0][0] != outside[1 - side, heap[0][1]] - weight[heap[0][1]]):
             heapq.heappop(heap)
     side, v, loss = -1, np.int64(-1), np.int64(0)
@@ -187,26 +187,27 @@ def _next_move(heaps, weight, part, outside, size, limit, locked, turn):
 
 
 @njit(cache=True, nogil=True)
-def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log):
-    log.append((v, np.int64(SEPARATOR)))
-    part[v], locked[v] = side, turn
+def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, pass_number, log):
+    """Move a separator vertex to a side, and its neighbours across into the separator; gains that change are pushed anew."""
+    log.append((v, np.int64(SEPARATOR_PART)))
+    part[v], locked[v] = side, pass_number
     size[2] -= weight[v]
     size[side] += weight[v]
     for k in range(xadj[v], xadj[v + 1]):
         u = adj[k]
-        if part[u] == SEPARATOR:
+        if part[u] == SEPARATOR_PART:
             outside[side, u] += weight[v]
             heapq.heappush(heaps[1 - side], (outside[side, u] - weight[u], u))
         elif part[u] == 1 - side:
             log.append((np.int64(u), np.int64(part[u])))
-            part[u] = SEPARATOR
+            part[u] = SEPARATOR_PART
             size[1 - side] -= weight[u]
             size[2] += weight[u]
-            _weigh(xadj, adj, weight, part, u, outside)
+            _weigh_neighbours(xadj, adj, weight, part, u, outside)
             for s in range(2):
                 heapq.heappush(heaps[s], (outside[1 - s, u] - weight[u], u))
             for j in range(xadj[u], xadj[u + 1]):
                 w = adj[j]
-                if part[w] == SEPARATOR and w != u:
+                if part[w] == SEPARATOR_PART and w != u:
                     outside[1 - side, w] -= weight[u]
                     heapq.heappush(heaps[side], (outside[1 - side, w] - weight[w], w))

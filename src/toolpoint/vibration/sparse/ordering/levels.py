@@ -1,4 +1,4 @@
-"""Multilevel cuts: a graph is coarsened by matching heavy edges, cut where it is small, and the cut improved on the way back.
+"""Multilevel cuts: a graph is coarsened by matching heavy edges, cut where it is small, and refined level by level.
 
 Source: Karypis, Kumar, SIAM J. Sci. Comput. 20 (1998). Compiled; imported only when a matrix is factorised.
 """
@@ -8,33 +8,39 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.vibration.sparse.ordering.cuts import SHARE, cost_of, distances, farthest, put_separator, refine, sweep
+from toolpoint.vibration.sparse.ordering.cuts import (
+    MAX_SIDE_FRACTION,
+    cost_of,
+    distances,
+    farthest,
+    mark_separator,
+    refine,
+    sweep,
+)
 
-# A coarse graph of this size is small enough for several first cuts.
-_COARSE = 120
-_TRIALS = 8
-# Coarse cuts stay more even than the last: they must leave room.
-_EVEN = 0.51
+_MAX_COARSE_SIZE = 120  # vertices of a graph that is small enough for several first cuts
+_FIRST_CUT_COUNT = 8
+_MAX_COARSE_SIDE_FRACTION = 0.51  # of the weight: coarse cuts stay more even than the last, which must have room to improve
 
 
 @njit(cache=True, nogil=True)
 def cut_by_levels(xadj, adj, edge, weight):
-    """Return a cut found on coarser graphs and carried back."""
+    """Return a cut that was made on the coarsest graph and refined on every finer one, (n,) parts 0, 1, 2."""
     levels = [(xadj, adj, edge, weight)]
     maps = [np.empty(0, np.int64)]
-    while levels[-1][0].size - 1 > _COARSE:
+    while levels[-1][0].size - 1 > _MAX_COARSE_SIZE:
         xadj, adj, edge, weight = levels[-1]
         coarse, count = _matching(xadj, adj, edge, weight)
         if count > 0.93 * (xadj.size - 1):
             break
-        levels.append(_contracted(xadj, adj, edge, weight, coarse, count))
+        levels.append(_contract(xadj, adj, edge, weight, coarse, count))
         maps.append(coarse)
     xadj, adj, edge, weight = levels[-1]
-    part = _first_cut(xadj, adj, edge, weight, _TRIALS)
+    part = _first_cut(xadj, adj, edge, weight, _FIRST_CUT_COUNT)
     for level in range(len(levels) - 2, -1, -1):
         part = part[maps[level + 1]]
         xadj, adj, edge, weight = levels[level]
-        refine(xadj, adj, weight, part, 4, SHARE if level == 0 else _EVEN)
+        refine(xadj, adj, weight, part, 4, MAX_SIDE_FRACTION if level == 0 else _MAX_COARSE_SIDE_FRACTION)
     return part
 
 
@@ -43,7 +49,7 @@ def _matching(xadj, adj, edge, weight):
     """Pair each vertex with the neighbour of its heaviest edge, light vertices first; return the coarse vertex of each."""
     n = xadj.size - 1
     coarse = np.full(n, -1, np.int64)
-    limit = max(3 * weight.sum() // (2 * _COARSE), 2 * weight.max() if n > 4 * _COARSE else 0)
+    limit = max(3 * weight.sum() // (2 * _MAX_COARSE_SIZE), 2 * weight.max() if n > 4 * _MAX_COARSE_SIZE else 0)
     degree = xadj[1:] - xadj[:-1]
     seed, count = np.uint64(12345), 0
     keys = np.empty(n, np.int64)
@@ -66,19 +72,20 @@ def _matching(xadj, adj, edge, weight):
 
 
 @njit(cache=True, nogil=True)
-def _contracted(xadj, adj, edge, weight, coarse, count):
+def _contract(xadj, adj, edge, weight, coarse, count):
+    """Return pointers, neighbours, edge weights and vertex weights of the coarse graph: edges between the same pair add up."""
     n = xadj.size - 1
     members = np.full((count, 2), -1, np.int64)
-    heavy = np.zeros(count, np.int64)
+    coarse_weight = np.zeros(count, np.int64)
     for v in range(n):
         c = coarse[v]
         members[c, 0 if members[c, 0] < 0 else 1] = v
-        heavy[c] += weight[v]
-    new_xadj, new, new_edge = np.zeros(count + 1, np.int64), np.empty(adj.size, np.int64), np.empty(adj.size, np.int64)
-    place = np.full(count, -1, np.int64)
-    at = 0
+        coarse_weight[c] += weight[v]
+    new_xadj, new_adj, new_edge = np.zeros(count + 1, np.int64), np.empty(adj.size, np.int64), np.empty(adj.size, np.int64)
+    slot = np.full(count, -1, np.int64)
+    n_edges = 0
     for c in range(count):
-        first = at
+        row_start = n_edges
         for v in members[c]:
             if v < 0:
                 continue
@@ -86,13 +93,13 @@ def _contracted(xadj, adj, edge, weight, coarse, count):
                 u = coarse[adj[k]]
                 if u == c:
                     continue
-                if place[u] < first:
-                    place[u] = at
-                    new[at], new_edge[at] = u, 0
-                    at += 1
-                new_edge[place[u]] += edge[k]
-        new_xadj[c + 1] = at
-    return new_xadj, new[:at].copy(), new_edge[:at].copy(), heavy
+                if slot[u] < row_start:
+                    slot[u] = n_edges
+                    new_adj[n_edges], new_edge[n_edges] = u, 0
+                    n_edges += 1
+                new_edge[slot[u]] += edge[k]
+        new_xadj[c + 1] = n_edges
+    return new_xadj, new_adj[:n_edges].copy(), new_edge[:n_edges].copy(), coarse_weight
 
 
 @njit(cache=True, nogil=True)
@@ -100,22 +107,22 @@ def _first_cut(xadj, adj, edge, weight, trials):
     """Cut across the slowest vibration of the graph, and grow sides from some vertices; refine each, keep the best."""
     n = xadj.size - 1
     start = farthest(xadj, adj, 0)
-    best, least = np.zeros(n, np.int64), np.inf
+    best, lowest_cost = np.zeros(n, np.int64), np.inf
     for trial in range(trials):
         if trial == 0:
-            part = sweep(xadj, adj, weight, _slowest(xadj, adj, edge, weight, start))
+            part = sweep(xadj, adj, weight, _slowest_vector(xadj, adj, edge, weight, start))
         else:
-            part = _grown(xadj, adj, weight, start)
+            part = _grow_side(xadj, adj, weight, start)
             start = (start + 1 + n // trials) % n
-        refine(xadj, adj, weight, part, 4, _EVEN)
+        refine(xadj, adj, weight, part, 4, _MAX_COARSE_SIDE_FRACTION)
         cost = cost_of(weight, part)
-        if cost < least:
-            best, least = part, cost
+        if cost < lowest_cost:
+            best, lowest_cost = part, cost
     return best
 
 
 @njit(cache=True, nogil=True)
-def _slowest(xadj, adj, edge, weight, start):
+def _slowest_vector(xadj, adj, edge, weight, start):
     """Return roughly the second vector of the weighted Laplacian, by damped iteration from the distance to a vertex."""
     n = xadj.size - 1
     x = distances(xadj, adj, start)
@@ -138,31 +145,31 @@ def _slowest(xadj, adj, edge, weight, start):
 
 
 @njit(cache=True, nogil=True)
-def _grown(xadj, adj, weight, start):
-    """Return side 0 grown from a vertex to half of the weight, its border as the separator; other pieces join as needed."""
+def _grow_side(xadj, adj, weight, start):
+    """Return side 0 grown from a vertex to half of the weight, with the separator along it; separate pieces join as needed."""
     n = xadj.size - 1
     part, queue = np.ones(n, np.int64), np.empty(n, np.int64)
-    head, tail, held, half = 0, 0, 0, weight.sum() / 2
-    seen = np.zeros(n, np.bool_)
-    following = 0
-    queue[0], seen[start], tail = start, True, 1
-    while held + weight[queue[head]] / 2 < half:
+    head, tail, side_weight, half_weight = 0, 0, 0, weight.sum() / 2
+    is_queued = np.zeros(n, np.bool_)
+    candidate = 0
+    queue[0], is_queued[start], tail = start, True, 1
+    while side_weight + weight[queue[head]] / 2 < half_weight:
         v = queue[head]
         head += 1
         part[v] = 0
-        held += weight[v]
+        side_weight += weight[v]
         for k in range(xadj[v], xadj[v + 1]):
-            if not seen[adj[k]]:
-                seen[adj[k]] = True
+            if not is_queued[adj[k]]:
+                is_queued[adj[k]] = True
                 queue[tail] = adj[k]
                 tail += 1
-        while head == tail and following < n:
-            if not seen[following]:
-                seen[following] = True
-                queue[tail] = following
+        while head == tail and candidate < n:
+            if not is_queued[candidate]:
+                is_queued[candidate] = True
+                queue[tail] = candidate
                 tail += 1
-            following += 1
+            candidate += 1
         if head == tail:
             break
-    put_separator(xadj, adj, part)
+    mark_separator(xadj, adj, part)
     return part
