@@ -9,7 +9,7 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[2] / "src" / "toolpoint"
 # Rooms whose examples are run. A room is added when its exported names have theirs.
-ROOMS_WITH_EXAMPLES = ("substructuring",)
+ROOMS_WITH_EXAMPLES = ("kinematics", "substructuring")
 MODULES = [f"toolpoint.{path.relative_to(SOURCE).with_suffix('').as_posix().replace('/', '.')}"
            for room in ROOMS_WITH_EXAMPLES for path in sorted((SOURCE / room).rglob("*.py"))
            if ">>> " in path.read_text(encoding="utf-8")]

@@ -134,7 +134,7 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
 
 def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str, FloatArray]:
     """Return a sequence of poses as one batch: every axis that a pose names, at rest where another does not."""
-    rest = {axis.name: axis.rest for axis in machine.chain.axes}
+    rest = {axis.name: axis.reference_position for axis in machine.chain.axes}
     names = dict.fromkeys(name for pose in poses for name in pose)
     return {name: np.array([float(pose.get(name, rest.get(name, 0.0))) for pose in poses]) for name in names}
 
