@@ -25,7 +25,7 @@ from toolpoint.machine.frequencies import natural_frequencies
 def grid_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
     """Return task poses over height, tilt and azimuth, each a neighbour of the last."""
     each = round(count ** (1 / 3))
-    z = machine.chain.axis("Z").rest
+    z = machine.chain.axis("Z").reference_position
     heights, tilts = np.linspace(z - 0.1, z + 0.1, each), np.radians(np.linspace(0, 25, each))
     azimuth = np.linspace(-np.pi, np.pi, -(-count // each**2))
     rows = [(h, t, a) for h in heights for i, t in enumerate(tilts) for a in (azimuth if i % 2 else azimuth[::-1])]
@@ -34,7 +34,7 @@ def grid_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
 
 def random_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
     """Return task poses at random over the same span."""
-    rng, z = np.random.default_rng(0), machine.chain.axis("Z").rest
+    rng, z = np.random.default_rng(0), machine.chain.axis("Z").reference_position
     return {"Z": z + rng.uniform(-0.1, 0.1, count), "tilt": np.radians(rng.uniform(0, 25, count)),
             "azimuth": rng.uniform(-np.pi, np.pi, count)}
 

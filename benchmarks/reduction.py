@@ -15,7 +15,7 @@ from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Patch, SolidModel
 from toolpoint.substructuring.estimate import Surroundings, couple_reduced, reduce_automatically
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
-from toolpoint.substructuring.reach import SURE
+from toolpoint.substructuring.reach import MIN_TRUSTED_REACH_RATIO
 from toolpoint.substructuring.reduction import span
 from toolpoint.vibration.sparse import modes
 
@@ -69,7 +69,7 @@ def full(model: SolidModel, loads: np.ndarray, around: Surroundings) -> np.ndarr
 def oracle(body: LargeBody, around: Surroundings, truth: np.ndarray, error: float) -> int:
     """The fewest shapes of any reach whose true error is within the bound: what nobody can know beforehand."""
     best = 10**6
-    for reach in (0.5, 0.7, 0.85, 1.0, 1.2, SURE):
+    for reach in (0.5, 0.7, 0.85, 1.0, 1.2, MIN_TRUSTED_REACH_RATIO):
         shapes = span(body, ActingLoads(truth[-1], reach))
         for size in range(shapes.kept, min(shapes.largest, best) + 1):
             if np.max(couple_reduced(shapes.reduced(size), around, COUNT).frequency / truth - 1) <= error:
@@ -90,7 +90,7 @@ def main() -> None:
         truth = full(model, loads, around)
         weights = np.sqrt(np.diag(around.stiffness)[:loads.shape[1]])
         body = LargeBody(model.stiffness(), model.mass(), csc_array(loads), model.rigid_motion(), weights)
-        shapes = span(body, ActingLoads(truth[-1], SURE * 1.02))
+        shapes = span(body, ActingLoads(truth[-1], MIN_TRUSTED_REACH_RATIO * 1.02))
         for size in range(shapes.kept + 1, shapes.largest + 1):
             solved = couple_reduced(shapes.reduced(size), around, COUNT)
             error = solved.frequency / truth - 1

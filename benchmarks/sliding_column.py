@@ -118,7 +118,7 @@ def tabulated(reduction, model, free, top) -> SlidingBody:
     """The reduced column with tables of its four blocks."""
     tables = {}
     for k, place in enumerate(places(model)):
-        tables[f"block {k + 1}"] = tabulate(reduction.vectors, lambda z, place=place: place(z)[free], LOW, high=HIGH,
+        tables[f"block {k + 1}"] = tabulate(reduction.vectors, lambda z, place=place: place(z)[free], LOW, position_max=HIGH,
                                             name=f"block {k + 1}")
     return SlidingBody(reduction, tables, top.toarray()[free].T @ reduction.vectors)
 

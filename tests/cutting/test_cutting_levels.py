@@ -19,9 +19,9 @@ from toolpoint.cutting import (
     Tool,
     stability,
 )
-from toolpoint.cutting.stability.levels import MOST, PARTS, axial_pitch, depth_levels
+from toolpoint.cutting.stability.levels import LEVELS_PER_AXIAL_PITCH, MAX_ADDED_LEVELS, axial_pitch, depth_levels
 from toolpoint.cutting.stability.method import StabilityMethod
-from toolpoint.cutting.stability.panels.bumps import Level, bump
+from toolpoint.cutting.stability.panels.bumps import Level, predict_meeting
 
 
 @given(teeth=st.integers(1, 8), helix=st.floats(0, 60), reach=st.floats(0.01, 40), number=st.integers(4, 60),
@@ -35,10 +35,10 @@ def test_levels_follow_the_axial_pitch(teeth: int, helix: float, reach: float, n
     grid = depth_max * (np.arange(1, number + 1) / number) ** power
     pitch = axial_pitch(problem)
     assert levels[-1] == pytest.approx(depth_max) and (np.diff(levels) > 0).all() and levels[0] > 0
-    step = max(pitch / PARTS, depth_max / MOST)
+    step = max(pitch / LEVELS_PER_AXIAL_PITCH, depth_max / MAX_ADDED_LEVELS)
     assert np.diff(levels, prepend=0.0).max() <= max(1.002 * step, 1e-12) or levels.size == number
     assert all(np.abs(levels - w).min() <= 1.1e-3 * step for w in grid)
-    if pitch / PARTS > depth_max / MOST and levels.size > number:
+    if pitch / LEVELS_PER_AXIAL_PITCH > depth_max / MAX_ADDED_LEVELS and levels.size > number:
         assert all(np.abs(levels - w).min() <= 1.1e-3 * step for w in pitch * np.arange(1, int(depth_max / pitch) + 1))
 
 
@@ -91,6 +91,6 @@ def test_a_stable_band_behind_the_first_limit_is_found(name: str, counting: Stab
 def test_a_pair_that_meets_between_two_levels_is_looked_at_there() -> None:
     """Real at one level, complex at the next, its mean inside the circle at the meeting: there, by the two lines' crossing."""
     real, complex_ = Level(1.0, 0.2, -0.10, -1.04), Level(2.0, 0.02, 0.02, -0.99)
-    place = bump((None, real, complex_, None))
+    place = predict_meeting((None, real, complex_, None))
     assert place == pytest.approx(1.8)  # 1 - |c| vanishes after 0.04/0.05 of the way
-    assert bump((None, Level(1.0, 0.4, 0.3, -1.04), complex_, None)) is None  # the mean stays outside
+    assert predict_meeting((None, Level(1.0, 0.4, 0.3, -1.04), complex_, None)) is None  # the mean stays outside

@@ -36,7 +36,7 @@ def test_the_multipliers_do_not_depend_on_how_the_map_is_balanced(speed) -> None
     problem = low_immersion()
     plane = modal_plane(problem.plane_at(speed))
     turn, waves = PeriodMap(problem, plane, speed, 7, 4, PanelStore()), waves_of(modal_plane(plane), problem, speed)
-    values = [abs(turn.tilted(1.06e-3, waves, 1e-10, tilt=tilt)[0]) for tilt in (0.0, 0.7, 1.0)]
+    values = [abs(turn.rebalanced_multipliers(1.06e-3, waves, 1e-10, balance_fraction=tilt)[0]) for tilt in (0.0, 0.7, 1.0)]
     assert turn.balances and values[1] == pytest.approx(values[2], rel=1e-5)
     if speed == 50.0:
         assert abs(values[0] - values[2]) > 1e-2

@@ -22,7 +22,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.stability.automatic import Automatic, estimate_seconds
-from toolpoint.cutting.stability.panels.bumps import Level, bump
+from toolpoint.cutting.stability.panels.bumps import Level, predict_meeting
 from toolpoint.cutting.stability.panels.search import PanelSearch
 
 SLOT = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}  # |mu|, depth in mm, 5000 rev/min
@@ -121,7 +121,8 @@ def test_laws_of_symmetry(tool: Tool) -> None:
     limit = stability.chart(problem, [7000.0], depth_max=0.008).limit
     assert np.isfinite(limit).all()
     c, s = np.cos(0.7), np.sin(0.7)
-    turned = Modes(modes.frequency, modes.damping_ratio, [[c, -s], [s, c]] @ np.asarray(modes.shape), modes.dofs)  # type: ignore
+    turned = Modes(modes.frequency, modes.damping_ratio, [[c, -s], [s, c]] @ np.asarray(modes.shape),
+                   modes.dofs)  # type: ignore
     again = stability.chart(problem.changed(dynamics=turned, feed_angle=0.7), [7000.0], depth_max=0.008).limit
     assert again == pytest.approx(limit, rel=1e-9)
     half = problem.at_feed_angle(np.pi)
@@ -275,13 +276,13 @@ def test_mean_and_cosine_pass_through_a_meeting() -> None:
 def test_where_a_bump_is_looked_for() -> None:
     """Cosines that rise towards 1 from both sides: between them. Cosines that stay away from it, and far growths: nowhere."""
     levels = [Level(w, -0.2, -0.2, c) for w, c in ((1.0, 0.6), (2.0, 0.98), (3.0, 0.95), (4.0, 0.5))]
-    place = bump(tuple(levels))
+    place = predict_meeting(tuple(levels))
     assert place is not None and 2 < place < 3
-    assert bump(tuple(Level(one.depth, -5.0, -5.0, one.cosine) for one in levels)) is None
-    assert bump(tuple(Level(one.depth, one.growth, one.mean, 0.3 * one.cosine) for one in levels)) is None
-    assert bump((None, *levels[1:3], None)) is None
+    assert predict_meeting(tuple(Level(one.depth, -5.0, -5.0, one.cosine) for one in levels)) is None
+    assert predict_meeting(tuple(Level(one.depth, one.growth, one.mean, 0.3 * one.cosine) for one in levels)) is None
+    assert predict_meeting((None, *levels[1:3], None)) is None
     unstable = [Level(w, 0.3, -0.2, c) for w, c in ((1.0, 1.9), (2.0, 1.2), (3.0, 1.2), (4.0, 1.9))]
-    assert bump(tuple(unstable)) is not None  # two real multipliers that are about to meet and to fall back inside
+    assert predict_meeting(tuple(unstable)) is not None  # two real multipliers that are about to meet and to fall back inside
 
 
 @pytest.mark.slow
@@ -313,5 +314,5 @@ class Flickering:
 
 
 def test_a_growth_of_nearly_nothing_that_changes_its_sign_ends_in_no_foreign_error():
-    root, slope, _, is_root = PanelSearch._polished(Flickering(), 1.5, 0.0, 0, 0.5, 2.0)
+    root, slope, _, is_root = PanelSearch._polish(Flickering(), 1.5, 0.0, 0, 0.5, 2.0)
     assert is_root and root == pytest.approx(1, rel=1e-9) and slope == pytest.approx(1, rel=1e-6)

@@ -24,7 +24,7 @@ from toolpoint.cutting import (
 )
 from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.chain import chart_poses, limits_of
-from toolpoint.cutting.stability.floquet.records import SEEN
+from toolpoint.cutting.stability.floquet.records import POLE_STATE
 
 SPEEDS = np.linspace(5000, 15000, 5)
 DEPTHS = np.linspace(5e-5, 0.01, 200)
@@ -125,7 +125,7 @@ def test_nodes_to_begin_with() -> None:
 
     period, before = 1e-3, np.array([0.0, 1.0, 2.0, np.pi])
     w, s, loop = np.array([1500.0, 2500.0]), np.array([50.0, 100.0]), np.array([1.0 + 0j, 2.0])
-    seen = np.zeros(2, SEEN)
+    seen = np.zeros(2, POLE_STATE)
     cold = first_nodes(16, w, s, loop, period, np.zeros(0), seen)
     assert cold.size == 17 + 10 and seen[1].tolist() == pytest.approx((2.5, 0.1, 2.0))
     assert first_nodes(16, w, s, loop, period, before, seen.copy()) == pytest.approx(before)
@@ -201,7 +201,7 @@ def test_memories_beside_each_other_share_panels() -> None:
     """Feed directions of one helical cut: the panels of the first serve the second, whose roots are its own."""
     problem = cut(Tool(0.016, 3, helix=0.5))
     first = WarmStart()
-    second = first.beside()
+    second = first.share_panels()
     stability.chart(problem, SPEEDS[:1], warm=first)
     kept = len(first.store.kept)
     turned = problem.at_feed_angle(0.4)

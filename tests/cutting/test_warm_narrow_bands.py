@@ -35,7 +35,7 @@ def search():
 def test_a_root_that_was_led_to_the_other_end_of_a_band_is_not_taken(search, start):
     # The bracket holds the end of the unstable band at 0.6 mm and ends beside the next root: what is asked there may find that.
     low, high = (0.5e-3, search.growth(0.5e-3)[0]), (HIGH, search.growth(HIGH)[0])
-    search.near = np.array([[start, -1e3]])
+    search.known_roots = np.array([[start, -1e3]])
     row, slope = search._boundary(low, high)
     assert row[0] == pytest.approx(0.6e-3, rel=1e-6) and slope < 0
     assert row[-1] < 1e-6 * row[0]

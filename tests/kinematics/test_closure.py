@@ -103,10 +103,10 @@ def test_jacobians_against_differences(make):
     machine = make()
     chain = machine.chain
     legs = [axis.name for axis in chain.driven_axes]
-    pose = {"Z": np.array([chain.axis("Z").rest + 0.03]), "tilt": np.array([0.2]), "azimuth": np.array([0.5])}
+    pose = {"Z": np.array([chain.axis("Z").reference_position + 0.03]), "tilt": np.array([0.2]), "azimuth": np.array([0.5])}
     at = dict(zip(legs, chain.positions(pose)[0], strict=True))
     link = machine.link("platform")
-    point = np.array([0.05, 0.02, chain.axis("Z").rest])
+    point = np.array([0.05, 0.02, chain.axis("Z").reference_position])
     jacobian, h = chain.jacobian(at, link, point)[0], 1e-6
     for k, name in enumerate(legs):
         ahead, back = (chain.displacements({**at, name: at[name] + s * h})[0, link] for s in (1, -1))
@@ -163,7 +163,7 @@ def test_compiled_path_equals_the_general_one(make):
 
 
 def compare_paths(machine, number):
-    z = machine.chain.axis("Z").rest
+    z = machine.chain.axis("Z").reference_position
     poses = random_poses(number, 5) | {"Z": np.linspace(z - 0.08, z + 0.08, number)}
     legs = machine.chain.positions(poses)
     named = {axis.name: legs[:, i] for i, axis in enumerate(machine.chain.driven_axes)}
@@ -223,7 +223,7 @@ def test_where_a_loop_is_cut_changes_nothing_also_under_load(gravity):
     """Preload stiffness through universal joints: closed at the ball, or at the universal joint with its order of turns."""
     cut_at_ball = build(replace(parallel_machines.hexapod().description, gravity=gravity))
     cut_at_knuckle = build(replace(other_way_round(2), gravity=gravity))
-    z = cut_at_ball.chain.axis("Z").rest
+    z = cut_at_ball.chain.axis("Z").reference_position
     for pose in ({}, {"Z": z + 0.03, "tilt": 0.25, "azimuth": 0.8, "torsion": 0.1, "X": 0.04}):
         first, second = (natural_frequencies(machine, pose, 6)[0] for machine in (cut_at_ball, cut_at_knuckle))
         np.testing.assert_allclose(first, second, rtol=1e-8)

@@ -170,7 +170,7 @@ def test_power_of_the_axes_is_the_rate_of_the_kinetic_energy(make):
     machine = make()
     axes = machine.chain.driven_axes
     rng = np.random.default_rng(6)
-    q = np.array([axis.rest for axis in axes]) + 0.004 * rng.normal(size=len(axes))
+    q = np.array([axis.reference_position for axis in axes]) + 0.004 * rng.normal(size=len(axes))
     qd, qdd = 0.3 * rng.normal(size=(2, len(axes)))
 
     def energy(t):

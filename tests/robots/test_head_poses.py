@@ -23,7 +23,7 @@ def head(request):
 
 
 def random_pose(head, rng):
-    rest = next(axis.rest for axis in head.chain.axes if axis.name == "Z")
+    rest = next(axis.reference_position for axis in head.chain.axes if axis.name == "Z")
     return {"Z": rest + rng.uniform(-0.03, 0.03), "tilt": rng.uniform(0.02, 0.4), "azimuth": rng.uniform(-3, 3)}
 
 
@@ -57,7 +57,8 @@ def test_what_is_left_of_a_rounded_place_is_said(head):
 
 
 def test_a_place_that_cannot_be_is_still_refused_with_the_way_out(head):
-    (tip,), (direction,) = tool_place(head, {"Z": next(a.rest for a in head.chain.axes if a.name == "Z"), "tilt": 0.2})
+    (tip,), (direction,) = tool_place(head, {"Z": next(a.reference_position for a in head.chain.axes if a.name == "Z"),
+                                             "tilt": 0.2})
     solution = pose_for(head, tip + np.array([1e-4, 0, 0]), direction)
     assert not solution.is_reached and "5 coordinates are asked of 3 axes" in solution.status
     assert "own coordinates" in solution.status

@@ -8,7 +8,7 @@ import pytest
 
 from cutting.cutting_cases import random_problem
 from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
-from toolpoint.cutting.cut.kept_modes import GAIN, find_least_frequency, steepest_force
+from toolpoint.cutting.cut.kept_modes import MAX_LEFT_OUT_GAIN, find_least_frequency, steepest_force
 from toolpoint.io.yaml import machine_file
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.machines.reach import reach_places
@@ -33,7 +33,7 @@ def test_modes_that_may_go_are_stable_by_themselves():
         rest = np.abs(plane.poles) > 2 * np.pi * frequency
         if not rest.any():
             continue
-        assert 0 < gain < GAIN
+        assert 0 < gain < MAX_LEFT_OUT_GAIN
         alone = problem.changed(dynamics=replace(plane, poles=plane.poles[rest], residues=plane.residues[rest]))
         assert np.isinf(stability.chart(alone, np.linspace(4000, 15000, 5), PanelArnoldi(), depth_max=2e-3).limit).all()
 

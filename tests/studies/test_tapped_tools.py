@@ -9,7 +9,7 @@ from tapped_tools import GRAVITY, SLIPS, Tip, channels_of, random_tap, spoiled, 
 from toolpoint import ToolpointError, io, studies
 from toolpoint._doubt import doubts_among
 from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
-from toolpoint.cutting.stability.panels.between import complete_levels
+from toolpoint.cutting.stability.panels.between import refine_levels
 from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.signals.hammer import hammer_test, locate_hits
 from toolpoint.signals.usable_band import find_compliant_band, usable_band
@@ -187,7 +187,7 @@ def test_a_depth_that_is_looked_at_twice_is_no_stretch():
         return Level.of(depth, np.array([np.exp(-0.2 - abs(depth - 1.0))]))
 
     levels = [look(depth) for depth in (0.5, 1.0, 1.0, 1.5)]
-    assert {level.depth for level in complete_levels(levels, look)} >= {0.5, 1.0, 1.5}
+    assert {level.depth for level in refine_levels(levels, look)} >= {0.5, 1.0, 1.5}
 
 
 def test_certainty_on_measured_lines_is_doubted():

@@ -165,7 +165,7 @@ def test_virtual_point_of_a_rigid_patch_is_exact(seed):
     ways = ("+x", "+y", "+z")
     labels = [Dof(k, way) for k in places for way in ways]
     point = VirtualPoint("p", np.array([0.02, 0.01, 0.0]), labels, labels, places)
-    carry = np.concatenate([np.block([[np.eye(3), -skew(at - point.at)]]) for at in places.values()])
+    carry = np.concatenate([np.block([[np.eye(3), -skew(at - point.position)]]) for at in places.values()])
     inner = generator.normal(size=(5, 6, 6)) + 1j * generator.normal(size=(5, 6, 6))
     measured = Frf(np.arange(1.0, 6.0), carry @ inner @ carry.T, labels, labels)
     result = reduce_to_points(measured, [point])

@@ -12,7 +12,7 @@ from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import span
-from toolpoint.substructuring.sliding import SlidingBody, _lowest_of, fit_to_surroundings, station_loads, tabulate
+from toolpoint.substructuring.sliding import SlidingBody, _lowest_eigenpairs, fit_to_surroundings, station_loads, tabulate
 
 LENGTH, WIDTH, HEIGHT, BLOCK = 0.8, 0.06, 0.05, 0.08
 LOW, HIGH = 0.05, 0.75
@@ -46,7 +46,7 @@ def sliding(beam, free):
     weights = np.tile(np.sqrt([4e7, 6e8, 5e8, 2e6, 2e6, 1e6]), loads.shape[1] // 6)
     body = LargeBody(stiffness, mass, loads, None, weights)
     reduction = span(body, ActingLoads(900.0, 1.5, 1)).reduced(60)
-    table = tabulate(reduction.vectors, lambda z: block(beam, z)[free], LOW, high=HIGH, name="block")
+    table = tabulate(reduction.vectors, lambda z: block(beam, z)[free], LOW, position_max=HIGH, name="block")
     return SlidingBody(reduction, {"block": table}, np.zeros((0, reduction.size)))
 
 
@@ -81,7 +81,7 @@ def test_a_carriage_that_leaves_its_rail_is_refused(beam, sliding, around):
     with pytest.raises(ToolpointError, match=r"block: position 0\.76 m; must be within its way, 0\.05 \.\. 0\.75 m"):
         sliding.frequencies(0.76, around, 3)
     with pytest.raises(ToolpointError, match="leaves its rail"):
-        tabulate(np.zeros((beam.size, 1)), lambda z: block(beam, z), LOW, high=0.79)
+        tabulate(np.zeros((beam.size, 1)), lambda z: block(beam, z), LOW, position_max=0.79)
     with pytest.raises(ToolpointError, match="at least 4"):
         MotionTable(np.array([0.0, 1.0]), np.zeros((2, 6, 1)))
 
@@ -108,6 +108,6 @@ def test_one_place_is_the_table_at_many():
         table.at(float("nan"))
     a = rng.standard_normal((90, 40))
     matrix = a @ a.T + np.diag(np.linspace(1, 9, 90))
-    squares, vectors = _lowest_of(matrix, 7)
+    squares, vectors = _lowest_eigenpairs(matrix, 7)
     assert np.allclose(squares, np.linalg.eigvalsh(matrix)[:7], rtol=1e-11)
     assert np.allclose(matrix @ vectors, vectors * squares, atol=1e-10) and np.allclose(vectors.T @ vectors, np.eye(7))

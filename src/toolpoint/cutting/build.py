@@ -16,8 +16,8 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.materials import Range, literature, materials
 
 # Keys of a description and the fields of CuttingCoefficients.
-_GIVEN = {"tangential": "kt", "normal": "kn", "axial": "ka",
-          "edge_tangential": "edge_t", "edge_normal": "edge_n", "edge_axial": "edge_a"}
+_FIELD_OF_KEY = {"tangential": "kt", "normal": "kn", "axial": "ka",
+                 "edge_tangential": "edge_t", "edge_normal": "edge_n", "edge_axial": "edge_a"}
 
 
 def tool_of(cut: CuttingDescription) -> Tool:
@@ -63,38 +63,38 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
     the tangential force only, so the normal coefficient must be given.
     """
     described = cut.coefficients
-    given = {to: getattr(described, name) for name, to in _GIVEN.items() if getattr(described, name) is not None}
+    stated = {to: getattr(described, name) for name, to in _FIELD_OF_KEY.items() if getattr(described, name) is not None}
     if not described.material:
         for name in ("tangential", "normal"):
-            if _GIVEN[name] not in given:
+            if _FIELD_OF_KEY[name] not in stated:
                 fail(name, "missing", "must be the coefficient in Pa (the command line: N/mm^2), unless a material is named",
                      remedy="materials: " + ", ".join(materials()))
-        return CuttingCoefficients(**given)
+        return CuttingCoefficients(**stated)
     material, number = find_material(described.material)
     count = len(material.sets) + len(material.kienzle)
-    low, high = (f"{value / 1e6:g}" for value in material.kt)
-    which = f"set {number} of {count}" + (f" (kt {low} .. {high} N/mm^2)" if count > 1 else "")
+    kt_min, kt_max = (f"{value / 1e6:g}" for value in material.kt)
+    which = f"set {number} of {count}" + (f" (kt {kt_min} .. {kt_max} N/mm^2)" if count > 1 else "")
     if material.sets:
         base = material.sets[number - 1]
     else:
-        if "kn" not in given:
+        if "kn" not in stated:
             fail("normal", "missing", f"the source for {material.material} gives the tangential force only",
                  remedy="give the normal coefficient too")
         base = material.kienzle[number - 1].linearised(mean_chip(cut))
         which += f", {base.source}"
-    return replace(base, **given, source=f"{material.material}, {which}, {material.source}" + (", changed" if given else ""))
+    return replace(base, **stated, source=f"{material.material}, {which}, {material.source}" + (", changed" if stated else ""))
 
 
 def find_material(name: str) -> tuple[Range, int]:
     """Return a material of the literature table and the number of its set, from ``al7075``, ``Al 7075:2`` and the like."""
     text, colon, digits = name.partition(":")
     letters = re.sub(r"[^a-z0-9]", "", text.lower())
-    plain = {label: re.sub(r"[^a-z0-9]", "", label.lower()) for label in materials()}
-    near = [label for label, word in plain.items() if word == letters]
-    near = near or [label for label, word in plain.items() if letters and letters in word]
-    if len(near) > 1:
-        fail("material", repr(text), "fits several: " + ", ".join(near), remedy="write the whole name")
-    material = literature(near[0] if near else text)
+    plain_names = {label: re.sub(r"[^a-z0-9]", "", label.lower()) for label in materials()}
+    matches = [label for label, word in plain_names.items() if word == letters]
+    matches = matches or [label for label, word in plain_names.items() if letters and letters in word]
+    if len(matches) > 1:
+        fail("material", repr(text), "fits several: " + ", ".join(matches), remedy="write the whole name")
+    material = literature(matches[0] if matches else text)
     count = len(material.sets) + len(material.kienzle)
     number = int(digits) if digits.strip().isdigit() else (1 if not colon else 0)
     if not 1 <= number <= count:
@@ -158,7 +158,7 @@ def fault_of(cut: CuttingDescription) -> tuple[tuple[str, ...], str] | None:
         except ToolpointError as error:
             message = str(error).removeprefix(f"{error.argument}:")
             last = error.argument.rsplit(".", 1)[-1]
-            back = {value: key for key, value in _GIVEN.items()}
-            key = {"Engagement": "entry", **back}.get(last, last)
+            key_of_field = {value: key for key, value in _FIELD_OF_KEY.items()}
+            key = {"Engagement": "entry", **key_of_field}.get(last, last)
             return (("speed_variation", key) if make is variation_of else (key,)), message.strip()
     return None

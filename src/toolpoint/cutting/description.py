@@ -1,4 +1,4 @@
-"""CuttingDescription: a cut as plain frozen data, and what every number of it means: unit, limits, option of the commands.
+"""CuttingDescription: a cut as plain frozen data, each number with its unit, limits and option of the commands.
 
 The metadata of a field is the only place where a parameter is stated: the keys of machine files with their limits, the
 options of the commands with their units, and the flat form of a description are all made from it.
@@ -17,15 +17,16 @@ from toolpoint._check import fail, suggestion
 
 WORDS = {"gt": ("above", gt), "ge": ("at least", ge), "lt": ("below", lt), "le": ("at most", le)}
 LIMITS = tuple(WORDS)
-FASTEST, DEEPEST = 1e6, 1.0  # rev/min, m: no spindle turns faster, no edge is longer
+MAX_SPINDLE_SPEED = 1e6  # rev/min: no spindle turns faster
+MAX_CUT_DEPTH = 1.0  # m: no edge is longer
 CHIPS = ("path", "constant")  # the feed over speed and teeth at every place, or feed_per_tooth all along
-EDGE_DIAMETERS = 2.0  # length of the edges over the diameter where it is not given
+DEFAULT_EDGE_LENGTH_RATIO = 2.0  # of the diameter: length of the edges where it is not given
 SI_VALUE = {"": 1.0, "mm": 1e-3, "um": 1e-6, "um/mm": 1e-3, "degrees": math.pi / 180, "N/mm^2": 1e6, "N/mm": 1e3, "N/m": 1.0}
 
 
 @dataclass(frozen=True)
 class CutParameter:
-    """What a number or word of a description is.
+    """Metadata of a number or word of a description.
 
     kind : the quantity (length, angle, pressure, ratio, speed, edge coefficient, process damping), or count, choice, text.
     meaning, unit, remark : of the option; together they are its help.
@@ -47,7 +48,7 @@ class CutParameter:
 
     @property
     def help(self) -> str:
-        """The sentence that explains the option."""
+        """Help text of the option."""
         return self.meaning + (f", {self.unit}" if self.unit else "") + self.remark + "."
 
     def in_si(self, value: Any) -> Any:
@@ -74,10 +75,10 @@ class CutParameter:
         return "must be " + (" and ".join(limits) or "finite")
 
 
-def _states(kind: str, meaning: str = "", unit: str = "", remark: str = "", **more: Any) -> dict[str, CutParameter]:
+def _states(kind: str, meaning: str = "", unit: str = "", remark: str = "", **extras: Any) -> dict[str, CutParameter]:
     """Return the metadata of a field; limits are given by their short names (gt, ge, lt, le)."""
-    limits: dict[str, float] = {name: more.pop(name) for name in LIMITS if name in more}
-    return {"parameter": CutParameter(kind, meaning, unit, remark, limits=limits, **more)}
+    limits: dict[str, float] = {name: extras.pop(name) for name in LIMITS if name in extras}
+    return {"parameter": CutParameter(kind, meaning, unit, remark, limits=limits, **extras)}
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,7 @@ class CuttingDescription:
     source: str = field(default="", metadata=_states("text"))
     deepest: float = field(default=0.0, metadata=_states(
         "length", "Deepest cut of a chart", "mm", "; the length of the edges where left out", option="deepest", ge=0,
-        le=DEEPEST))
+        le=MAX_CUT_DEPTH))
 
     @property
     def depth_end(self) -> tuple[float, str]:
@@ -191,8 +192,9 @@ class CuttingDescription:
             return self.deepest, "the deepest cut that was asked for"
         if self.tool.flute_length:
             return self.tool.flute_length, "the length of the edges"
-        return EDGE_DIAMETERS * self.tool.diameter, (f"{EDGE_DIAMETERS:g} diameters of the tool, as no length of its edges is "
-                                                     "given (`flute_length`)")
+        return DEFAULT_EDGE_LENGTH_RATIO * self.tool.diameter, (
+            f"{DEFAULT_EDGE_LENGTH_RATIO:g} diameters of the tool, as no length of its edges is "
+                                                                "given (`flute_length`)")
 
     @classmethod
     def of(cls, **values: Any) -> CuttingDescription:
@@ -216,8 +218,8 @@ class CuttingDescription:
                 fail("CuttingDescription", repr(key), "is not a key of a cut", remedy=suggestion(key, PLACES))
             *group, name = PLACES[key]
             changes.setdefault(group[0] if group else "", {})[name] = value
-        top = changes.pop("", {})
-        return replace(self, **top, **{group: replace(getattr(self, group), **new) for group, new in changes.items()})
+        own_values = changes.pop("", {})
+        return replace(self, **own_values, **{group: replace(getattr(self, group), **new) for group, new in changes.items()})
 
     def with_values(self, values: Mapping[str, Any]) -> CuttingDescription:
         """Return the description with these values; what they stand instead of (the other arc, coefficients) is dropped."""
@@ -276,9 +278,9 @@ def check_values(values: Mapping[str, Any], name: Mapping[str, str] | None = Non
 
 def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:
     """Refuse a speed (rev/min), a depth (m) or a feed that no simulated cut has."""
-    if not 0 < speed <= FASTEST:
-        fail("`speed`", f"{speed:g} rev/min", f"must be above zero and at most {FASTEST:g} rev/min")
-    if not 0 < depth <= DEEPEST:
-        fail("`depth`", f"{1e3 * depth:g} mm", f"must be above zero and at most {1e3 * DEEPEST:g} mm")
+    if not 0 < speed <= MAX_SPINDLE_SPEED:
+        fail("`speed`", f"{speed:g} rev/min", f"must be above zero and at most {MAX_SPINDLE_SPEED:g} rev/min")
+    if not 0 < depth <= MAX_CUT_DEPTH:
+        fail("`depth`", f"{1e3 * depth:g} mm", f"must be above zero and at most {1e3 * MAX_CUT_DEPTH:g} mm")
     if values.get("feed_per_tooth") is not None and not values["feed_per_tooth"] > 0:
         fail("`feed`", f"{1e3 * values['feed_per_tooth']:g} mm", "must be above zero", remedy="without feed there is no cut")

@@ -1,4 +1,4 @@
-"""Kinematics: where every link of a chain is at a pose, and how it moves. Names below are loaded on first use."""
+"""Kinematics: displacements of the links of a chain at a pose, and their derivatives. Names below are loaded on first use."""
 
 from __future__ import annotations
 

@@ -16,6 +16,16 @@ def cartesian(tool_side: Iterable[str], table_side: Iterable[str]) -> TreeChain:
 
     The tool-side links come first, then the table-side ones. By ISO 841 a positive axis moves the tool relative to the
     work in the positive direction: table-side axes move the table the other way.
+
+    Raises ToolpointError for other names, and for an axis on both sides.
+
+    Examples
+    --------
+    A machine whose spindle moves along Z and whose table moves along Y and X:
+
+    >>> chain = cartesian(("Z",), ("Y", "X"))
+    >>> chain.relative_position({"X": 0.1, "Z": 0.2}, tool=(0, [0, 0, 0]), table=(2, [0, 0, 0]))[0].tolist()
+    [0.1, 0.0, 0.2]
     """
     parents: list[int] = []
     axes: list[Axis] = []

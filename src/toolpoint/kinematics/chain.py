@@ -1,4 +1,4 @@
-"""What a chain is: axis positions in, frames of its links and their derivatives out. All chains join here."""
+"""Poses of a chain: axis positions by name, checked before a chain takes them."""
 
 from __future__ import annotations
 
@@ -8,11 +8,19 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import fail
 
-Pose = Mapping[str, ArrayLike]
+Pose = Mapping[str, ArrayLike]  # axis name -> position or positions, m or rad
 
 
 def check_pose(pose: Pose) -> Pose:
-    """Return a pose after refusing what is no mapping of axis names to positions, a list of poses above all."""
+    """Return a pose after refusing anything but a mapping of axis names to positions, above all a list of poses.
+
+    Examples
+    --------
+    >>> from toolpoint.kinematics import Pose
+    >>> pose: Pose = {"X": [0.1, 0.2], "Z": 0.3}
+    >>> check_pose(pose) is pose
+    True
+    """
     if not isinstance(pose, Mapping):
         fail("pose", repr(pose)[:60], "must map axis names to positions in m or rad, such as {'X': 0.2}",
              remedy="several poses are one mapping with arrays of positions, {'X': [0.1, 0.2]}")

@@ -1,4 +1,4 @@
-"""ClosedChain: a tree whose passive joints are solved so that its loops close and its tool stands where a task says."""
+"""ClosedChain: a tree whose passive joints are solved so that its loops close and its tool meets a task."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from toolpoint.kinematics.tree import TreeChain
 
 @dataclass(frozen=True, eq=False)
 class ClosedChain(TreeChain):
-    """A tree of links with loops that close at every pose, and a task in whose coordinates it may be commanded.
+    """Tree of links with loops that close at every pose, and a task in whose coordinates it may be commanded.
 
     Parameters
     ----------
@@ -34,6 +34,18 @@ class ClosedChain(TreeChain):
         The assembly mode in use; the reference pose as described where empty.
     length : float
         By which rotations are weighed against lengths, m.
+
+    Examples
+    --------
+    A parallelogram of crank, coupler and rocker: the rocker turns as the crank does, the coupler not at all.
+
+    >>> from toolpoint.kinematics import Axis, Drive, LoopClosure, Step
+    >>> from toolpoint.spatial.transform import transform
+    >>> frames = [transform(None, place) for place in ([0, 0, 0], [0, 0.1, 0], [0.2, 0, 0])]
+    >>> loop = LoopClosure("pin", parent=2, child=1, frame=transform(None, [0.2, 0.1, 0]), free=("rz",))
+    >>> chain = ClosedChain((-1, 0, -1), frames, (Axis("C", (Drive(0, "rz"),)),), (Step(1, 5), Step(2, 5)), loops=(loop,))
+    >>> chain.step_values({"C": 0.3})[0].round(9).tolist()
+    [0.3, -0.3, 0.3]
     """
 
     loops: tuple[LoopClosure, ...] = ()
@@ -84,7 +96,7 @@ class ClosedChain(TreeChain):
         return changed
 
     def is_task_pose(self, pose: Pose) -> bool:
-        """Whether a pose is given in coordinates of the task; one that mixes both is refused."""
+        """Whether a pose is given in coordinates of the task; one that mixes them with the axes they replace is refused."""
         if self.task is None:
             return False
         named = [name for name in pose if name in self.task.coordinates]
@@ -95,7 +107,7 @@ class ClosedChain(TreeChain):
         return bool(named)
 
     def solve(self, pose: Pose, *, start: FloatArray | None = None) -> Solution:
-        """Return the step values of a batch of poses, with the reason of every pose that cannot be.
+        """Solve for the step values of a batch of poses; every pose that cannot be reached has its reason.
 
         Each pose is followed from the reference pose (or from `start`, (1 or P, n_steps)) along a straight line of its
         coordinates in steps that Newton's method takes with small corrections, so the assembly mode is kept.
@@ -105,7 +117,8 @@ class ClosedChain(TreeChain):
         is_task = self.is_task_pose(pose)
         closure = self.task_closure if is_task else self.closure
         begin = np.broadcast_to(self.start if start is None else start, (count, len(self.steps)))
-        goal = np.stack([np.broadcast_to(batch.get(axis.name, np.array([axis.rest])), (count,)) for axis in self.driven_axes],
+        goal = np.stack([np.broadcast_to(batch.get(axis.name, np.array([axis.reference_position])), (count,))
+                         for axis in self.driven_axes],
                         axis=-1) if self.driven_axes else np.zeros((count, 0))
         targets = self._targets(batch, count) if is_task else {}
         solution = solve_closure(closure, begin, goal, targets=targets)
@@ -114,8 +127,8 @@ class ClosedChain(TreeChain):
 
     def _targets(self, batch: Mapping[str, FloatArray], count: int) -> dict[str, FloatArray]:
         assert self.task is not None
-        rest = {axis.name: axis.rest for axis in self.axes}
-        return {kind: np.broadcast_to(batch.get(name, np.array([rest[name]])), (count,))
+        reference_positions = {axis.name: axis.reference_position for axis in self.axes}
+        return {kind: np.broadcast_to(batch.get(name, np.array([reference_positions[name]])), (count,))
                 for name, kind in self.task.coordinates.items()}
 
     def step_values(self, pose: Pose) -> FloatArray:
@@ -123,7 +136,7 @@ class ClosedChain(TreeChain):
         return self.settled(pose)[0]
 
     def settled(self, pose: Pose) -> tuple[FloatArray, tuple[str, ...]]:
-        """Return the step values of a batch of poses and what a person must know of them; raises for a pose that cannot be."""
+        """Return the step values of a batch of poses and notes on them; raises ToolpointError for an unreachable pose."""
         solution = self.solve(pose)
         first_fault(self, pose, solution)
         return solution.values, tuple(dict.fromkeys(note for note in solution.notes if note))[:3]
@@ -137,11 +150,11 @@ class ClosedChain(TreeChain):
         count = len(next(iter(batch.values()))) if batch else 1
         values = [np.asarray(self.start)]
         for i in range(count):
-            pose = {name: at[i:i + 1] for name, at in batch.items()}
+            pose = {name: positions[i:i + 1] for name, positions in batch.items()}
             solution = self.solve(pose, start=values[-1])
             if solution.reasons[0]:
-                before = "the reference pose" if i == 0 else f"pose {i} of the path"
-                first_fault(self, pose, replace(solution, reasons=(f"from {before}: {solution.reasons[0]}",)))
+                start_words = "the reference pose" if i == 0 else f"pose {i} of the path"
+                first_fault(self, pose, replace(solution, reasons=(f"from {start_words}: {solution.reasons[0]}",)))
             values.append(solution.values)
         return np.concatenate(values[1:])
 
@@ -162,7 +175,7 @@ class ClosedChain(TreeChain):
         return task.rate(moved, twists, {kind: read[kind] for kind in task.kinds}) @ rates
 
     def reachable(self, pose: Pose) -> tuple[BoolArray, list[str]]:
-        """Return which poses of a batch can be, and the reason of each that cannot (empty text where it can)."""
+        """Return which poses of a batch are reachable, (P,), and the reason of each that is not (empty text where it is)."""
         solution = self.solve(pose)
         return np.array([not reason for reason in solution.reasons]), list(solution.reasons)
 
@@ -174,9 +187,9 @@ class ClosedChain(TreeChain):
 
     def positions_of(self, values: FloatArray) -> FloatArray:
         """Return positions of the driven axes for step values, m or rad, shape (n_poses, n_driven)."""
-        rest = np.array([axis.rest for axis in self.driven_axes])
+        reference_positions = np.array([axis.reference_position for axis in self.driven_axes])
         driven = len(self.steps) - len(self.passive)
-        return values[:, :driven] @ np.linalg.pinv(self.coupling[:driven]).T + rest
+        return values[:, :driven] @ np.linalg.pinv(self.coupling[:driven]).T + reference_positions
 
     def coordinates(self, pose: Pose) -> dict[str, FloatArray]:
         """Return the position of every axis and every coordinate of the task at a batch of poses, m or rad, (n_poses,) each."""
@@ -193,8 +206,8 @@ class ClosedChain(TreeChain):
 
     def step_name(self, step: int) -> str:
         """Return a step in words: ``knuckle.rx``."""
-        at = self.steps[step]
-        return f"{self.names[at.joint] if self.names else at.joint}.{AXES[at.way]}"
+        joint_step = self.steps[step]
+        return f"{self.names[joint_step.joint] if self.names else joint_step.joint}.{AXES[joint_step.way]}"
 
     def axis(self, name: str) -> Axis:
         """Return an axis by name."""

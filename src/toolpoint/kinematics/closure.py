@@ -1,4 +1,4 @@
-r"""The equations that close loops and meet a task, solved by Newton's method with exact Jacobians, for batches of poses.
+r"""Equations of loop closure and task, solved by Newton's method with exact Jacobians, for batches of poses.
 
 Unknowns are the passive steps, and with a task the axes that it stands in place of. Elastic directions of a loop count as
 equations of little weight: they hold exactly where they can, else they share the strain while locked ones still hold.
@@ -21,19 +21,19 @@ from toolpoint.kinematics.task import Task
 if TYPE_CHECKING:
     from toolpoint.kinematics.closed import ClosedChain
 
-ELASTIC_WEIGHT = 1e-4
-LARGEST_CORRECTION = 0.12  # rad, or as much of the chain's length: what Newton may correct after a predicted step
-SMALLEST_PART = 1 / 512  # of the way from the reference pose
-CORRECTIONS = 6
-CONVERGED = 1e-11  # rad, or of the length: a step of Newton's method after which the next is below rounding
-SINGULAR = 1e-10  # smallest over largest singular value
+ELASTIC_WEIGHT = 1e-4  # of the stiffest elastic direction over a locked one: locked ones hold, elastic ones share the strain
+MAX_NEWTON_CORRECTION = 0.12  # rad, or of the chain's length: first correction after a predicted step, so that the mode is kept
+MIN_CONTINUATION_FRACTION = 1 / 512  # of the way from the reference pose: smallest step of the continuation
+MAX_CORRECTION_COUNT = 6  # corrections by Newton's method after a predicted step
+MODE_STEP_TOLERANCE = 1e-11  # rad, or of the length: a step of Newton's method after which the next is below rounding
+CLOSURE_SINGULAR_RATIO = 1e-10  # of the largest singular value: smaller ones are left out of pseudo-inverses
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Step values (P, n_steps) of a batch of poses, how much of the way was reached (P,), reasons where a pose cannot be.
+    """Step values (P, n_steps) of a batch of poses, reached fraction of the way (P,), reasons where a pose is unreachable.
 
-    notes : of every pose, what a person must know of it (a strained loop), empty where nothing.
+    notes : of every pose, a remark such as of a strained loop, empty where there is none.
     """
 
     values: FloatArray
@@ -66,7 +66,7 @@ class Closure:
 
     @cached_property
     def scale(self) -> FloatArray:
-        """What a unit of every unknown counts: 1 for rad, 1/length for m, shape (n_unknowns,)."""
+        """Weight of a unit of every unknown: 1 for rad, 1/length for m, shape (n_unknowns,)."""
         turns = np.array([step.turns for step in self.chain.steps])
         rotates = np.abs(self.unknowns[turns]).max(axis=0, initial=0.0)
         slides = np.abs(self.unknowns[~turns]).max(axis=0, initial=0.0) / self.chain.length
@@ -84,7 +84,7 @@ class Closure:
 
     @cached_property
     def weights(self) -> FloatArray:
-        """Weight of every row: 1/length for m, 1 for rad; elastic directions count little, by the root of their stiffness."""
+        """Weight of every row: 1/length for m, 1 for rad; elastic directions by the root of their stiffness, times 1e-4."""
         rows: list[float] = []
         length = self.chain.length
         for loop in self.chain.loops:
@@ -108,6 +108,7 @@ class Closure:
         rows: list[FloatArray] = []
         rates: list[FloatArray] = []
         for loop, sign in zip(chain.loops, self.signs, strict=True):
+            # The gap's rate is that of the child's side against the parent's, both about the origin of the parent's side.
             base, relative = loop.relative(moved)
             kept = list(loop.rows)
             active = np.flatnonzero(sign)
@@ -133,7 +134,8 @@ class Closure:
 
     @cached_property
     def solved_as(self) -> str:
-        """How the linear equations are solved: square, tall (more equations than unknowns) or by the pseudo-inverse."""
+        """Kind of the linear equations: ``square``, ``tall`` (more equations than unknowns) or, rank deficient,
+        ``pseudo-inverse``."""
         matrix = self.evaluate(np.asarray(self.chain.start), self._rest_targets())[1][0] @ self.unknowns / self.scale
         rows, columns = matrix.shape
         rank = int(np.linalg.matrix_rank(matrix, tol=1e-9 * max(float(np.abs(matrix).max(initial=0.0)), 1e-300)))
@@ -159,10 +161,10 @@ class Closure:
                 return np.linalg.solve(r, -np.swapaxes(q, -1, -2) @ residual[..., None])[..., 0] / self.scale
             except np.linalg.LinAlgError:
                 pass  # a pose of the batch is exactly singular: the least change that helps is taken there
-        return -(np.linalg.pinv(matrix, rcond=SINGULAR) @ residual[..., None])[..., 0] / self.scale
+        return -(np.linalg.pinv(matrix, rcond=CLOSURE_SINGULAR_RATIO) @ residual[..., None])[..., 0] / self.scale
 
-    def hand(self, rate: FloatArray) -> FloatArray:
-        """Return the sign of the determinant of the equations, zero where they are not as many as the unknowns, shape (P,)."""
+    def determinant_sign(self, rate: FloatArray) -> FloatArray:
+        """Return the sign of the determinant of the equations, zero where they are not square, shape (P,)."""
         return np.sign(np.linalg.det(rate @ self.unknowns)) if self.solved_as == "square" else np.zeros(len(rate))
 
     def rates(self, values: FloatArray) -> FloatArray:
@@ -172,7 +174,7 @@ class Closure:
         if not chain.loops or not chain.passive:
             return coupling
         _, rate = Closure(chain, None).evaluate(values, {})
-        passive = np.linalg.pinv(rate @ self.unknowns / self.scale, rcond=SINGULAR) @ rate @ coupling
+        passive = np.linalg.pinv(rate @ self.unknowns / self.scale, rcond=CLOSURE_SINGULAR_RATIO) @ rate @ coupling
         return coupling - self.unknowns @ (passive / self.scale[:, None])
 
     def settle(self, values: FloatArray, mode: str) -> FloatArray:
@@ -180,11 +182,12 @@ class Closure:
         matrix = self.unknowns / self.scale
         for _ in range(60):
             residual, rate = self.evaluate(values, {})
-            change = -(np.linalg.pinv(rate @ matrix, rcond=SINGULAR) @ residual[..., None])[..., 0]
+            change = -(np.linalg.pinv(rate @ matrix, rcond=CLOSURE_SINGULAR_RATIO) @ residual[..., None])[..., 0]
             size = float(np.abs(change).max(initial=0.0))
+            # At most 0.3 rad a step: start values are written by hand and may be far from closing.
             step = change * min(1.0, 0.3 / max(size, 1e-300)) @ matrix.T
             values = advance(self.chain.steps, self.chain.balls, values, change=step)
-            if size < CONVERGED:
+            if size < MODE_STEP_TOLERANCE:
                 break
         if float(np.abs(residual).max(initial=0.0)) > 1e-8:
             fail("assembly mode", repr(mode), "does not close from its start values at the reference pose",
@@ -193,20 +196,23 @@ class Closure:
 
 
 def solve_closure(closure: Closure, start: FloatArray, goal: FloatArray, *, targets: Mapping[str, FloatArray]) -> Solution:
-    """Follow every pose from its start (P, n_steps) to positions of the driven axes (P, n_driven), or targets of the task."""
+    """Follow every pose from its start to a goal along a straight line of the commanded coordinates.
+
+    start : (P, n_steps); goal : (P, n_driven) positions of the driven axes; targets : of the task, by kind, (P,) each.
+    """
     chain = closure.chain
     count = len(start)
-    rest = chain.positions_of(start)
+    start_positions = chain.positions_of(start)
     free = closure.unknowns.shape[1]
     if free == 0:
-        change = (goal - rest) @ chain.coupling.T
+        change = (goal - start_positions) @ chain.coupling.T
         return Solution(start + change, np.ones(count), ("",) * count)
     begin = {} if closure.task is None else _read(closure, start)
     held = np.zeros(len(chain.driven_axes), bool)
     if closure.task is not None:
         held[[k for k, axis in enumerate(chain.driven_axes) if axis.name in closure.task.axes]] = True
-    travel = np.where(held, 0.0, goal - rest)
-    return _followed(closure, start.copy(), _Way(travel, begin, targets))
+    travel = np.where(held, 0.0, goal - start_positions)
+    return _follow(closure, start.copy(), _Way(travel, begin, targets))
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,9 +223,9 @@ class _Way:
     begin: Mapping[str, FloatArray]
     end: Mapping[str, FloatArray]
 
-    def targets(self, at: np.ndarray, part: FloatArray) -> dict[str, FloatArray]:
-        """Targets of the poses `at` after a part of the way."""
-        return {kind: (1 - part) * self.begin[kind][at] + part * goal[at] for kind, goal in self.end.items()}
+    def targets(self, indices: np.ndarray, part: FloatArray) -> dict[str, FloatArray]:
+        """Return the targets of the poses `indices` after a part of the way."""
+        return {kind: (1 - part) * self.begin[kind][indices] + part * goal[indices] for kind, goal in self.end.items()}
 
 
 def _read(closure: Closure, values: FloatArray) -> dict[str, FloatArray]:
@@ -228,42 +234,44 @@ def _read(closure: Closure, values: FloatArray) -> dict[str, FloatArray]:
     return task.read(chain.displacements_of(chain.motions_of(values)))
 
 
-def _followed(closure: Closure, values: FloatArray, way: _Way) -> Solution:
+def _follow(closure: Closure, values: FloatArray, way: _Way) -> Solution:
     count = len(values)
     part, step = np.zeros(count), np.ones(count)
     active = np.arange(count)
-    hand = closure.hand(closure.evaluate(values, way.targets(active, part))[1])
+    # Predictor-corrector continuation: an accepted step doubles, a refused one is taken again with a quarter.
+    hand = closure.determinant_sign(closure.evaluate(values, way.targets(active, part))[1])
     while active.size:
         goal = np.minimum(1.0, part[active] + step[active])
         moved, accepted = _attempt(closure, values[active], way, active, (part[active], goal, hand[active]))
         values[active[accepted]] = moved[accepted]
         part[active[accepted]] = goal[accepted]
         step[active] = np.where(accepted, 2 * step[active], step[active] / 4)
-        active = active[(part[active] < 1) & (step[active] >= SMALLEST_PART)]
-    reasons = tuple("" if p >= 1 else _stopped(float(p)) for p in part)
+        active = active[(part[active] < 1) & (step[active] >= MIN_CONTINUATION_FRACTION)]
+    reasons = tuple("" if p >= 1 else _stop_reason(float(p)) for p in part)
     return Solution(values, part, reasons)
 
 
-def _stopped(part: float) -> str:
+def _stop_reason(part: float) -> str:
     return (f"cannot be reached from the reference pose: the way there ends after {100 * part:.0f} %, at a singular pose or "
             "where the loops can no longer close")
 
 
-def _attempt(closure: Closure, values: FloatArray, way: _Way, at: np.ndarray, parts: tuple[FloatArray, FloatArray, FloatArray]
+def _attempt(closure: Closure, values: FloatArray, way: _Way, indices: np.ndarray,
+             parts: tuple[FloatArray, FloatArray, FloatArray]
              ) -> tuple[FloatArray, BoolArray]:
-    """Move poses from one part of the way to another: predicted by the Jacobian, corrected by Newton; accepted where it holds.
+    """Move poses from one part of the way to another, predicted by the Jacobian and corrected by Newton; return acceptance too.
 
     parts : before, after, and the hand of the equations, which changes only where a singular pose is passed.
     """
-    chain, (before, after, hand) = closure.chain, parts
-    driven = (way.travel[at] * (after - before)[:, None]) @ chain.coupling.T
-    targets = way.targets(at, after)
+    chain, (fraction_before, fraction_after, hand) = closure.chain, parts
+    driven = (way.travel[indices] * (fraction_after - fraction_before)[:, None]) @ chain.coupling.T
+    targets = way.targets(indices, fraction_after)
     residual, rate = closure.evaluate(values, targets)
-    ahead = residual + (rate @ driven[..., None])[..., 0]
-    change = driven + closure.correct(rate, ahead) @ closure.unknowns.T
+    predicted = residual + (rate @ driven[..., None])[..., 0]
+    change = driven + closure.correct(rate, predicted) @ closure.unknowns.T
     values = advance(chain.steps, chain.balls, values, change=change)
     first = np.full(len(values), np.inf)
-    for number in range(CORRECTIONS):
+    for number in range(MAX_CORRECTION_COUNT):
         residual, rate = closure.evaluate(values, targets)
         delta = closure.correct(rate, residual)
         size = np.abs(delta * closure.scale).max(axis=-1)
@@ -272,6 +280,6 @@ def _attempt(closure: Closure, values: FloatArray, way: _Way, at: np.ndarray, pa
         step = np.where((size < 1)[:, None], delta, 0.0) @ closure.unknowns.T
         values = advance(chain.steps, chain.balls, values, change=step)
         # Convergence is quadratic: after a correction of 1e-7 the next would be below rounding.
-        if number and (np.minimum(size, np.where(first > LARGEST_CORRECTION, 0.0, size)) < 1e-7).all():
+        if number and (np.minimum(size, np.where(first > MAX_NEWTON_CORRECTION, 0.0, size)) < 1e-7).all():
             break
-    return values, (first <= LARGEST_CORRECTION) & (size < 1e-6) & (closure.hand(rate) == hand)
+    return values, (first <= MAX_NEWTON_CORRECTION) & (size < 1e-6) & (closure.determinant_sign(rate) == hand)

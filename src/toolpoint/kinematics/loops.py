@@ -1,4 +1,4 @@
-r"""LoopClosure: a joint that closes a loop: how far its two sides are apart at a pose, and how that changes.
+r"""LoopClosure: a joint that closes a loop, the gap between its two sides at a pose, and the rate of that gap.
 
 Relative place of the child's side in the parent's: translation t and rotation R. Of the directions that are not free, t must
 vanish, and R may only be what the free rotations allow: about one axis a, :math:`R a = a`; about a, then b,
@@ -20,10 +20,19 @@ from toolpoint.spatial.rotation import skew
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
-    """A joint that closes a loop between two links (-1 is the ground), its frame (4, 4) at the reference pose.
+    """Joint that closes a loop between two links (-1 is the ground), its frame (4, 4) at the reference pose.
 
     free : directions that it leaves free, in order; elastic : those that hold by springs; stiffness (6, 6), N/m, N m/rad;
     largest_tilt : largest angle between the z axes of its two sides, rad.
+
+    Examples
+    --------
+    A pin is free about z; its sides are 0.1 m apart where the child's has moved along x:
+
+    >>> from toolpoint.spatial.transform import transform
+    >>> pin = LoopClosure("pin", parent=-1, child=0, frame=np.eye(4), free=("rz",))
+    >>> pin.gap(transform(None, [0.1, 0, 0])[None])[0, :3].tolist()
+    [0.1, 0.0, 0.0]
     """
 
     name: str
@@ -59,7 +68,10 @@ class LoopClosure:
         return base, tf.inverse(base) @ end
 
     def gap(self, relative: FloatArray) -> FloatArray:
-        """Return how far apart the sides are, zero in free directions, m and rad, shape (P, 6)."""
+        """Return the gap between the sides, zero in free directions, m and rad, shape (P, 6).
+
+        Rotations as in the module's docstring: the skew part of R, R a - a across a, or a . R b.
+        """
         result = np.zeros((len(relative), 6))
         r = relative[:, :3, :3]
         result[:, :3] = relative[:, :3, 3]

@@ -1,4 +1,4 @@
-"""Why a pose cannot be: travel, tilt of a joint, a gap in a locked direction; and what force an elastic loop would need."""
+"""Reasons of unreachable poses: travel, tilt of a joint, a gap in a locked direction; forces in strained elastic loops."""
 
 from __future__ import annotations
 
@@ -14,15 +14,14 @@ if TYPE_CHECKING:
     from toolpoint.kinematics.closed import ClosedChain
     from toolpoint.kinematics.closure import Closure, Solution
 
-GAP = 1e-8  # of the chain's length and in rad: what rounding leaves, and files with ten digits
-STRAIN = 1e-8
+LOOP_GAP_TOLERANCE = 1e-8  # of the chain's length, or rad: gap left by rounding, and by files with ten digits
 
 
 def limit_reasons(chain: ClosedChain, solution: Solution) -> list[str]:
     """Return for every pose the first axis or passive joint beyond its limits, empty where all are within."""
     reasons = [""] * len(solution.values)
-    positions = chain.positions_of(solution.values)
-    checks = [(axis.name, positions[:, k], axis.lower, axis.upper, axis.is_rotary)
+    axis_positions = chain.positions_of(solution.values)
+    checks = [(axis.name, axis_positions[:, k], axis.lower, axis.upper, axis.is_rotary)
               for k, axis in enumerate(chain.driven_axes)]
     checks += [(chain.step_name(step), solution.values[:, step], *limits, chain.steps[step].turns)
                for step, limits in chain.limits.items()]
@@ -30,10 +29,10 @@ def limit_reasons(chain: ClosedChain, solution: Solution) -> list[str]:
     for loop in chain.loops:
         if np.isfinite(loop.largest_tilt):
             checks.append((f"{loop.name} tilt", loop.tilt(loop.relative(moved)[1]), -np.inf, loop.largest_tilt, True))
-    for name, at, low, high, turns in checks:
+    for name, checked, lower, upper, turns in checks:
         slack = 1e-9
-        for i in np.flatnonzero((at < low - slack) | (at > high + slack)):
-            reasons[i] = reasons[i] or f"{name} would be at {_shown(at[i], turns)}, beyond {_span(low, high, turns)}"
+        for i in np.flatnonzero((checked < lower - slack) | (checked > upper + slack)):
+            reasons[i] = reasons[i] or f"{name} would be at {_shown(checked[i], turns)}, beyond {_span(lower, upper, turns)}"
     return reasons
 
 
@@ -41,10 +40,10 @@ def _shown(value: float, turns: bool) -> str:
     return f"{np.degrees(value):.4g} deg" if turns else f"{value:.6g} m"
 
 
-def _span(low: float, high: float, turns: bool) -> str:
-    if np.isinf(low):
-        return _shown(high, turns)
-    return f"{_shown(low, turns)} .. {_shown(high, turns)}"
+def _span(lower: float, upper: float, turns: bool) -> str:
+    if np.isinf(lower):
+        return _shown(upper, turns)
+    return f"{_shown(lower, turns)} .. {_shown(upper, turns)}"
 
 
 def gap_reasons(chain: ClosedChain, solution: Solution, closure: Closure) -> list[str]:
@@ -53,7 +52,7 @@ def gap_reasons(chain: ClosedChain, solution: Solution, closure: Closure) -> lis
     for loop, gap in zip(chain.loops, closure.gaps(solution.values), strict=True):
         locked = [i for i in loop.rows if AXES[i] not in loop.elastic]
         size = np.where(np.arange(6) < 3, chain.length, 1.0)
-        is_open = (np.abs(gap[:, locked]) > GAP * size[locked]).any(axis=1)
+        is_open = (np.abs(gap[:, locked]) > LOOP_GAP_TOLERANCE * size[locked]).any(axis=1)
         for i in np.flatnonzero(is_open):
             reasons[i] = reasons[i] or _gap_words(chain, loop.name, gap[i], locked)
     return reasons
@@ -63,14 +62,14 @@ def _gap_words(chain: ClosedChain, name: str, gap: FloatArray, locked: list[int]
     part = np.zeros(6)
     part[locked] = gap[locked]
     slide, turn = 1e3 * float(np.linalg.norm(part[:3])), 1e3 * float(np.linalg.norm(part[3:]))
-    weighed = np.abs(part) / np.where(np.arange(6) < 3, chain.length, 1.0)
-    worst = ", ".join(AXES[i] for i in np.flatnonzero(weighed > 0.1 * weighed.max()))
-    return (f"loop joint {name} is torn open by {slide:.4g} mm and {turn:.4g} mrad in locked directions ({worst}); let one "
-            f"axis drive both sides of the loop, or free {worst} in {name}, or directions of other joints of the loop")
+    weighted = np.abs(part) / np.where(np.arange(6) < 3, chain.length, 1.0)
+    directions = ", ".join(AXES[i] for i in np.flatnonzero(weighted > 0.1 * weighted.max()))
+    return (f"loop joint {name} is torn open by {slide:.4g} mm and {turn:.4g} mrad in locked directions ({directions}); let "
+            f"one axis drive both sides of the loop, or free {directions} in {name}, or directions of other joints of the loop")
 
 
 def strain_notes(chain: ClosedChain, solution: Solution) -> list[str]:
-    """Return for every pose what its elastic loops would have to be strained by, and with which force, empty where nothing."""
+    """Return for every pose the strain of its elastic loops and the force of it in words, empty where there is none."""
     notes = [""] * len(solution.values)
     if not any(loop.elastic for loop in chain.loops):
         return notes
@@ -79,7 +78,7 @@ def strain_notes(chain: ClosedChain, solution: Solution) -> list[str]:
         if not ways or loop.stiffness is None:
             continue
         size = np.where(np.arange(6) < 3, chain.length, 1.0)
-        for i in np.flatnonzero((np.abs(gap[:, ways]) > STRAIN * size[ways]).any(axis=1)):
+        for i in np.flatnonzero((np.abs(gap[:, ways]) > LOOP_GAP_TOLERANCE * size[ways]).any(axis=1)):
             part = np.where(np.isin(np.arange(6), ways), gap[i], 0.0)
             force = loop.stiffness @ part
             pull, moment = np.linalg.norm(force[:3]), np.linalg.norm(force[3:])
@@ -91,15 +90,15 @@ def strain_notes(chain: ClosedChain, solution: Solution) -> list[str]:
 
 
 def first_fault(chain: ClosedChain, pose: Pose, solution: Solution) -> None:
-    """Raise for the first pose of a batch that cannot be."""
+    """Raise ToolpointError for the first unreachable pose of a batch."""
     for i, reason in enumerate(solution.reasons):
         if reason:
             _refuse(chain, pose, i, reason)
 
 
-def _refuse(chain: ClosedChain, pose: Pose, at: int, reason: str) -> NoReturn:
+def _refuse(chain: ClosedChain, pose: Pose, index: int, reason: str) -> NoReturn:
     words = []
     for name, value in pose.items():
         values = np.atleast_1d(value)
-        words.append(f"{name} {chain.axis(name).words(float(values[at if values.size > 1 else 0]))}")
+        words.append(f"{name} {chain.axis(name).words(float(values[index if values.size > 1 else 0]))}")
     raise ToolpointError(f"pose {', '.join(words) or 'at rest'}: {reason}", argument="pose")

@@ -1,4 +1,4 @@
-r"""How near a pose is to a singular one, of which kind, and where along an axis the nearest one lies.
+r"""Condition numbers of poses by kind of singularity, and the nearest singular pose along an axis.
 
 With all steps s of the joints the loops ask J ds = 0. *Actuation*: the columns of the passive steps lose rank, so the machine
 can move with its axes held. *Constraint*: J as a whole loses rank, so the joints gain a motion that no axis commands. *Lost
@@ -19,8 +19,8 @@ from toolpoint.kinematics.closure import Closure
 from toolpoint.kinematics.tree import TreeChain
 
 KINDS = ("actuation", "constraint", "lost motion")
-SINGULAR = 1e6  # condition number of a pose that counts as singular
-EDGE = 0.02  # inverse condition number at the end of the way that counts as singular
+SINGULAR_CONDITION_NUMBER = 1e6  # condition number from which a pose counts as singular
+MAX_EDGE_INVERSE_CONDITION = 0.02  # inverse condition number at the edge of reach, below which the edge is a singular pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +32,15 @@ class PoseCondition:
     lost_motion: FloatArray
     length: float
 
-    def reasons(self, limit: float = SINGULAR) -> list[str]:
-        """Return for every pose what kind of singular pose it is, empty where it is none."""
+    def reasons(self, limit: float = SINGULAR_CONDITION_NUMBER) -> list[str]:
+        """Return the kinds of singularity of every pose in words, empty where it has none."""
         numbers = np.stack([self.actuation, self.constraint, self.lost_motion], axis=-1)
         return [", ".join(f"singular pose ({kind}, condition number {row[k]:.3g} with lengths over {self.length:.3g} m)"
                           for k, kind in enumerate(KINDS) if not row[k] < limit) for row in numbers]
 
 
 def pose_condition(chain: TreeChain, pose: Pose, link: int | None = None, *, length: float | None = None) -> PoseCondition:
-    """Return how well conditioned a chain is at a batch of poses.
+    """Return the condition numbers of a chain at a batch of poses.
 
     Parameters
     ----------
@@ -50,6 +50,20 @@ def pose_condition(chain: TreeChain, pose: Pose, link: int | None = None, *, len
         The link of the tool, for lost motion; left out of account where left out.
     length : float, optional
         m; the size of the chain where left out.
+
+    Raises
+    ------
+    ToolpointError
+        For a pose that is unreachable, and a length that is not positive.
+
+    Examples
+    --------
+    A planar arm of two links of 1 m, stretched: the tip's rates for both axes are parallel.
+
+    >>> from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_chain
+    >>> arm = arm_chain([ArmRow("A", a=1.0), ArmRow("B", a=1.0)])
+    >>> bool(pose_condition(arm, {"A": 0.0, "B": 1.5}, link=1).lost_motion[0] < 10)
+    True
     """
     size = positive("length", length if length is not None else getattr(chain, "length", 1.0))
     values = chain.step_values(pose)
@@ -57,10 +71,10 @@ def pose_condition(chain: TreeChain, pose: Pose, link: int | None = None, *, len
     constraint: FloatArray = np.ones(len(values))
     if isinstance(chain, ClosedChain) and chain.loops and chain.passive:
         actuation, constraint = _loop_conditions(chain, values, size)
-    lost: FloatArray = np.ones(len(values))
+    lost_motion: FloatArray = np.ones(len(values))
     if link is not None and chain.driven_axes:
-        lost = _tool_condition(chain, pose, link, size)
-    return PoseCondition(actuation, constraint, lost, size)
+        lost_motion = _tool_condition(chain, pose, link, size)
+    return PoseCondition(actuation, constraint, lost_motion, size)
 
 
 def _loop_conditions(chain: ClosedChain, values: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
@@ -71,12 +85,12 @@ def _loop_conditions(chain: ClosedChain, values: FloatArray, length: float) -> t
     step_scale = np.array([1.0 if step.turns else 1 / length for step in chain.steps])
     rank = _ranks(closure, chain, step_scale)
     passive = np.linalg.svd(rate[:, :, list(chain.passive_steps)] / step_scale[list(chain.passive_steps)], compute_uv=False)
-    whole = np.linalg.svd(rate / step_scale, compute_uv=False)
-    return _ratio(passive, rank[0]), _ratio(whole, rank[1])
+    all_steps = np.linalg.svd(rate / step_scale, compute_uv=False)
+    return _condition_numbers(passive, rank[0]), _condition_numbers(all_steps, rank[1])
 
 
 def _ranks(closure: Closure, chain: ClosedChain, step_scale: FloatArray) -> tuple[int, int]:
-    """Ranks of both matrices at the reference pose: redundant equations are no singular pose."""
+    """Return the ranks of both matrices at the reference pose: redundant equations are no singular pose."""
     rate = closure.evaluate(np.asarray(chain.start), {})[1][0] / step_scale
     ranks = []
     for matrix in (rate[:, list(chain.passive_steps)], rate):
@@ -85,7 +99,8 @@ def _ranks(closure: Closure, chain: ClosedChain, step_scale: FloatArray) -> tupl
     return ranks[0], ranks[1]
 
 
-def _ratio(singular: FloatArray, rank: int) -> FloatArray:
+def _condition_numbers(singular: FloatArray, rank: int) -> FloatArray:
+    """Return largest over rank-th singular value of every pose, infinite where the latter is rounding, (P,)."""
     if rank == 0:
         return np.ones(len(singular))
     with np.errstate(divide="ignore"):
@@ -99,7 +114,7 @@ def _tool_condition(chain: TreeChain, pose: Pose, link: int, length: float) -> F
     scale = np.array([1.0 if axis.is_rotary else 1 / length for axis in chain.driven_axes])[active]
     matrix = np.swapaxes(twists[:, active] * weights / scale[:, None], -1, -2)
     singular = np.linalg.svd(matrix, compute_uv=False)
-    return _ratio(singular, min(int(active.sum()), 6))
+    return _condition_numbers(singular, min(int(active.sum()), 6))
 
 
 def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, *, link: int | None = None, samples: int = 121
@@ -109,28 +124,28 @@ def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, *, link: int | 
     The inverse condition number is sampled over the travel and its minima are refined; None where none is singular. Where the
     travel ends before the chain does, that end counts as out of reach, not as singular.
     """
-    known = {each.name: each for each in chain.axes}
-    if axis not in known:
-        fail("axis", repr(axis), f"must be of {', '.join(known)}")
-    part = known[axis]
-    here = float(np.atleast_1d(pose.get(axis, part.rest))[0])
+    axes_by_name = {each.name: each for each in chain.axes}
+    if axis not in axes_by_name:
+        fail("axis", repr(axis), f"must be of {', '.join(axes_by_name)}")
+    part = axes_by_name[axis]
+    start = float(np.atleast_1d(pose.get(axis, part.reference_position))[0])
     reach = np.pi if part.is_rotary else 4 * float(getattr(chain, "length", 1.0))
-    low, high = max(part.lower, here - reach), min(part.upper, here + reach)
-    places = np.linspace(low, high, samples)
-    inverse = _inverse_conditions(chain, (pose, axis), places, link)
-    results = [_refined(chain, (pose, axis), (places[i - 1], places[i + 1]), link)
-               for i in range(1, samples - 1) if _dips(inverse, i)]
-    lost: BoolArray = np.asarray(np.isnan(inverse).all(axis=1))
-    for i in np.flatnonzero(lost[1:] != lost[:-1]):
-        span = (places[i + 1], places[i]) if lost[i] else (places[i], places[i + 1])
-        results.append(_edge(chain, (pose, axis), span, link))
-    near = [(abs(place - here), kind) for place, kind in results if kind]
-    return min(near) if near else None
+    position_min, position_max = max(part.lower, start - reach), min(part.upper, start + reach)
+    positions = np.linspace(position_min, position_max, samples)
+    inverse = _inverse_conditions(chain, (pose, axis), positions, link)
+    results = [_refine_minimum(chain, (pose, axis), (positions[i - 1], positions[i + 1]), link)
+               for i in range(1, samples - 1) if _is_local_minimum(inverse, i)]
+    is_unreachable: BoolArray = np.asarray(np.isnan(inverse).all(axis=1))
+    for i in np.flatnonzero(is_unreachable[1:] != is_unreachable[:-1]):
+        span = (positions[i + 1], positions[i]) if is_unreachable[i] else (positions[i], positions[i + 1])
+        results.append(_reach_edge(chain, (pose, axis), span, link))
+    singular = [(abs(position - start), kind) for position, kind in results if kind]
+    return min(singular) if singular else None
 
 
-def _edge(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
-    """Where along an axis the chain can go no further, and the kind of singular pose there; empty where a limit ends it."""
-    (pose, axis), (inside, outside) = at, span
+def _reach_edge(chain: TreeChain, line: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
+    """Return the edge of reach along an axis, and the kind of singular pose there; empty where a limit ends the travel."""
+    (pose, axis), (inside, outside) = line, span
     assert isinstance(chain, ClosedChain)
     values = chain.solve({**pose, axis: inside}).values
     for _ in range(4):  # each attempt goes on to within 1/512 of what was left
@@ -140,22 +155,23 @@ def _edge(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], lin
         inside, values = inside + float(solution.part[0]) * (outside - inside), solution.values
     row = _inverse_condition(chain, {**pose, axis: inside}, link)
     # Near such an end the condition falls with the root of the distance, so rounding leaves more of it than elsewhere.
-    return inside, KINDS[int(np.nanargmin(row))] if not np.isnan(row).all() and np.nanmin(row) < EDGE else ""
+    return (inside, KINDS[int(np.nanargmin(row))] if not np.isnan(row).all() and np.nanmin(row) < MAX_EDGE_INVERSE_CONDITION
+            else "")
 
 
-def _dips(inverse: FloatArray, i: int) -> bool:
+def _is_local_minimum(inverse: FloatArray, i: int) -> bool:
     # Flat stretches, whose values differ by rounding only, are no dips.
     return bool((inverse[i] < (1 - 1e-9) * np.minimum(inverse[i - 1], inverse[i + 1])).any())
 
 
-def _inverse_conditions(chain: TreeChain, at: tuple[Pose, str], places: FloatArray, link: int | None) -> FloatArray:
-    """Inverse condition numbers of each kind (n_places, 3), not a number where a pose cannot be."""
-    (pose, axis), result = at, np.full((len(places), 3), np.nan)
-    good = np.ones(len(places), bool)
+def _inverse_conditions(chain: TreeChain, line: tuple[Pose, str], positions: FloatArray, link: int | None) -> FloatArray:
+    """Return the inverse condition numbers of each kind at positions of an axis, (n_positions, 3), nan where unreachable."""
+    (pose, axis), result = line, np.full((len(positions), 3), np.nan)
+    good = np.ones(len(positions), bool)
     if isinstance(chain, ClosedChain):
-        good, _ = chain.reachable({**pose, axis: places})
+        good, _ = chain.reachable({**pose, axis: positions})
     if good.any():
-        condition = pose_condition(chain, {**pose, axis: places[good]}, link)
+        condition = pose_condition(chain, {**pose, axis: positions[good]}, link)
         result[good] = 1 / np.stack([condition.actuation, condition.constraint, condition.lost_motion], axis=-1)
     return result
 
@@ -168,20 +184,20 @@ def _inverse_condition(chain: TreeChain, pose: Pose, link: int | None) -> FloatA
     return 1 / np.array([condition.actuation[0], condition.constraint[0], condition.lost_motion[0]])
 
 
-def _refined(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
-    """Golden-section search of the least inverse condition number; the kind is empty where it stays above zero."""
-    (pose, axis), (low, high) = at, span
+def _refine_minimum(chain: TreeChain, line: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
+    """Minimise the inverse condition number by golden section; the kind is empty where the minimum is above 1e-5."""
+    (pose, axis), (lower, upper) = line, span
     golden = (np.sqrt(5) - 1) / 2
 
-    def value(place: float) -> float:
-        row = _inverse_condition(chain, {**pose, axis: place}, link)
+    def value(position: float) -> float:
+        row = _inverse_condition(chain, {**pose, axis: position}, link)
         return 0.0 if np.isnan(row).all() else float(np.nanmin(row))
 
     for _ in range(48):
-        left, right = high - golden * (high - low), low + golden * (high - low)
-        low, high = (low, right) if value(left) < value(right) else (left, high)
-    place = (low + high) / 2
-    row = _inverse_condition(chain, {**pose, axis: place}, link)
+        left, right = upper - golden * (upper - lower), lower + golden * (upper - lower)
+        lower, upper = (lower, right) if value(left) < value(right) else (left, upper)
+    position = (lower + upper) / 2
+    row = _inverse_condition(chain, {**pose, axis: position}, link)
     if np.isnan(row).all() or np.nanmin(row) > 1e-5:
-        return place, ""
-    return place, KINDS[int(np.nanargmin(row))]
+        return position, ""
+    return position, KINDS[int(np.nanargmin(row))]

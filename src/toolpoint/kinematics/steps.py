@@ -12,7 +12,13 @@ from toolpoint.spatial import rotation as rot
 
 
 class Step(NamedTuple):
-    """Motion of a joint along (0, 1, 2: x, y, z) or about (3, 4, 5) a direction of its frame, after the steps before it."""
+    """Motion of a joint along (0, 1, 2: x, y, z) or about (3, 4, 5) a direction of its frame, after the steps before it.
+
+    Examples
+    --------
+    >>> Step(joint=0, way=5).turns  # a rotation about z
+    True
+    """
 
     joint: int
     way: int
@@ -56,7 +62,10 @@ def step_motion(steps: Sequence[Step], group: tuple[int, ...], values: FloatArra
 
 
 def advance(steps: Sequence[Step], balls: Sequence[tuple[int, ...]], values: FloatArray, *, change: FloatArray) -> FloatArray:
-    """Return step values (P, n) changed: rotation vectors of balls by a further turn about their moved directions."""
+    """Return step values (P, n) after a change: rotation vectors of balls by a further turn about their moved directions.
+
+    Rotation vectors do not add: exp(a) exp(b) is not exp(a + b).
+    """
     result = values + change
     for ball in balls:
         turn = change[:, ball]

@@ -1,4 +1,4 @@
-r"""Task: coordinates of the tool in which a chain is commanded in place of its own axes: place, tilt, azimuth, torsion.
+r"""Task: coordinates of the tool (place, tilt, azimuth, torsion) in which a chain is commanded in place of its own axes.
 
 The tool's axis is :math:`d = R_z(\varphi) R_y(\theta) e_z`, azimuth :math:`\varphi`, tilt :math:`\theta`; with torsion
 :math:`\sigma` the whole orientation is :math:`R_z(\varphi) R_y(\theta) R_z(\sigma - \varphi)` (tilt and torsion angles: Bonev,
@@ -36,6 +36,21 @@ class Task:
         Unit direction of the tool at the reference pose, machine frame.
     axes : names of the driven axes that the coordinates stand in place of
     coordinates : mapping of name (``Z``) to coordinate (``x y z tilt azimuth torsion``)
+
+    Raises
+    ------
+    ToolpointError
+        For other coordinates than axes in number, azimuth without tilt, torsion without azimuth.
+
+    Examples
+    --------
+    A tool of a link that has turned by 0.2 rad about y is tilted by 0.2 rad:
+
+    >>> from toolpoint.spatial.transform import transform
+    >>> task = Task(0, [0, 0, 0.1], [0, 0, 1], ("A",), {"tilt": "tilt"})
+    >>> read = task.read(transform(rot.about("y", 0.2))[None, None])
+    >>> round(float(read["tilt"][0]), 9)
+    0.2
     """
 
     link: int
@@ -79,19 +94,19 @@ class Task:
         return smallest_turn(self.direction)
 
     def read(self, moved: FloatArray) -> dict[str, FloatArray]:
-        """Return all six coordinates for displacements of the links (P, n_links, 4, 4), m and rad."""
+        """Return all six coordinates by kind, (P,) each, for displacements of the links (P, n_links, 4, 4), m and rad."""
         place = tf.move(moved[:, self.link], self.point[None])[:, 0]
         turn = moved[:, self.link, :3, :3] @ self.rest_turn
         d = turn[:, :, 2]
         azimuth = np.where(np.hypot(d[:, 0], d[:, 1]) > 1e-12, np.arctan2(d[:, 1], d[:, 0]), 0.0)
-        back = np.swapaxes(orientation(np.arccos(np.clip(d[:, 2], -1, 1)), azimuth, np.zeros_like(azimuth)), -1, -2) @ turn
+        untilted = np.swapaxes(orientation(np.arccos(np.clip(d[:, 2], -1, 1)), azimuth, np.zeros_like(azimuth)), -1, -2) @ turn
         values = {name: place[:, i] for i, name in enumerate(PLACES)}
         # The angle of the tool from its horizontal part, accurate near zero where the cosine is not.
         values["tilt"] = np.arctan2(np.hypot(d[:, 0], d[:, 1]), d[:, 2])
-        return values | {"azimuth": azimuth, "torsion": np.arctan2(back[:, 1, 0], back[:, 0, 0])}
+        return values | {"azimuth": azimuth, "torsion": np.arctan2(untilted[:, 1, 0], untilted[:, 0, 0])}
 
     def residual(self, moved: FloatArray, target: Mapping[str, FloatArray]) -> FloatArray:
-        """Return how far the tool is from target coordinates (by kind, (P,) each), shape (P, n_equations)."""
+        """Return the residual of the tool against target coordinates (by kind, (P,) each), shape (P, n_equations)."""
         place = tf.move(moved[:, self.link], self.point[None])[:, 0]
         rows = [place[:, i] - target[name] for i, name in enumerate(PLACES) if name in self.kinds]
         if "tilt" in self.kinds:

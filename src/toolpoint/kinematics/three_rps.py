@@ -1,4 +1,4 @@
-r"""The 3-RPS parallel head in closed form: leg lengths, parasitic motion, and all poses that given leg lengths allow.
+r"""3-RPS parallel head in closed form: leg lengths, parasitic motion, and all poses that given leg lengths allow.
 
 Revolute joints at radius R on the base with tangential axes, spherical joints at radius r on the platform, at 0, 120 and 240
 degrees; each limb stays in its radial plane. With tilt and azimuth as in `task` the torsion is zero, and the platform's
@@ -17,15 +17,22 @@ from numpy.typing import ArrayLike
 from toolpoint._check import ComplexArray, FloatArray, floats, positive
 from toolpoint.kinematics.task import orientation
 
-_SAMPLES = 128
+_POLYNOMIAL_SAMPLE_COUNT = 128  # samples of the trigonometric polynomial on the unit circle
 _ANGLES = 2 * np.pi / 3 * np.arange(3)
 _RADIAL = np.stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(3)], axis=-1)
-_REAL = 1e-4  # how far a root may lie off the unit circle before it is polished
+_UNIT_CIRCLE_TOLERANCE = 1e-4  # distance from the unit circle within which a root is polished as a real angle
 
 
 @dataclass(frozen=True)
 class ThreeRps:
-    """Geometry: radius of the base's revolute joints and of the platform's spherical joints, m."""
+    """Geometry of the head: radius of the base's revolute joints and of the platform's spherical joints, m.
+
+    Examples
+    --------
+    >>> head = ThreeRps(base=0.3, platform=0.2)
+    >>> head.forward(head.inverse(0.8, 0.2, 0.5))[0].round(6).tolist()  # z, tilt and azimuth, of the highest pose
+    [0.8, 0.2, 0.5]
+    """
 
     base: float
     platform: float
@@ -59,58 +66,59 @@ class ThreeRps:
         lengths = floats("legs", legs, (3,))
         for value in lengths:
             positive("legs", float(value))
-        sample = np.exp(2j * np.pi * np.arange(_SAMPLES) / _SAMPLES)
-        coefficients = np.fft.fft(self._product(sample, lengths)) / _SAMPLES
+        sample = np.exp(2j * np.pi * np.arange(_POLYNOMIAL_SAMPLE_COUNT) / _POLYNOMIAL_SAMPLE_COUNT)
+        coefficients = np.fft.fft(self._solution_product(sample, lengths)) / _POLYNOMIAL_SAMPLE_COUNT
         ordered = np.fft.fftshift(coefficients)
         kept = np.flatnonzero(np.abs(ordered) > 1e-12 * np.abs(ordered).max())
         roots = np.roots(ordered[kept[0]:kept[-1] + 1][::-1])
-        near = roots[np.abs(np.abs(roots) - 1) < _REAL]
-        angles = [angle for root in near for angle in self._completed(float(np.angle(root)), lengths)]
+        real_roots = roots[np.abs(np.abs(roots) - 1) < _UNIT_CIRCLE_TOLERANCE]
+        angles = [angle for root in real_roots for angle in self._complete_angles(float(np.angle(root)), lengths)]
         poses = [self._pose(np.array(angle), lengths) for angle in angles]
         # Where the limbs pass each other the platform also closes turned half round, which no head is built for.
         upright = [pose for pose in poses if pose is not None and np.abs(self.inverse(*pose) - lengths).max() < 1e-8]
-        return np.array(_distinct(upright)).reshape(-1, 3)
+        return np.array(_select_distinct(upright)).reshape(-1, 3)
 
-    def _pair(self, first: int, second: int, lengths: FloatArray) -> tuple[float, float, float, float, float]:
-        """Coefficients of c_i c_j, s_i s_j, c_i, c_j and 1 in the distance of two ends less that of the platform's joints."""
+    def _distance_coefficients(self, first: int, second: int, lengths: FloatArray) -> tuple[float, float, float, float, float]:
+        """Return the coefficients of c_i c_j, s_i s_j, c_i, c_j and 1 in |A_i - A_j|^2 - 3 r^2, A the ends of the limbs."""
         a, b, radius = lengths[first], lengths[second], self.base
         # |A_i - A_j|^2 with the radii p = R - a c_i and q = R - b c_j at 120 degrees: p^2 + q^2 + p q, and the heights.
         return (a * b, -2 * a * b, -3 * radius * a, -3 * radius * b,
                 3 * radius**2 + a**2 + b**2 - 3 * self.platform**2)
 
-    def _limb(self, c: ComplexArray, s: ComplexArray, other: int, lengths: FloatArray
-              ) -> tuple[list[tuple[ComplexArray, ComplexArray]], ComplexArray]:
-        """Both solutions (cosine, sine) of another limb for the first limb's angle, times their denominator, and it."""
-        cc, ss, ci, cj, rest = self._pair(0, other, lengths)
-        p, q, k = cc * c + cj, ss * s, ci * c + rest
-        below = p**2 + q**2
-        root = np.sqrt(below - k**2 + 0j)
-        return [((-p * k + sign * q * root), (-q * k - sign * p * root)) for sign in (1, -1)], below
+    def _solve_limb(self, c: ComplexArray, s: ComplexArray, other: int, lengths: FloatArray
+                    ) -> tuple[list[tuple[ComplexArray, ComplexArray]], ComplexArray]:
+        """Return both solutions (cosine, sine) of another limb for the first limb's angle, times their denominator, and it."""
+        cc, ss, ci, cj, constant = self._distance_coefficients(0, other, lengths)
+        p, q, k = cc * c + cj, ss * s, ci * c + constant
+        denominator = p**2 + q**2
+        root = np.sqrt(denominator - k**2 + 0j)
+        return [((-p * k + sign * q * root), (-q * k - sign * p * root)) for sign in (1, -1)], denominator
 
-    def _product(self, z: ComplexArray, lengths: FloatArray) -> ComplexArray:
+    def _solution_product(self, z: ComplexArray, lengths: FloatArray) -> ComplexArray:
         c, s = z.real + 0j, z.imag + 0j
-        (second, below2), (third, below3) = self._limb(c, s, 1, lengths), self._limb(c, s, 2, lengths)
-        cc, ss, ci, cj, rest = self._pair(1, 2, lengths)
+        (second, denominator2), (third, denominator3) = self._solve_limb(c, s, 1, lengths), self._solve_limb(c, s, 2, lengths)
+        cc, ss, ci, cj, constant = self._distance_coefficients(1, 2, lengths)
         total = np.ones_like(z)
         for c2, s2 in second:
             for c3, s3 in third:
-                total = total * (cc * c2 * c3 + ss * s2 * s3 + ci * c2 * below3 + cj * c3 * below2 + rest * below2 * below3)
-        return total / (below2 * below3) ** 2
+                total = total * (cc * c2 * c3 + ss * s2 * s3 + ci * c2 * denominator3 + cj * c3 * denominator2
+                                 + constant * denominator2 * denominator3)
+        return total / (denominator2 * denominator3) ** 2
 
-    def _completed(self, angle: float, lengths: FloatArray) -> list[FloatArray]:
-        """Angles of all limbs for that of the first, where the third equation holds, polished."""
+    def _complete_angles(self, angle: float, lengths: FloatArray) -> list[FloatArray]:
+        """Return the angles of all limbs for that of the first, where the third equation holds, polished."""
         c, s = np.array([np.cos(angle)]).astype(complex), np.array([np.sin(angle)]).astype(complex)
-        (second, below2), (third, below3) = self._limb(c, s, 1, lengths), self._limb(c, s, 2, lengths)
+        (second, denominator2), (third, denominator3) = self._solve_limb(c, s, 1, lengths), self._solve_limb(c, s, 2, lengths)
         result = []
         for c2, s2 in second:
             for c3, s3 in third:
-                start = np.array([angle, *np.angle((c2 + 1j * s2) / below2), *np.angle((c3 + 1j * s3) / below3)])
-                polished = self._polished(start, lengths)
+                start = np.array([angle, *np.angle((c2 + 1j * s2) / denominator2), *np.angle((c3 + 1j * s3) / denominator3)])
+                polished = self._polish(start, lengths)
                 if polished is not None:
                     result.append(polished)
         return result
 
-    def _polished(self, angles: FloatArray, lengths: FloatArray) -> FloatArray | None:
+    def _polish(self, angles: FloatArray, lengths: FloatArray) -> FloatArray | None:
         for _ in range(8):
             value, slope = self._equations(angles, lengths)
             if abs(np.linalg.det(slope)) < 1e-14 * np.abs(slope).max() ** 3:
@@ -125,14 +133,14 @@ class ThreeRps:
         c, s = np.cos(angles), np.sin(angles)
         value, slope = np.empty(3), np.zeros((3, 3))
         for row, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
-            cc, ss, ci, cj, rest = self._pair(i, j, lengths)
-            value[row] = cc * c[i] * c[j] + ss * s[i] * s[j] + ci * c[i] + cj * c[j] + rest
+            cc, ss, ci, cj, constant = self._distance_coefficients(i, j, lengths)
+            value[row] = cc * c[i] * c[j] + ss * s[i] * s[j] + ci * c[i] + cj * c[j] + constant
             slope[row, i] = -s[i] * (cc * c[j] + ci) + ss * c[i] * s[j]
             slope[row, j] = -s[j] * (cc * c[i] + cj) + ss * s[i] * c[j]
         return value, slope
 
     def _pose(self, angles: FloatArray, lengths: FloatArray) -> FloatArray | None:
-        """Pose of the platform on the ends of the limbs, None where it hangs below the base."""
+        """Return the pose of the platform on the ends of the limbs, None where it hangs below the base."""
         ends = (self.base - lengths * np.cos(angles))[:, None] * _RADIAL
         ends[:, 2] = lengths * np.sin(angles)
         centre = ends.mean(axis=0)
@@ -140,12 +148,12 @@ class ThreeRps:
         normal /= np.linalg.norm(normal)
         if centre[2] <= 0:
             return None
-        aside = float(np.hypot(normal[0], normal[1]))
-        azimuth = float(np.arctan2(normal[1], normal[0])) if aside > 1e-9 else 0.0
-        return np.array([centre[2], np.arctan2(aside, normal[2]), azimuth])
+        horizontal = float(np.hypot(normal[0], normal[1]))
+        azimuth = float(np.arctan2(normal[1], normal[0])) if horizontal > 1e-9 else 0.0
+        return np.array([centre[2], np.arctan2(horizontal, normal[2]), azimuth])
 
 
-def _distinct(poses: list[FloatArray]) -> list[FloatArray]:
+def _select_distinct(poses: list[FloatArray]) -> list[FloatArray]:
     kept: list[FloatArray] = []
     for pose in sorted(poses, key=lambda p: -p[0]):
         if not any(np.abs(pose - other).max() < 1e-7 for other in kept):

@@ -1,4 +1,4 @@
-"""The tool's x, y and z at a pose, built from the direction of its axis alone."""
+"""Axes x, y and z of a tool from the direction of its axis alone."""
 
 from __future__ import annotations
 

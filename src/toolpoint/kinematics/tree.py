@@ -1,4 +1,4 @@
-"""TreeChain: bodies on joints in a tree, some joint directions driven by axes, some passive; forward, Jacobian, inverse."""
+"""TreeChain: links on joints in a tree, some joint directions driven by axes, some passive; forward, Jacobian, inverse."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from toolpoint.spatial import transform as tf
 
 @dataclass(frozen=True, eq=False)
 class TreeChain(NotebookText):
-    """A tree of links; link i hangs by joint i on its parent (a smaller index, or -1 for the ground).
+    """Tree of links; link i hangs by joint i on its parent (a smaller index, or -1 for the ground).
 
     Every joint moves by steps, motions along or about one of its directions: first those that axes drive, in the order of the
     axes (the first nearest to the parent), then the passive ones, which stand still unless a loop moves them.
@@ -32,6 +32,22 @@ class TreeChain(NotebookText):
     axes : sequence of Axis
     passive : sequence of Step
         Passive steps; those of one joint together, translations before rotations. Three rotations of one joint are a ball.
+
+    Raises
+    ------
+    ToolpointError
+        For a parent that is no earlier link, and axes that drive the same joint directions alike.
+
+    Examples
+    --------
+    A rotary table on a slide; a point 0.1 m off its axis, after a quarter turn:
+
+    >>> from toolpoint.kinematics import Axis, Drive
+    >>> axes = (Axis("X", (Drive(0, "x"),)), Axis("C", (Drive(1, "rz"),)))
+    >>> chain = TreeChain((-1, 0), [np.eye(4), np.eye(4)], axes)
+    >>> moved = chain.displacements({"X": 0.5, "C": np.pi / 2})[0, 1]
+    >>> (moved @ [0.1, 0, 0, 1])[:3].round(9).tolist()
+    [0.5, 0.1, 0.0]
     """
 
     parents: tuple[int, ...]
@@ -46,7 +62,7 @@ class TreeChain(NotebookText):
             if not -1 <= parent < i:
                 fail("parents", f"link {i} hangs on {parent}", "must hang on the ground (-1) or an earlier link")
         if self.driven_axes and np.linalg.matrix_rank(self.coupling) < len(self.driven_axes):
-            fail("axes", _clash(self.driven_axes), "must not move the same joint directions alike",
+            fail("axes", _clash_words(self.driven_axes), "must not move the same joint directions alike",
                  remedy="remove one of the axes, or let each drive a direction of its own")
 
     @cached_property
@@ -71,7 +87,7 @@ class TreeChain(NotebookText):
 
     @cached_property
     def sequences(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
-        """Of every joint, the steps that make its motion: single ones, and balls as three together."""
+        """Steps of every joint in their order: single ones, and the three of a ball together."""
         return tuple(step_sequence(self.steps, joint) for joint in range(len(self.parents)))
 
     @cached_property
@@ -83,11 +99,13 @@ class TreeChain(NotebookText):
 
     def batch(self, pose: Pose) -> dict[str, FloatArray]:
         """Return the positions that a pose names, all arrays of one length, checked against names and limits."""
-        known = {axis.name: axis for axis in self.axes}
+        axes_by_name = {axis.name: axis for axis in self.axes}
         for name in check_pose(pose):
-            if name not in known:
-                fail("pose", f"no axis {name!r}", f"must be of {', '.join(known) or 'none'}", remedy=suggestion(name, known))
-        values = {name: known[name].checked(floats(f"pose {name}", np.atleast_1d(value))) for name, value in pose.items()}
+            if name not in axes_by_name:
+                fail("pose", f"no axis {name!r}", f"must be of {', '.join(axes_by_name) or 'none'}",
+                     remedy=suggestion(name, axes_by_name))
+        values = {name: axes_by_name[name].checked(floats(f"pose {name}", np.atleast_1d(value))) for name,
+                  value in pose.items()}
         lengths = {v.size for v in values.values() if v.size != 1} or {1}
         if len(lengths) > 1 or any(v.ndim != 1 for v in values.values()):
             fail("pose", f"axes with {sorted(lengths)} positions", "must all have one position or the same number")
@@ -99,17 +117,18 @@ class TreeChain(NotebookText):
         batch = self.batch(pose)
         count = len(next(iter(batch.values()))) if batch else 1
         for start in range(0, count, size):
-            yield {name: at[start:start + size] for name, at in batch.items()}
+            yield {name: positions[start:start + size] for name, positions in batch.items()}
 
     def positions(self, pose: Pose) -> FloatArray:
         """Return the positions of the driven axes, m or rad, shape (n_poses, n_driven); absent axes are at rest."""
         batch = self.batch(pose)
         count = len(next(iter(batch.values()))) if batch else 1
-        values = [batch[axis.name] if axis.name in batch else axis.checked(np.array([axis.rest])) for axis in self.driven_axes]
+        values = [batch[axis.name] if axis.name in batch else axis.checked(np.array([axis.reference_position]))
+                  for axis in self.driven_axes]
         return np.stack([np.broadcast_to(v, (count,)) for v in values], axis=-1) if values else np.zeros((count, 0))
 
     def step_values(self, pose: Pose) -> FloatArray:
-        """Return how far every step has moved, m or rad, shape (n_poses, n_steps); a ball's three are a rotation vector."""
+        """Return the value of every step, m or rad, shape (n_poses, n_steps); a ball's three are a rotation vector."""
         return self.driven_values(self.positions(pose))
 
     def settled(self, pose: Pose) -> tuple[FloatArray, tuple[str, ...]]:
@@ -118,8 +137,8 @@ class TreeChain(NotebookText):
 
     def driven_values(self, positions: FloatArray) -> FloatArray:
         """Return the values of all steps for positions of the driven axes (n_poses, n_driven), passive ones at zero."""
-        rest = np.array([axis.rest for axis in self.driven_axes])
-        return (positions - rest) @ self.coupling.T
+        reference_positions = np.array([axis.reference_position for axis in self.driven_axes])
+        return (positions - reference_positions) @ self.coupling.T
 
     def motions_of(self, values: FloatArray) -> FloatArray:
         """Return the motion of every joint in its own frame for step values, shape (n_poses, n_joints, 4, 4)."""
@@ -213,21 +232,21 @@ class TreeChain(NotebookText):
         if any(axis.is_rotary for axis in self.axes) or self.passive:
             fail("inverse", "a rotary axis or a passive joint", "this closed form needs linear axes only",
                  remedy="use kinematics.inverse.solve_inverse")
-        rest: Mapping[str, float] = {}
-        start = self.relative_position(rest, tool, table)[0]
-        columns = (self.axis_twists(rest, tool[0]) - self.axis_twists(rest, table[0]))[0, :, :3].T
+        reference_pose: Mapping[str, float] = {}
+        start = self.relative_position(reference_pose, tool, table)[0]
+        columns = (self.axis_twists(reference_pose, tool[0]) - self.axis_twists(reference_pose, table[0]))[0, :, :3].T
         values, *_ = np.linalg.lstsq(columns, target - start, rcond=None)
         error = float(np.linalg.norm(start + columns @ values - target))
         if error > 1e-9:
             fail("position", f"{target}", "cannot be reached with these axes", remedy=f"nearest is {error:.3g} m away")
-        return {axis.name: float(axis.checked(np.atleast_1d(v + axis.rest))[0])
+        return {axis.name: float(axis.checked(np.atleast_1d(v + axis.reference_position))[0])
                 for axis, v in zip(self.driven_axes, values, strict=True)}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({len(self.parents)} links, axes {', '.join(a.name for a in self.axes) or 'none'})"
 
 
-def _clash(axes: tuple[Axis, ...]) -> str:
+def _clash_words(axes: tuple[Axis, ...]) -> str:
     """Name two axes that drive one joint direction."""
     users: dict[Step, str] = {}
     for axis in axes:

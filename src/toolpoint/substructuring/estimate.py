@@ -18,18 +18,18 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
-from toolpoint.substructuring.reach import SURE
+from toolpoint.substructuring.reach import MIN_TRUSTED_REACH_RATIO
 from toolpoint.substructuring.reduction import Reduction, ShapeSpan, span
 
-CLUSTER = 4  # neighbouring modes at most that are taken together
-STEPS = ((1.42, 2), (1.42, 3), (2.0, 3), (2.8, 4))  # reach and order, tried in turn
-HALF = 0.25  # of its frequency: what the lower end of a mode is taken to be off by at most
-COARSE = 0.05  # estimate above which its own assumptions fail
+MAX_CLUSTER_SIZE = 4  # neighbouring modes that are bounded together
+REDUCTION_STEPS = ((1.42, 2), (1.42, 3), (2.0, 3), (2.8, 4))  # reach over band and order of the responses, tried in turn
+MAX_LOWERED_FRACTION = 0.25  # of a frequency: largest error by which its lower end is set below it
+MAX_TRUSTED_ERROR = 0.05  # relative error of a frequency: estimates above it violate their own assumptions
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What a body is coupled to: stiffness and mass over the loads' places, in their order, then over p more coordinates.
+    """Neighbours of a body: their stiffness and mass over the loads' places, in their order, then over p more coordinates.
 
     stiffness, mass : (l + p, l + p) floats.
     """
@@ -67,9 +67,25 @@ class CoupledModes(NotebookText):
 
 
 def couple_reduced(reduction: Reduction, surroundings: Surroundings, modes: int) -> CoupledModes:
-    """Return the lowest coupled modes with an estimate of the error that the reduction makes.
+    """Solve for the lowest coupled modes, with an estimate of the error that the reduction makes.
 
     The estimate is that of the body's reduction alone: the surroundings are taken as they are.
+
+    Raises ToolpointError where the surroundings have fewer coordinates than the body has loads.
+
+    Examples
+    --------
+    A free chain of 30 unit masses on springs of 1e6 N/m, held at its first mass by such a spring: w_1 = 2 w_0 sin(pi/122).
+
+    >>> from scipy.sparse import csc_array, diags_array
+    >>> from toolpoint.substructuring import ActingLoads, LargeBody, reduce
+    >>> n = 30
+    >>> stiffness = 1e6 * diags_array([-np.ones(n - 1), [1.0, *2.0 * np.ones(n - 2), 1.0], -np.ones(n - 1)], offsets=[-1, 0, 1])
+    >>> body = LargeBody(csc_array(stiffness), csc_array(np.eye(n)), np.eye(n)[:, :1], rigid=np.ones((n, 1)))
+    >>> spring = Surroundings([[1e6]], [[0.0]])
+    >>> modes = couple_reduced(reduce(body, ActingLoads(20.0)), spring, 1)
+    >>> modes.is_sure, bool(abs(modes.frequency[0] / (1e3 / np.pi * np.sin(np.pi / 122)) - 1) < max(modes.error[0], 1e-9))
+    (True, True)
     """
     l, r = reduction.rigid_participation.shape
     size = len(surroundings.stiffness)
@@ -89,29 +105,31 @@ def couple_reduced(reduction: Reduction, surroundings: Surroundings, modes: int)
 
 
 def _status(reduction: Reduction, band: float, error: float) -> str:
-    if error > COARSE:
+    if error > MAX_TRUSTED_ERROR:
         return Doubt("error", f"an estimate of {100 * error:.2g} % is too large to be believed itself", "keep more shapes",
                      figure=error)
-    if reduction.reach >= SURE * band:
+    if reduction.reach >= MIN_TRUSTED_REACH_RATIO * band:
         return f"all free modes of the body to {reduction.reach / band:.3g} times the band are among the shapes"
     if reduction.reach == 0:
         return Doubt("free modes", f"{reduction.method} does not say which are among the shapes; one may be missing",
                      "compare with ActingLoads")
     return Doubt("free modes", f"those of the body are known to {reduction.reach:.5g} Hz, {reduction.reach / band:.3g} times "
-                 f"the band ({SURE:g} at least); one may be missing", "reduce with a wider band", figure=reduction.reach / band)
+                 f"the band ({MIN_TRUSTED_REACH_RATIO:g} at least); one may be missing", "reduce with a wider band",
+                 figure=reduction.reach / band)
 
 
 def _residuals(reduction: Reduction, surroundings: Surroundings, place: FloatArray, *, squares: FloatArray, vectors: FloatArray
                ) -> FloatArray:
     """Return rho^2 of every coupled mode."""
-    known, (l, r) = reduction.residual, reduction.rigid_participation.shape
+    products, (l, r) = reduction.residual, reduction.rigid_participation.shape
     elastic = vectors[r:r + reduction.size]
-    moved = place @ vectors
-    wrench = (surroundings.stiffness @ moved - (surroundings.mass @ moved) * squares)[:l]
-    inertial = known.inertial @ elastic - (known.shapes @ elastic) * squares
+    motion = place @ vectors
+    wrench = (surroundings.stiffness @ motion - (surroundings.mass @ motion) * squares)[:l]
+    # r = K V t - lambda M V t - f, in the columns [M X, W] whose products in S are stored: nothing large is touched.
+    inertial = products.inertial @ elastic - (products.shapes @ elastic) * squares
     inertial[:r] -= vectors[:r] * squares
-    rest = np.vstack([inertial, known.loads @ elastic + wrench])
-    return np.maximum(np.einsum("im,ij,jm->m", rest, known.gram[:len(rest), :len(rest)], rest), 0.0)
+    weights = np.vstack([inertial, products.loads @ elastic + wrench])
+    return np.maximum(np.einsum("im,ij,jm->m", weights, products.gram[:len(weights), :len(weights)], weights), 0.0)
 
 
 def bound_errors(squares: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
@@ -122,60 +140,79 @@ def bound_errors(squares: FloatArray, residual: FloatArray, shift: float) -> Flo
     what the first one says of the next mode.
     """
     error = _bounds(squares, squares, residual, shift)
-    return _bounds(squares, squares * (1 - 2 * np.minimum(error, HALF)), residual, shift)
+    return _bounds(squares, squares * (1 - 2 * np.minimum(error, MAX_LOWERED_FRACTION)), residual, shift)
 
 
-def _bounds(squares: FloatArray, least: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
-    """Return for every mode the least bound over clusters that hold it; `least` are lower ends of all squares."""
+def _bounds(squares: FloatArray, lower_ends: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
+    """Return the Kato-Temple bound of every mode, the least over the clusters that hold it.
+
+    squares, lower_ends : (n,) rad^2/s^2, the eigenvalues and what the true ones are not below; residual : (n,) rho^2.
+    """
     n = len(squares)
     result = np.full(n, np.inf)
     for first in range(n):
-        for last in range(first, min(first + CLUSTER, n - 1)):
-            after = float(least[last + 1:last + 1 + CLUSTER].min())
-            gap = after - squares[last]
+        for last in range(first, min(first + MAX_CLUSTER_SIZE, n - 1)):
+            next_lower_end = float(lower_ends[last + 1:last + 1 + MAX_CLUSTER_SIZE].min())
+            gap = next_lower_end - squares[last]
             if gap <= 0 or squares[first] <= 0:
                 continue
-            whole = 0.5 * residual[first:last + 1].sum() * (after + shift) / gap
-            result[first:last + 1] = np.minimum(result[first:last + 1], whole / squares[first:last + 1])
+            # Kato-Temple: the cluster's residuals over the gap to the next eigenvalue (equation of the module's docstring).
+            bound = 0.5 * residual[first:last + 1].sum() * (next_lower_end + shift) / gap
+            result[first:last + 1] = np.minimum(result[first:last + 1], bound / squares[first:last + 1])
     return result
 
 
 def choose_size(shapes: ShapeSpan, surroundings: Surroundings, modes: int, *, error: float) -> tuple[Reduction, CoupledModes]:
-    """Return the smallest reduction whose estimate is within a relative error of the lowest coupled frequencies.
+    """Search by bisection for the smallest reduction whose estimated error of the lowest coupled frequencies is within `error`.
 
     Raises ToolpointError where free modes may be missing (the 1.4 rule), or all shapes together do not reach the error.
     """
     positive("error", error)
-    low, high = shapes.kept, shapes.largest
-    best = shapes.reduced(high)
+    size_min, size_max = shapes.kept, shapes.largest
+    best = shapes.reduced(size_max)
     solved = couple_reduced(best, surroundings, modes)
     if not solved.is_sure:
         fail("shapes", solved.status, "must reach 1.4 times the band", remedy="span the body with a wider band")
     if solved.error.max() > error:
-        fail("error", f"{error:g}", f"all {high} shapes give {solved.error.max():.2g}",
+        fail("error", f"{error:g}", f"all {size_max} shapes give {solved.error.max():.2g}",
              remedy="span the body with a wider band or responses of a higher order")
-    while low < high:
-        middle = (low + high) // 2
-        reduction = shapes.reduced(middle)
+    while size_min < size_max:
+        size = (size_min + size_max) // 2
+        reduction = shapes.reduced(size)
         trial = couple_reduced(reduction, surroundings, modes)
         if trial.error.max() <= error:
-            high, best, solved = middle, reduction, trial
+            size_max, best, solved = size, reduction, trial
         else:
-            low = middle + 1
+            size_min = size + 1
     return best, solved
 
 
 def reduce_automatically(body: LargeBody, surroundings: Surroundings, modes: int, *, band: float, error: float
                          ) -> tuple[Reduction, CoupledModes]:
-    """Return a reduction whose estimate is within a relative error of the lowest coupled frequencies, as small as may be.
+    """Reduce a body to as few coordinates as a relative error of the lowest coupled frequencies allows.
 
     band : Hz, about the highest of these frequencies; it is corrected where the coupled modes go higher.
+
+    Raises ToolpointError where the largest reduction tried does not reach the error.
+
+    Examples
+    --------
+    The chain of `couple_reduced`, to 0.01 % of its lowest three frequencies:
+
+    >>> from scipy.sparse import csc_array, diags_array
+    >>> n = 30
+    >>> stiffness = 1e6 * diags_array([-np.ones(n - 1), [1.0, *2.0 * np.ones(n - 2), 1.0], -np.ones(n - 1)], offsets=[-1, 0, 1])
+    >>> body = LargeBody(csc_array(stiffness), csc_array(np.eye(n)), np.eye(n)[:, :1], rigid=np.ones((n, 1)))
+    >>> reduction, modes = reduce_automatically(body, Surroundings([[1e6]], [[0.0]]), 3, band=50.0, error=1e-4)
+    >>> isinstance(reduction, Reduction), isinstance(modes, CoupledModes), bool(modes.error.max() < 1e-4)
+    (True, True, True)
     """
-    for reach, order in STEPS:
+    for reach, order in REDUCTION_STEPS:
         shapes = span(body, ActingLoads(band, reach, order))
         solved = couple_reduced(shapes.reduced(), surroundings, modes)
         highest = float(solved.frequency[-1])
-        if SURE * highest > reach * band:
+        # The estimate holds only while all free modes to 1.4 times the highest coupled frequency are among the shapes.
+        if MIN_TRUSTED_REACH_RATIO * highest > reach * band:
             band = 1.01 * highest
             shapes = span(body, ActingLoads(band, reach, order))
             solved = couple_reduced(shapes.reduced(), surroundings, modes)

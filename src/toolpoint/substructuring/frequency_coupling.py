@@ -13,18 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
-from toolpoint.substructuring.parts import Link, label_of, link_rows, set_responses_apart
+from toolpoint.substructuring.parts import Link, label_of, link_rows, stack_responses
 from toolpoint.vibration import Dof, Frf
 from toolpoint.vibration.dof import dofs
 
-WORST = 1e12  # condition of the interface above which no digit is left
-REFINEMENTS = 3
-LONG_ENTRIES = 2**19  # that are held as long numbers at once
+MAX_INTERFACE_CONDITION = 1e12  # condition number of the interface above which no digit is left
+COUPLING_REFINEMENTS = 3  # corrections of the interface forces by their residual
+MAX_LONG_ENTRIES = 2**19  # entries that are held in extended precision at once
 
 
 def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, compliance: ComplexArray | FloatArray | float = 0.0,
                      generator: np.random.Generator | None = None, draws: int = 100) -> Frf:
-    """Return the receptances of the whole, labelled ``part.point:direction``.
+    """Couple parts by their receptances; the result is labelled ``part.point:direction``.
 
     Parameters
     ----------
@@ -40,70 +40,98 @@ def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, complia
     ------
     ToolpointError
         For unknown labels, other lines, or an interface that the responses leave singular.
+
+    Examples
+    --------
+    Two springs side by side are twice as stiff:
+
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Frf
+    >>> spring = Frf([10.0], np.full((1, 1, 1), 1e-6), ["end:+x"], ["end:+x"])
+    >>> both = couple_responses({"a": spring, "b": spring}, [("a.end:+x", "b.end:+x")])
+    >>> print(f"{both.values[0, 0, 0].real:.6g} m/N")
+    5e-07 m/N
     """
-    apart = set_responses_apart(parts)
+    uncoupled = stack_responses(parts)
     pairs = list(links)
-    rows, columns = link_rows(pairs, apart.outputs), link_rows(pairs, apart.inputs, "links (forces)")
-    soft = _compliance(compliance, len(pairs), apart.frequency.size)
-    values = _refined(apart.values, rows, columns, soft)
+    rows, columns = link_rows(pairs, uncoupled.outputs), link_rows(pairs, uncoupled.inputs, "links (forces)")
+    link_compliance = _compliance(compliance, len(pairs), uncoupled.frequency.size)
+    values = _couple_to_last_digits(uncoupled.values, rows, columns, link_compliance)
     variance = None
-    if generator is not None and apart.variance is not None:
-        variance = _spread(apart, rows, columns, soft, generator=generator, draws=draws)
-    return replace(apart, values=values, variance=variance)
+    if generator is not None and uncoupled.variance is not None:
+        variance = _draw_variance(uncoupled, rows, columns, link_compliance, generator=generator, draws=draws)
+    return replace(uncoupled, values=values, variance=variance)
 
 
-def decouple_responses(whole: Frf, part: Frf, shared: Iterable[Dof | str], *, beside: Iterable[Dof | str] = ()) -> Frf:
-    """Return the receptances of what is left of a whole when a part is taken away: the part joined once more, negative.
+def decouple_responses(assembly: Frf, part: Frf, shared: Iterable[Dof | str], *,
+                       internal_outputs: Iterable[Dof | str] = ()) -> Frf:
+    """Take a part away from an assembly by its receptances: the part is joined once more, with its receptances negated.
 
     Parameters
     ----------
-    whole, part : Frf
+    assembly, part : Frf
         On the same lines, one label for one place in both.
     shared : labels
         Where the part is joined: outputs and inputs of both.
-    beside : labels, optional
+    internal_outputs : labels, optional
         Other outputs of the part that were measured in the whole too: motion is then compared at all of them, in the
         least-squares sense, while forces act at the shared ones (non-collocated; it tames noise).
+
+    Raises
+    ------
+    ToolpointError
+        For unknown labels, other lines, or an interface that the responses leave singular.
+
+    Examples
+    --------
+    One of two equal springs side by side is left when the other is taken away:
+
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Frf
+    >>> both, spring = (Frf([10.0], np.full((1, 1, 1), value), ["end:+x"], ["end:+x"]) for value in (0.5e-6, 1e-6))
+    >>> print(f"{decouple_responses(both, spring, ['end:+x']).values[0, 0, 0].real:.6g} m/N")
+    1e-06 m/N
     """
-    labels, more = dofs(shared), dofs(beside)
-    apart = set_responses_apart({"rest": whole, "part": part})
-    split = len(whole.outputs), len(whole.inputs)
-    values = apart.values.copy()
+    labels, internal = dofs(shared), dofs(internal_outputs)
+    uncoupled = stack_responses({"rest": assembly, "part": part})
+    split = len(assembly.outputs), len(assembly.inputs)
+    values = uncoupled.values.copy()
     values[:, split[0]:, split[1]:] *= -1
     links = [(label_of("rest", label), label_of("part", label)) for label in labels]
-    met = [*links, *((label_of("rest", label), label_of("part", label)) for label in more)]
-    rows, columns = link_rows(met, apart.outputs), link_rows(links, apart.inputs, "shared (forces)")
-    rigid = np.zeros((1, len(met), len(links)), complex)
+    compared = [*links, *((label_of("rest", label), label_of("part", label)) for label in internal)]
+    rows, columns = link_rows(compared, uncoupled.outputs), link_rows(links, uncoupled.inputs, "shared (forces)")
+    rigid = np.zeros((1, len(compared), len(links)), complex)
     # More motions than forces are a least-squares problem of measured data: its digits are not those of the arithmetic.
-    left = (_coupled if more else _refined)(values, rows, columns, rigid)[:, :split[0], :split[1]]
-    notes = tuple(dict.fromkeys((*whole.notes, *part.notes)))
-    return Frf(apart.frequency, left, whole.outputs, whole.inputs, "receptance", notes=notes)
+    left = (_couple_values if internal else _couple_to_last_digits)(values, rows, columns, rigid)[:, :split[0], :split[1]]
+    notes = tuple(dict.fromkeys((*assembly.notes, *part.notes)))
+    return Frf(uncoupled.frequency, left, assembly.outputs, assembly.inputs, "receptance", notes=notes)
 
 
 def _compliance(value: ComplexArray | FloatArray | float, links: int, lines: int) -> ComplexArray:
-    given = np.asarray(value, complex)
-    if given.ndim == 3:
-        if given.shape != (lines, links, links):
-            fail("compliance", f"shape {given.shape}", f"must be ({lines}, {links}, {links})")
-        return given
-    floats("compliance", np.abs(given))
-    return np.diag(np.broadcast_to(given, links))[None]
+    array = np.asarray(value, complex)
+    if array.ndim == 3:
+        if array.shape != (lines, links, links):
+            fail("compliance", f"shape {array.shape}", f"must be ({lines}, {links}, {links})")
+        return array
+    floats("compliance", np.abs(array))
+    return np.diag(np.broadcast_to(array, links))[None]
 
 
-def _coupled(values: ComplexArray, rows: FloatArray, columns: FloatArray, compliance: ComplexArray) -> ComplexArray:
-    """Return Y - Y B_f^T (B Y B_f^T + C)^-1 B Y; leading axes before the lines are draws.
+def _couple_values(values: ComplexArray, rows: FloatArray, columns: FloatArray, compliance: ComplexArray) -> ComplexArray:
+    """Return Y - Y B_f^T (B Y B_f^T + C)^-1 B Y, (..., n_f, n_outputs, n_inputs); leading axes before the lines are draws.
 
     Interface rows are scaled to one size first: metres and radians must not decide the rank.
     """
-    scaled, left, right = _scaled(rows @ values @ columns.T + compliance)
+    scaled, left, right = _scale_interface(rows @ values @ columns.T + compliance)
     moved = (rows @ values) / left[..., None]
     solved = np.linalg.solve(scaled, moved) if len(rows) == len(columns) else np.linalg.pinv(scaled) @ moved
     return values - (values @ columns.T) @ (solved / right[..., None])
 
 
-def _refined(values: ComplexArray, rows: FloatArray, columns: FloatArray, compliance: ComplexArray) -> ComplexArray:
-    """Return what `_coupled` does for one set of responses, every entry to its own last digits where numbers longer than double
-    are there (not on Windows, nor on most ARM processors).
+def _couple_to_last_digits(values: ComplexArray, rows: FloatArray, columns: FloatArray,
+                           compliance: ComplexArray) -> ComplexArray:
+    """Couple one set of responses as `_couple_values` does, each entry to its last digits where extended precision exists (not
+    on Windows, nor on most ARM processors).
 
     Where one part at the interface moves far more than the other (a resonance of it alone, the more so the less it loses),
     large responses leave small ones, and taking the part away needs these digits: sums and differences are of long numbers, the
@@ -111,41 +139,44 @@ def _refined(values: ComplexArray, rows: FloatArray, columns: FloatArray, compli
     """
     long_rows, long_columns = rows.astype(np.longdouble), columns.astype(np.longdouble)
     result = np.empty_like(values)
-    lines = max(1, LONG_ENTRIES // max(1, values[0].size))
+    lines = max(1, MAX_LONG_ENTRIES // max(1, values[0].size))
     for first in range(0, len(values), lines):
         part = slice(first, first + lines)
         exact = values[part].astype(np.clongdouble)
         moved, driven = long_rows @ exact, exact @ long_columns.T
         interface = moved @ long_columns.T + (compliance if len(compliance) == 1 else compliance[part])
-        scaled, left, right = _scaled(interface.astype(complex))
+        scaled, left, right = _scale_interface(interface.astype(complex))
         inverse = np.linalg.inv(scaled) / (right[..., :, None] * left[..., None, :])
         solved = (inverse @ moved.astype(complex)).astype(np.clongdouble)
-        for _ in range(REFINEMENTS):
+        for _ in range(COUPLING_REFINEMENTS):
             solved = solved + inverse @ (moved - interface @ solved).astype(complex)
         result[part] = exact - driven @ solved
     return result
 
 
-def _scaled(interface: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Return an interface's matrix with rows and columns of one size, and both sizes; one that is singular is refused."""
+def _scale_interface(interface: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Scale an interface matrix to rows and columns of largest entry 1; return it and both sizes. A singular one is refused."""
     left = np.sqrt(np.maximum(np.abs(interface).max(axis=-1), 1e-300))
     right = np.sqrt(np.maximum(np.abs(interface).max(axis=-2), 1e-300))
     scaled = interface / (left[..., :, None] * right[..., None, :])
     singular = np.linalg.svd(scaled, compute_uv=False)
-    worst = singular[..., 0] / np.maximum(singular[..., -1], 1e-300)
-    if not (worst < WORST).all():
-        fail("links", f"an interface of condition {float(worst.max()):.2g} at some line", f"must be below {WORST:.0e}",
+    condition = singular[..., 0] / np.maximum(singular[..., -1], 1e-300)
+    if not (condition < MAX_INTERFACE_CONDITION).all():
+        fail("links", f"an interface of condition {float(condition.max()):.2g} at some line",
+             f"must be below {MAX_INTERFACE_CONDITION:.0e}",
              remedy="leave out labels that follow from others, or lines at which the parts do not answer")
     return scaled, left, right
 
 
-def _spread(apart: Frf, rows: FloatArray, columns: FloatArray, compliance: ComplexArray,
-            *, generator: np.random.Generator, draws: int) -> FloatArray:
-    assert apart.variance is not None
-    total, square = np.zeros_like(apart.values), np.zeros(apart.values.shape)
+def _draw_variance(uncoupled: Frf, rows: FloatArray, columns: FloatArray, compliance: ComplexArray,
+                   *, generator: np.random.Generator, draws: int) -> FloatArray:
+    """Return the variance of the coupled responses over random draws of the parts' noise, (n_f, n_outputs, n_inputs)."""
+    assert uncoupled.variance is not None
+    # Running sums: no draw is stored.
+    total, square = np.zeros_like(uncoupled.values), np.zeros(uncoupled.values.shape)
     for _ in range(draws):
-        noise = generator.normal(size=apart.values.shape) + 1j * generator.normal(size=apart.values.shape)
-        values = _coupled(apart.values + np.sqrt(apart.variance / 2) * noise, rows, columns, compliance)
+        noise = generator.normal(size=uncoupled.values.shape) + 1j * generator.normal(size=uncoupled.values.shape)
+        values = _couple_values(uncoupled.values + np.sqrt(uncoupled.variance / 2) * noise, rows, columns, compliance)
         total += values
         square += np.abs(values) ** 2
     return np.maximum(square / draws - np.abs(total / draws) ** 2, 0.0)

@@ -1,4 +1,4 @@
-r"""The receptance of a spindle with its rotations, from translations measured on a gauge of known size in it.
+r"""Receptance of a spindle with its rotations, from translations measured on a gauge of known size in it.
 
 With the gauge held at its base plane, its stations answer by A and follow the base by Phi; so measured responses are
 :math:`H_{ij} = A_{ij} + \Phi_i H' \Phi_j^T`, H' the base with the gauge in it: three unknowns a line, linear. The gauge's
@@ -17,19 +17,19 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, IndexArray, ToolpointWarning, fail
 from toolpoint._doubt import Doubt
-from toolpoint.substructuring.receptance import DRAWS, PlaneReceptance, complex_noise, uncertain_shaft
+from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, PlaneReceptance, complex_noise, is_uncertain_shaft
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Dof, Frf
 
-UNLIKE = 3.0  # misfit over the noise (root mean square) above which the gauge is doubted
-REFINEMENTS = 2
-WEAKEST = 1e-6  # smallest over largest singular value of the geometry
+MAX_GAUGE_MISFIT = 3.0  # misfit over the noise (root mean square) above which the gauge is doubted
+BASE_REFINEMENTS = 2  # corrections of a solution by its residual
+MIN_STATION_SINGULAR_RATIO = 1e-6  # smallest over largest singular value of the stations' geometry
 
 
 @dataclass(frozen=True, eq=False)
 class _Pairs:
-    """Measured responses of the gauge: places among the stations of every output and input, values and variance (n_f, p)."""
+    """Measured responses of the gauge: station index of every output and input (p,), values and variance (n_f, p)."""
 
     output: IndexArray
     input: IndexArray
@@ -38,8 +38,8 @@ class _Pairs:
 
 
 def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibration: float = 0.0,
-                  draws: int = DRAWS, generator: np.random.Generator | None = None) -> PlaneReceptance:
-    """Return the receptance of a spindle at the base plane of a gauge, without the gauge.
+                  draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None) -> PlaneReceptance:
+    """Identify the receptance of a spindle at the base plane of a gauge, without the gauge.
 
     Parameters
     ----------
@@ -56,13 +56,18 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
         How many equally likely bases to draw from the variance and the gauge's deviations; 0 for none.
     generator : numpy Generator, optional
         Needed for draws.
+
+    Raises
+    ------
+    ToolpointError
+        For fewer than two stations, forces at one station only, stations that lie together, and draws without a generator.
     """
     lines = frf.converted_to("receptance")
     pairs = _measured_pairs(lines, gauge, plane)
     values, misfit = _base(pairs, gauge, lines.frequency, pairs.values, is_refined=True)
     notes = [*lines.notes, *_doubts(misfit, pairs)]
     drawn = None
-    if draws and (pairs.variance is not None or calibration or _uncertain_gauge(gauge)):
+    if draws and (pairs.variance is not None or calibration or _is_uncertain(gauge)):
         if generator is None:
             fail("generator", "None", "draws need a numpy Generator",
                  remedy="for example numpy.random.default_rng(1); or draws=0")
@@ -79,8 +84,8 @@ def _measured_pairs(frf: Frf, gauge: ShaftDescription, plane: str) -> _Pairs:
              remedy="rotations are seen by the difference of deflections")
     outputs = [k for k, dof in enumerate(frf.outputs) if _station(dof, plane) in names]
     inputs = [k for k, dof in enumerate(frf.inputs) if _station(dof, plane) in names]
-    first, second = (np.array([names.index(str(labels[k].point)) for k in at], int)
-                     for labels, at in ((frf.outputs, outputs), (frf.inputs, inputs)))
+    first, second = (np.array([names.index(str(labels[k].point)) for k in positions], int)
+                     for labels, positions in ((frf.outputs, outputs), (frf.inputs, inputs)))
     if len(set(first) | set(second)) < 2 or not len(first) or not len(second):
         fail("frf", f"responses {', '.join(map(str, frf.outputs))} to forces {', '.join(map(str, frf.inputs))}",
              f"must be of the gauge's stations {', '.join(names)} along +{plane}")
@@ -105,22 +110,23 @@ def _check_forces(outputs: IndexArray, inputs: IndexArray, names: list[str]) -> 
 
 @dataclass(frozen=True, eq=False)
 class _HeldGauge:
-    """A gauge on each line (n_f first): its stiffness at its stations and at its base, and how pairs see the base.
+    """Gauge with its base held, and the least-squares problem of its base, line by line (n_f first).
 
-    dynamic : over all sections; sections : of the stations; held : responses with the base held (n, n); seen : Z, the held
-    gauge at its base (2, 2); design, weight, solver : of the three unknowns of a line in the measured pairs.
+    dynamic : dynamic stiffness over all sections; sections : of the stations; held : responses with the base held (n, n);
+    base_stiffness : Z, the held gauge at its base (2, 2); design, weight, solver : of the three unknowns of a line in the
+    measured pairs.
     """
 
     dynamic: ComplexArray
     sections: IndexArray
     held: ComplexArray
-    seen: ComplexArray
+    base_stiffness: ComplexArray
     design: ComplexArray
     weight: FloatArray
     solver: ComplexArray
 
     def unknowns(self, answers: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return the symmetric matrices (..., 2, 2) that give answers (..., n_f, p) best, and what they leave, weighted."""
+        """Fit symmetric matrices (..., 2, 2) to answers (..., n_f, p) by least squares; return them and the weighted misfit."""
         three = (self.solver @ (self.weight * answers)[..., None])[..., 0]
         misfit: ComplexArray = self.weight * (answers - (self.design @ three[..., None])[..., 0])
         return np.stack([three[..., [0, 1]], three[..., [1, 2]]], axis=-2), misfit
@@ -136,6 +142,7 @@ def _held_gauge(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray) -
     motion = np.concatenate([np.broadcast_to(np.eye(2), (len(z), 2, 2)), follow], axis=1)
     sections = np.array(list(stiffness.sections.values()))
     left, right = motion[:, 2 * sections[pairs.output]], motion[:, 2 * sections[pairs.input]]
+    # H_ij - A_ij = Phi_i H' Phi_j^T with H' symmetric: columns of H'_11, H'_12 and H'_22.
     design = np.stack([left[..., 0] * right[..., 0], left[..., 0] * right[..., 1] + left[..., 1] * right[..., 0],
                        left[..., 1] * right[..., 1]], axis=-1)
     _check_geometry(design, gauge.length)
@@ -153,21 +160,22 @@ def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measure
     by what the whole with it still differs from the measured values.
     """
     held = _held_gauge(pairs, gauge, frequency)
-    at = 2 * held.sections
-    joined, misfit = held.unknowns(measured - held.held[:, at[pairs.output], at[pairs.input]])
-    right = np.linalg.solve(np.swapaxes(np.eye(2) - held.seen @ joined, -1, -2), np.swapaxes(joined, -1, -2))
+    deflections = 2 * held.sections
+    # H' from the pairs, then H_b = H' (I - Z H')^-1: solved from the right, the base's receptance is never inverted.
+    joined, misfit = held.unknowns(measured - held.held[:, deflections[pairs.output], deflections[pairs.input]])
+    right = np.linalg.solve(np.swapaxes(np.eye(2) - held.base_stiffness @ joined, -1, -2), np.swapaxes(joined, -1, -2))
     base = np.swapaxes(right, -1, -2)
     if not is_refined:
         return base, misfit
-    for _ in range(REFINEMENTS):
-        whole = _whole(held, base)[:, pairs.output, pairs.input]
-        change, misfit = held.unknowns(measured - whole)
-        turn = np.eye(2) + base @ held.seen
+    for _ in range(BASE_REFINEMENTS):
+        predicted = _solve_coupled(held, base)[:, pairs.output, pairs.input]
+        change, misfit = held.unknowns(measured - predicted)
+        turn = np.eye(2) + base @ held.base_stiffness
         base = base + turn @ change @ np.swapaxes(turn, -1, -2)
     return base, misfit
 
 
-def _whole(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
+def _solve_coupled(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
     """Return the responses among the stations of the gauge on a base (n_f, 2, 2), to the last digit.
 
     Deflections and forces at the base are solved for together, so that neither the base nor the held gauge is inverted; the
@@ -177,23 +185,23 @@ def _whole(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
     matrix = np.zeros((lines, n + 2, n + 2), complex)
     matrix[:, :n, :n], matrix[:, n:, n:] = held.dynamic, -base
     matrix[:, [0, 1], [n, n + 1]] = matrix[:, [n, n + 1], [0, 1]] = 1.0
-    at = 2 * held.sections
-    right = np.zeros((lines, n + 2, len(at)), complex)
-    right[:, at, range(len(at))] = 1.0
+    deflections = 2 * held.sections
+    right = np.zeros((lines, n + 2, len(deflections)), complex)
+    right[:, deflections, range(len(deflections))] = 1.0
     scale = 1 / np.sqrt(np.abs(matrix).max(axis=2))
     inverse = scale[:, :, None] * np.linalg.inv(scale[:, :, None] * matrix * scale[:, None, :]) * scale[:, None, :]
     exact = matrix.astype(np.clongdouble)
     solution = (inverse @ right).astype(np.clongdouble)
-    for _ in range(REFINEMENTS):
-        rest = right - np.einsum("fij,fjk->fik", exact, solution)
-        solution = solution + inverse @ rest.astype(complex)
-    return solution[:, at].astype(complex)
+    for _ in range(BASE_REFINEMENTS):
+        residual = right - np.einsum("fij,fjk->fik", exact, solution)
+        solution = solution + inverse @ residual.astype(complex)
+    return solution[:, deflections].astype(complex)
 
 
 def _check_geometry(design: ComplexArray, length: float) -> None:
     scale = np.array([1.0, 1 / length, 1 / length**2])
     singular = np.linalg.svd(design[0] * scale[::-1][::-1], compute_uv=False)
-    if singular[-1] < WEAKEST * singular[0]:
+    if singular[-1] < MIN_STATION_SINGULAR_RATIO * singular[0]:
         fail("gauge.stations", "stations that lie together", "must be apart along the gauge",
              remedy="spread them over its length")
 
@@ -203,28 +211,28 @@ def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, 
     draws = len(gains)
     noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
     measured: ComplexArray = gains[:, None, None] * (pairs.values + noise)
-    if not _uncertain_gauge(gauge):
+    if not _is_uncertain(gauge):
         return _base(pairs, gauge, frequency, measured)[0]
     return np.stack([_base(pairs, gauge.drawn(generator), frequency, part)[0] for part in measured])
 
 
-def _uncertain_gauge(gauge: ShaftDescription) -> bool:
-    return uncertain_shaft(gauge) or gauge.station_deviation > 0
+def _is_uncertain(gauge: ShaftDescription) -> bool:
+    return is_uncertain_shaft(gauge) or gauge.station_deviation > 0
 
 
 def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[Doubt]:
-    """Return doubts of responses that no base behind this gauge can have, where there are more of them than unknowns."""
+    """Return a doubt where the responses fit no base behind this gauge, or are too few to tell."""
     spare = pairs.values.shape[1] - 3
     if spare < 1:
         return [Doubt("gauge", "three responses for three unknowns a line: nothing left to check it and its stations by")]
     if pairs.variance is None:
-        size = np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(pairs.values) ** 2).sum())
-        words = f"responses differ from those of any base behind this gauge by {100 * size:.2g} % of their size"
-        level = size > 0.05
+        relative_misfit = np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(pairs.values) ** 2).sum())
+        words = f"responses differ from those of any base behind this gauge by {100 * relative_misfit:.2g} % of their size"
+        level = relative_misfit > 0.05
     else:
         ratio = float(np.sqrt(np.median((np.abs(misfit) ** 2).sum(axis=-1) / (spare * np.log(2) ** (1 / spare)))))
         words = f"responses differ from those of any base behind this gauge by {ratio:.2g} times their stated noise"
-        level = ratio > UNLIKE
+        level = ratio > MAX_GAUGE_MISFIT
     if not level:
         return []
     doubt = Doubt("gauge", words, "check its diameter, modulus and stations, and which response is which")

@@ -1,4 +1,4 @@
-"""LargeBody: a body's sparse matrices with the loads that act on it, and what every reduction of it needs once."""
+"""LargeBody: sparse matrices of a body with the loads that act on it, prepared once for all its reductions."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from toolpoint.vibration.sparse.lanczos import modes_of
 from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 from toolpoint.vibration.sparse.pencil import Pencil
 
-STRAINED = 1e-8
-MANY, SHARE = 500, 8  # more modes than both so many and that part of all are those of single elements
-CHUNK = 48  # answers that are held at once where only their products are kept
+RIGID_FORCE_TOLERANCE = 1e-8  # force of a rigid motion over the largest stiffness times that motion
+MIN_MODE_ALLOWANCE = 500  # modes of a band that are always allowed
+MODE_ALLOWANCE_DIVISOR = 8  # of the coordinates: where modes are more than this part too, they are those of single elements
+LOAD_CHUNK_SIZE = 48  # columns of answers that are held at once where only their products are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,24 @@ class LargeBody:
         How many of the loads stand for the same place, as stations of a sliding one do: together they count as one.
     coordinates : (n, 3), optional
         Where every row is, m: helps the ordering.
-    beside : (n, q) sparse, optional
-        Loads that are not among those the shapes answer, and stand in the products that state the error: a sliding place
-        between its stations.
+    estimate_loads : (n, q) sparse, optional
+        Loads for which no shapes are computed, but which the products of the error estimate cover: a sliding place between its
+        stations.
+
+    Raises
+    ------
+    ToolpointError
+        For matrices of different shape, entries that are not finite, and rigid motions that strain the body.
+
+    Examples
+    --------
+    Two unit masses on a spring of 1 N/m, with a force on the first:
+
+    >>> import numpy as np
+    >>> from scipy.sparse import csc_array
+    >>> stiffness, mass = csc_array([[1.0, -1.0], [-1.0, 1.0]]), csc_array(np.eye(2))
+    >>> LargeBody(stiffness, mass, [[1.0], [0.0]], rigid=[[1.0], [1.0]]).size
+    2
     """
 
     stiffness: SymmetricMatrix
@@ -51,7 +67,7 @@ class LargeBody:
     weights: FloatArray | None = None
     repeats: FloatArray | None = None
     coordinates: FloatArray | None = None
-    beside: csc_array | None = None
+    estimate_loads: csc_array | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -69,8 +85,8 @@ class LargeBody:
             put(self, "weights", floats("weights", self.weights, (self.loads.shape[1],)))
         if self.repeats is not None:
             put(self, "repeats", floats("repeats", self.repeats, (self.loads.shape[1],)))
-        if self.beside is not None and self.beside.shape[0] != n:
-            fail("beside", f"shape {self.beside.shape}", f"must be ({n}, any)")
+        if self.estimate_loads is not None and self.estimate_loads.shape[0] != n:
+            fail("beside", f"shape {self.estimate_loads.shape}", f"must be ({n}, any)")
         if self.rigid is not None:
             put(self, "rigid", floats("rigid", self.rigid, (n, None)))
             self._check_rigid(self.rigid)
@@ -83,17 +99,17 @@ class LargeBody:
     def _check_rigid(self, rigid: FloatArray) -> None:
         force = float(np.abs(self.stiffness @ rigid).max())
         largest = self.stiffness.largest if isinstance(self.stiffness, NodeMatrix) else float(abs(self.stiffness).max())
-        size = largest * float(np.abs(rigid).max())
-        if force > STRAINED * size:
-            fail("rigid", f"motions that strain the body (force {force / size:.2g} of the largest)", "must be rigid motions",
+        scale = largest * float(np.abs(rigid).max())
+        if force > RIGID_FORCE_TOLERANCE * scale:
+            fail("rigid", f"motions that strain the body (force {force / scale:.2g} of the largest)", "must be rigid motions",
                  remedy="a body that is held in its matrices has none")
 
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
-    """The shifted matrices of a body with one order of elimination, and its rigid motions orthonormal in the mass.
+    """Shifted matrices of a body with one order of elimination, and its rigid motions orthonormal in the mass.
 
-    The factors and the responses are made when they are first asked for: modes of a band are counted before there are any.
+    Factors and responses are computed on first use: the modes of a band are counted before any factor exists.
     """
 
     body: LargeBody
@@ -120,7 +136,7 @@ class Preparation:
         return self.pencil.solver_name
 
     def let_go(self) -> None:
-        """Forget the factors: nothing large is solved any more."""
+        """Release the factors once nothing large is solved any more."""
         self.__dict__.pop("inverse", None)
         self.pencil.let_go()
 
@@ -140,14 +156,14 @@ class Preparation:
         return self.responses + self.rigid @ (self.rigid.T @ self.body.loads) / self.shift
 
     @cached_property
-    def beside_products(self) -> FloatArray:
-        """B^T S B of the loads B beside the others, (q, q): a few columns at a time, as the answers are large."""
-        beside = self.body.beside
-        if beside is None:
+    def estimate_products(self) -> FloatArray:
+        """B^T S B of the loads B of the error estimate, (q, q): a few columns at a time, as the answers are large."""
+        estimate_loads = self.body.estimate_loads
+        if estimate_loads is None:
             return np.zeros((0, 0))
-        parts = [beside.T @ self.inverse.solve(beside[:, first:first + CHUNK].toarray())
-                 for first in range(0, beside.shape[1], CHUNK)]
-        return np.hstack([np.zeros((beside.shape[1], 0)), *parts])
+        parts = [estimate_loads.T @ self.inverse.solve(estimate_loads[:, first:first + LOAD_CHUNK_SIZE].toarray())
+                 for first in range(0, estimate_loads.shape[1], LOAD_CHUNK_SIZE)]
+        return np.hstack([np.zeros((estimate_loads.shape[1], 0)), *parts])
 
     @property
     def load_weights(self) -> FloatArray:
@@ -155,16 +171,17 @@ class Preparation:
 
         A wrench through a joint much stiffer than the body is bounded by the body, not by the joint.
         """
-        soft = np.einsum("nl,nl->l", self.responses, self.body.loads)
+        flexibility = np.einsum("nl,nl->l", self.responses, self.body.loads)
         if self.body.weights is not None:
-            soft = soft + 1 / np.maximum(self.body.weights, 1e-300) ** 2
+            flexibility = flexibility + 1 / np.maximum(self.body.weights, 1e-300) ** 2
         if self.body.repeats is not None:
-            soft = soft * self.body.repeats
-        return 1 / np.sqrt(np.maximum(soft, 1e-300))
+            flexibility = flexibility * self.body.repeats
+        return 1 / np.sqrt(np.maximum(flexibility, 1e-300))
 
     def elastic_modes(self, below: float) -> EigenPairs:
         """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
-        pairs = modes_of(self.pencil, below=below, max_modes=max(MANY, self.body.size // SHARE))
+        allowance = max(MIN_MODE_ALLOWANCE, self.body.size // MODE_ALLOWANCE_DIVISOR)
+        pairs = modes_of(self.pencil, below=below, max_modes=allowance)
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
                  remedy="a part that hangs loose, a mechanism, or a body that is held after all")
@@ -177,7 +194,7 @@ class Preparation:
 
 
 def prepare(body: LargeBody, shift: float) -> Preparation:
-    """Put the matrices K + shift M ready to be factorised once."""
+    """Prepare the matrices K + shift M of a body, factorised once on first use; shift in rad^2/s^2."""
     rigid: FloatArray = np.zeros((body.size, 0))
     if body.rigid is not None:
         lower = np.linalg.cholesky(body.rigid.T @ (body.mass @ body.rigid))

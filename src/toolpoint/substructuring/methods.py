@@ -1,4 +1,4 @@
-r"""The methods of reduction: acting loads (recommended), Craig and Bampton, residual flexibility.
+r"""Methods of reduction: acting loads (recommended), Craig and Bampton, residual flexibility.
 
 Sources: Craig, Bampton, AIAA J. 6 (1968); MacNeal, Computers & Structures 1 (1971), Rubin, AIAA J. 13 (1975); responses to
 the loads that really act, compressed: Law, Phani, Altintas, J. Manuf. Sci. Eng. 135 (2013), for the shape of the problem.
@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from toolpoint._check import FloatArray, count, positive
 from toolpoint.substructuring.large_body import Preparation
-from toolpoint.substructuring.reach import REACH
+from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
 from toolpoint.substructuring.reduction import RawShapes
 from toolpoint.vibration.sparse.node_matrix import as_columns
 
@@ -24,22 +24,33 @@ class ActingLoads:
 
     band : Hz, up to which the coupled machine is asked for; order : of the responses, 1 static, 2 with the motion that the
     inertia of these makes, and so on.
+
+    Examples
+    --------
+    >>> ActingLoads(band=200.0)
+    ActingLoads(band=200.0, reach=1.5, order=2, name='acting loads')
     """
 
     band: float
-    reach: float = REACH
+    reach: float = DEFAULT_REACH_RATIO
     order: int = 2
     name: str = "acting loads"
 
     def shapes(self, prepared: Preparation) -> RawShapes:
         """Return the shapes."""
-        top = positive("band", self.band) * positive("reach", self.reach)
-        return _free_shapes(prepared, top, count("order", self.order))
+        frequency_max = positive("band", self.band) * positive("reach", self.reach)
+        return _free_shapes(prepared, frequency_max, count("order", self.order))
 
 
 @dataclass(frozen=True)
 class ResidualFlexibility:
-    """Free modes below the band, and the responses to all loads as they are (MacNeal, Rubin)."""
+    """Free modes below the band (Hz), and the static responses to all loads (MacNeal, Rubin).
+
+    Examples
+    --------
+    >>> ResidualFlexibility(band=200.0).name
+    'residual flexibility'
+    """
 
     band: float
     name: str = "residual flexibility"
@@ -49,11 +60,11 @@ class ResidualFlexibility:
         return _free_shapes(prepared, positive("band", self.band), 1)
 
 
-def _free_shapes(prepared: Preparation, top: float, order: int) -> RawShapes:
-    pairs = prepared.elastic_modes(top)
+def _free_shapes(prepared: Preparation, frequency_max: float, order: int) -> RawShapes:
+    pairs = prepared.elastic_modes(frequency_max)
     r, l = prepared.rigid.shape[1], prepared.body.loads.shape[1]
     inertial = np.vstack([np.zeros((r, pairs.count)), np.diag(pairs.squares)])
-    return RawShapes(pairs.vectors, inertial, np.zeros((l, pairs.count)), top, order)
+    return RawShapes(pairs.vectors, inertial, np.zeros((l, pairs.count)), frequency_max, order)
 
 
 @dataclass(frozen=True)
@@ -61,10 +72,15 @@ class CraigBampton:
     """Modes with all loads' places held, up to `reach` times the band, and one response for each motion of the places.
 
     Which free modes are among the shapes is not known, so the error estimate says that it may miss one.
+
+    Examples
+    --------
+    >>> CraigBampton(band=200.0, reach=1.5).name
+    'Craig-Bampton'
     """
 
     band: float
-    reach: float = REACH
+    reach: float = DEFAULT_REACH_RATIO
     name: str = "Craig-Bampton"
 
     def shapes(self, prepared: Preparation) -> RawShapes:
@@ -77,8 +93,11 @@ class CraigBampton:
         return RawShapes(vectors - rigid @ along, np.vstack([along * squares, np.diag(squares)]), loads, 0.0)
 
 
-def _held_modes(prepared: Preparation, top: float) -> tuple[FloatArray, FloatArray]:
-    """Return modes with W^T u = 0 below a frequency (Hz), by Lanczos on the inverse of the held body."""
+def _held_modes(prepared: Preparation, frequency_max: float) -> tuple[FloatArray, FloatArray]:
+    """Return squares (rad^2/s^2) and vectors of the modes with W^T u = 0 below a frequency (Hz).
+
+    Lanczos on the inverse of the held body, S - S W (W^T S W)^-1 W^T S: the constraint is never put into the sparse matrices.
+    """
     body, n = prepared.body, prepared.body.size
     held = prepared.inverse.solve(body.loads)
     hold = np.linalg.pinv(body.loads.T @ held, rcond=1e-13)
@@ -88,13 +107,14 @@ def _held_modes(prepared: Preparation, top: float) -> tuple[FloatArray, FloatArr
         return (free - held @ (hold @ (body.loads.T @ free))).reshape(np.shape(right))
 
     stiffness, mass = as_columns(body.stiffness), as_columns(body.mass)
-    number, limit = 10, (2 * np.pi * top) ** 2
+    number, limit = 10, (2 * np.pi * frequency_max) ** 2
     while True:
         number = min(number, n - body.loads.shape[1] - 1)
         operator = LinearOperator((n, n), matvec=solve, dtype=float)
         values, vectors = eigsh(stiffness, number, mass, sigma=-prepared.shift, OPinv=operator, which="LM",
                                 v0=solve(np.random.default_rng(n).standard_normal(n)))
         order = np.argsort(values)
+        # Complete once one mode lies above the limit; else twice as many are asked for.
         if values.max() > limit or number == n - body.loads.shape[1] - 1:
             keep = order[values[order] <= limit]
             return values[keep], vectors[:, keep]

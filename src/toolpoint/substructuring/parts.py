@@ -37,18 +37,18 @@ def link_rows(links: Iterable[Link], labels: Sequence[Dof], name: str = "links")
     for row, (first, second) in enumerate(pairs):
         if first.is_rotation != second.is_rotation:
             fail(name, f"{first} with {second}", "must be two deflections or two rotations")
-        at = positions(name, (first, second), labels)
-        if at[0] == at[1]:
+        columns = positions(name, (first, second), labels)
+        if columns[0] == columns[1]:
             fail(name, f"{first} with itself", "must join two labels")
-        rows[row, at[0]], rows[row, at[1]] = 1.0, -1.0
+        rows[row, columns[0]], rows[row, columns[1]] = 1.0, -1.0
     if np.linalg.matrix_rank(rows) < len(rows):
         fail(name, f"{len(rows)} links of rank {np.linalg.matrix_rank(rows)}", "must not repeat each other",
              remedy="leave out links that follow from others")
     return rows
 
 
-def set_systems_apart(parts: Mapping[str, SecondOrderSystem]) -> SecondOrderSystem:
-    """Return systems of one pose as one system that nothing joins."""
+def stack_systems(parts: Mapping[str, SecondOrderSystem]) -> SecondOrderSystem:
+    """Stack systems of one pose into one block-diagonal system without links."""
     if not parts:
         fail("parts", "none", "must be at least one")
     for name, part in parts.items():
@@ -71,8 +71,8 @@ def set_systems_apart(parts: Mapping[str, SecondOrderSystem]) -> SecondOrderSyst
         tuple(dict.fromkeys(note for s in systems for note in s.notes)))
 
 
-def set_responses_apart(parts: Mapping[str, Frf]) -> Frf:
-    """Return receptances of parts, on the same lines, as one Frf that nothing joins; variances stay where all state them."""
+def stack_responses(parts: Mapping[str, Frf]) -> Frf:
+    """Stack receptances of parts on the same lines into one block-diagonal Frf; variances stay where all parts state them."""
     if not parts:
         fail("parts", "none", "must be at least one")
     frfs = {name: frf.converted_to("receptance") for name, frf in parts.items()}
@@ -83,15 +83,17 @@ def set_responses_apart(parts: Mapping[str, Frf]) -> Frf:
         if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
             raise ToolpointError(f"parts.{name}: other frequency lines ({frf!r} beside {first!r}); interpolate it first: "
                                  "frf.interpolated(frequency)")
-    values = _diagonal([frf.values for frf in frfs.values()])
-    known = all(frf.variance is not None for frf in frfs.values())
-    variance = _diagonal([frf.variance for frf in frfs.values() if frf.variance is not None]).real if known else None
+    values = _stack_diagonally([frf.values for frf in frfs.values()])
+    have_variance = all(frf.variance is not None for frf in frfs.values())
+    variance = _stack_diagonally([frf.variance for frf in frfs.values()
+                                  if frf.variance is not None]).real if have_variance else None
     return Frf(first.frequency, values, join_labels({n: f.outputs for n, f in frfs.items()}),
                join_labels({n: f.inputs for n, f in frfs.items()}), "receptance", variance=variance,
                notes=tuple(dict.fromkeys(note for frf in frfs.values() for note in frf.notes)))
 
 
-def _diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
+def _stack_diagonally(blocks: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the block-diagonal matrix of every line, (n_f, sum of rows, sum of columns)."""
     rows, columns = sum(b.shape[1] for b in blocks), sum(b.shape[2] for b in blocks)
     result, row, column = np.zeros((len(blocks[0]), rows, columns), complex), 0, 0
     for block in blocks:

@@ -19,12 +19,12 @@ from toolpoint.vibration import Dof, Frf
 
 # The slope of the deflection along the shaft, from base to tip (-z), as a rotation about the machine's axes.
 SLOPES = {"x": "-ry", "y": "+rx"}
-DRAWS = 200
+DEFAULT_DRAW_COUNT = 200  # equally likely receptances, where the number is left out
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneReceptance(NotebookText):
-    """Receptance of one section in one plane of bending, with draws that say how far it is known.
+    """Receptance of one section in one plane of bending, with random draws of its uncertainty.
 
     Parameters
     ----------
@@ -37,6 +37,12 @@ class PlaneReceptance(NotebookText):
     draws : (n_draws, n_f, 2, 2) complex, optional
         Equally likely values; none where nothing is known of the uncertainty.
     notes : sequence of str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> PlaneReceptance(np.array([100.0, 200.0]), np.zeros((2, 2, 2)))
+    PlaneReceptance(x, 100..200 Hz, 2 lines)
     """
 
     frequency: FloatArray
@@ -56,15 +62,15 @@ class PlaneReceptance(NotebookText):
         put(self, "notes", tuple(self.notes))
 
     def band(self, share: float = 0.95) -> tuple[ComplexArray, ComplexArray]:
-        """Return the lower and upper ends, real and imaginary part each, of the interval that holds the deflection per force
-        with probability `share`: median and spread of the draws about the value, shape (n_f,)."""
+        """Return lower and upper ends, real and imaginary part each, of the interval that holds the deflection per force with
+        probability `share`: quantiles of the draws, shape (n_f,) each. Raises ToolpointError without draws."""
         if self.draws is None:
             fail("band", "no draws", "the uncertainty of the base must be known",
                  remedy="give measured responses with their variance")
-        at = [50 * (1 - share), 50 * (1 + share)]
+        percentages = [50 * (1 - share), 50 * (1 + share)]
         values = self.draws[:, :, 0, 0]
-        low, high = _quantiles(values.real, at) + 1j * _quantiles(values.imag, at)
-        return low, high
+        lower_end, upper_end = _percentiles(values.real, percentages) + 1j * _percentiles(values.imag, percentages)
+        return lower_end, upper_end
 
     def frf(self, point: str = "tool") -> Frf:
         """Return the deflection per force as an Frf; its variance is the scatter of the draws."""
@@ -78,9 +84,9 @@ class PlaneReceptance(NotebookText):
                 f"{drawn})")
 
 
-def _quantiles(values: FloatArray, at: list[float]) -> FloatArray:
-    # Plotting positions k/(n + 1): the plain ones of so few draws are too narrow.
-    return np.percentile(values, at, axis=0, method="weibull")
+def _percentiles(values: FloatArray, percentages: list[float]) -> FloatArray:
+    # Plotting positions k/(n + 1): quantiles by linear interpolation of so few draws are too narrow.
+    return np.percentile(values, percentages, axis=0, method="weibull")
 
 
 def plane_receptance(frf: Frf, point: str, plane: str = "x", *, draws: int = 0,
@@ -118,7 +124,7 @@ def complex_noise(variance: FloatArray, draws: int, generator: np.random.Generat
 
 def couple_tool(base: PlaneReceptance, shaft: ShaftDescription, *, generator: np.random.Generator | None = None
                 ) -> PlaneReceptance:
-    """Return the receptance at the tip of a shaft that is joined to a base.
+    """Couple a shaft to a base; return the receptance at its tip.
 
     Every draw of the base is carried through a shaft drawn within its own deviations. Without draws of the base, the
     deviations of the shaft alone are carried (with `generator`).
@@ -130,23 +136,39 @@ def couple_tool(base: PlaneReceptance, shaft: ShaftDescription, *, generator: np
     shaft : ShaftDescription
     generator : numpy Generator, optional
         For the deviations of the shaft; needed where it states any.
+
+    Raises
+    ------
+    ToolpointError
+        For a shaft with deviations without a generator, and a line at an undamped resonance.
+
+    Examples
+    --------
+    A steel rod of 20 mm x 100 mm on a rigid base, statically: L^3/(3 E I) and the shear deflection.
+
+    >>> import numpy as np
+    >>> from toolpoint.substructuring import SegmentDescription, ShaftDescription
+    >>> rod = ShaftDescription({"rod": SegmentDescription(length=0.1, diameter=0.02)})
+    >>> tip = couple_tool(PlaneReceptance(np.array([0.0]), np.zeros((1, 2, 2))), rod)
+    >>> print(f"{1e6 * tip.values[0, 0, 0].real:.4f} um/N")
+    0.2065 um/N
     """
     tip, _ = carry(base.frequency, shaft, base.values[:, None])
-    uncertain = uncertain_shaft(shaft)
-    if uncertain and generator is None:
+    is_uncertain = is_uncertain_shaft(shaft)
+    if is_uncertain and generator is None:
         fail("generator", "None", "a shaft with deviations needs a numpy Generator to draw them",
              remedy="for example numpy.random.default_rng(1)")
     draws = base.draws
-    if draws is None and uncertain:
-        draws = np.broadcast_to(base.values, (DRAWS, *base.values.shape))
+    if draws is None and is_uncertain:
+        draws = np.broadcast_to(base.values, (DEFAULT_DRAW_COUNT, *base.values.shape))
     carried = None
     if draws is not None:
-        carried = _carry_draws(base.frequency, shaft, draws, generator if uncertain else None)
+        carried = _carry_draws(base.frequency, shaft, draws, generator if is_uncertain else None)
     return replace(base, values=tip[:, 0], draws=carried)
 
 
-def uncertain_shaft(shaft: ShaftDescription) -> bool:
-    """Return whether a shaft states deviations that move its dynamics."""
+def is_uncertain_shaft(shaft: ShaftDescription) -> bool:
+    """Whether a shaft states deviations that change its dynamics."""
     fluted = any(part.fluted for part in shaft.segments.values())
     held = any(part.contact is not None for part in shaft.segments.values())
     return bool(shaft.diameter_deviation or shaft.modulus_deviation or (shaft.equivalent_deviation and fluted)
@@ -161,7 +183,7 @@ def _carry_draws(frequency: FloatArray, shaft: ShaftDescription, draws: ComplexA
 
 
 def carry(frequency: FloatArray, shaft: ShaftDescription, base: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return the tip's receptance and the base's force and moment per tip force and moment, (n_f, m, 2, 2) each.
+    """Carry base receptances through a shaft; return those of the tip, and the base's wrench per tip wrench, (n_f, m, 2, 2).
 
     base : (n_f, m, 2, 2), m alternatives a line. A small change dH of the base changes the tip by S^T dH S, S the second
     result.

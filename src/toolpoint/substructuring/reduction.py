@@ -1,4 +1,4 @@
-r"""Reduction of a large body to a few coordinates: what its neighbours see of it.
+r"""Reduction of a large body to a few coordinates that keep its dynamics at its interfaces.
 
 A reduced body is a set of shapes V, orthonormal in the mass and orthogonal in the stiffness: :math:`V^T M V = I`,
 :math:`V^T K V = diag(s)`; a free body keeps its six rigid motions beside them. What the error of a coupled solution needs is
@@ -19,15 +19,15 @@ from toolpoint._check import FloatArray, count, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody, Preparation, prepare
 
-DEPENDENT = 1e-12  # energy of a response over that of the largest below which it adds nothing
-LEAST_MASS = 1e-15  # of the largest mass per stiffness: rounding
-SNAPSHOTS = 5  # frequencies from 0 to the band at which the loads' responses are compared
-ABOVE = 0.8  # share of the way to a resonance beside the kept shapes that a response is followed
+DEPENDENT_ENERGY_RATIO = 1e-12  # energy of a response over that of the largest, below which it depends on the others
+MIN_MASS_RATIO = 1e-15  # of the largest mass per stiffness: smaller ones are rounding
+SNAPSHOT_COUNT = 5  # frequencies from 0 to the band at which the loads' responses are compared
+MAX_RESONANCE_RATIO = 0.8  # lambda/lambda_r to which a response to loads is followed towards a resonance r
 
 
 @dataclass(frozen=True, eq=False)
 class RawShapes:
-    """Shapes of a method that are kept whole (n, m), and the order of the responses to loads beside them.
+    """Shapes that a method keeps uncompressed (n, m), and the order of the responses to loads that complete them.
 
     inertial : (6 + m, m) and loads : (l, m) with K kept = M [R, kept] inertial + W loads; reach : frequency below which all
     free modes are among them, Hz (0: not known); order : 1, responses S W; 2, also what their inertia does, S M S W.
@@ -41,7 +41,7 @@ class RawShapes:
 
 
 class ReductionMethod(Protocol):
-    """Which shapes span the reduced body."""
+    """Method of reduction: the shapes that span the reduced body."""
 
     @property
     def name(self) -> str:
@@ -54,7 +54,7 @@ class ReductionMethod(Protocol):
         ...
 
     def shapes(self, prepared: Preparation) -> RawShapes:
-        """Return the shapes, before they are made orthogonal."""
+        """Return the shapes before they are orthogonalised."""
         ...
 
 
@@ -75,7 +75,7 @@ class ResidualProducts:
 
 @dataclass(frozen=True, eq=False)
 class Reduction(NotebookText):
-    """A reduced body.
+    """Reduced body: shapes, their motions at the loads' places, and the products of its error estimate.
 
     Parameters
     ----------
@@ -109,15 +109,16 @@ class Reduction(NotebookText):
 
     @property
     def frequency(self) -> FloatArray:
-        """Square roots of `squares`, Hz: free modes, and above them what responses to loads add."""
+        """Square roots of `squares`, Hz: free modes, and above them the frequencies of the responses to loads."""
         return np.sqrt(np.maximum(self.squares, 0)) / (2 * np.pi)
 
     def combined(self, mix: FloatArray) -> Reduction:
-        """Return the reduction to combinations (r, k) of its coordinates, made orthogonal anew."""
-        squares, turn = eigh(_even(mix.T @ (self.squares[:, None] * mix)), _even(mix.T @ mix))
-        both, known = mix @ turn, self.residual
-        residual = replace(known, inertial=known.inertial @ both, loads=known.loads @ both, shapes=known.shapes @ both)
-        return replace(self, squares=squares, vectors=self.vectors @ both, participation=self.participation @ both,
+        """Return the reduction to combinations (r, k) of its coordinates, orthogonalised again."""
+        squares, turn = eigh(_symmetrize(mix.T @ (self.squares[:, None] * mix)), _symmetrize(mix.T @ mix))
+        vectors, products = mix @ turn, self.residual
+        residual = replace(products, inertial=products.inertial @ vectors, loads=products.loads @ vectors,
+                           shapes=products.shapes @ vectors)
+        return replace(self, squares=squares, vectors=self.vectors @ vectors, participation=self.participation @ vectors,
                        residual=residual)
 
     def __repr__(self) -> str:
@@ -128,7 +129,7 @@ class Reduction(NotebookText):
 
 @dataclass(frozen=True, eq=False)
 class ShapeSpan:
-    """All shapes of a method on a body, with their small matrices: from here reductions of any size cost nothing large.
+    """All shapes of a method on a body with their small matrices: reductions of any size follow without a large solution.
 
     columns : X = [R, kept, responses] (n, x); mass, stiffness : X^T M X, X^T K X; K X = M X inertial + W loads.
     """
@@ -150,12 +151,13 @@ class ShapeSpan:
         return self.kept + self._compressed.shape[1]
 
     def reduced(self, size: int | None = None) -> Reduction:
-        """Return the reduction with so many coordinates (all independent shapes where left out): the kept shapes, and those
-        combinations of responses that store most energy under the weighted loads."""
-        most = self.largest
-        number = most if size is None else count("size", size, 0)
-        if not self.kept <= number <= most:
-            fail("size", f"{number}", f"must be {self.kept} .. {most}", remedy="the kept shapes, and responses to the loads")
+        """Return the reduction to `size` coordinates (all independent shapes where left out): the kept shapes, then the
+        combinations of responses with most energy under the weighted loads. Raises ToolpointError for another size."""
+        size_max = self.largest
+        number = size_max if size is None else count("size", size, 0)
+        if not self.kept <= number <= size_max:
+            fail("size", f"{number}", f"must be {self.kept} .. {size_max}",
+                 remedy="the kept shapes, and responses to the loads")
         basis, k, m = (matrix[:, :number] for matrix in self._basis)
         squares, mix = _stiff_modes(k[:number], m[:number])
         shapes = basis @ mix
@@ -175,7 +177,7 @@ class ShapeSpan:
         basis[r:r + self.kept, :self.kept] = np.eye(self.kept)
         basis[:, self.kept:] = self._compressed
         shapes = self.columns @ basis
-        return basis, _even(shapes.T @ (body.stiffness @ shapes)), _even(shapes.T @ (body.mass @ shapes))
+        return basis, _symmetrize(shapes.T @ (body.stiffness @ shapes)), _symmetrize(shapes.T @ (body.mass @ shapes))
 
     @cached_property
     def _compressed(self) -> FloatArray:
@@ -184,22 +186,24 @@ class ShapeSpan:
         The energy is that of responses to the weighted loads at frequencies from 0 to the band, within the span.
         """
         r, first = self.prepared.rigid.shape[1], self.prepared.rigid.shape[1] + self.kept
-        kept, rest = slice(r, first), slice(first, None)
+        kept, added = slice(r, first), slice(first, None)
         parts = np.zeros((self.columns.shape[1], self.columns.shape[1] - first))
-        parts[rest] = np.eye(parts.shape[1])
+        parts[added] = np.eye(parts.shape[1])
         if self.kept:
-            parts[kept] = -np.linalg.solve(self.mass[kept, kept], self.mass[kept, rest])
-        parts = _independent(parts, self.stiffness, np.diag(self.stiffness)[rest])
-        values, shapes = np.linalg.eigh(_even(parts.T @ self.mass @ parts))  # of M where K is one
+            parts[kept] = -np.linalg.solve(self.mass[kept, kept], self.mass[kept, added])
+        parts = _select_independent(parts, self.stiffness, np.diag(self.stiffness)[added])
+        values, shapes = np.linalg.eigh(_symmetrize(parts.T @ self.mass @ parts))  # of M where K is one
+        # Modal responses of the span at frequencies from 0 to the band, 1/(1 - lambda/lambda_r): their SVD orders them.
         driven = shapes.T @ parts.T @ self._driving()
-        top = (2 * np.pi * self.method.band) ** 2
-        factors = [1 / (1 - np.minimum(square * values, ABOVE)) for square in np.linspace(0, top, SNAPSHOTS)]
+        square_max = (2 * np.pi * self.method.band) ** 2
+        factors = [1 / (1 - np.minimum(square * values, MAX_RESONANCE_RATIO))
+                   for square in np.linspace(0, square_max, SNAPSHOT_COUNT)]
         answers = np.hstack([driven * factor[:, None] for factor in factors])
         left, size, _ = np.linalg.svd(answers, full_matrices=False)
-        return parts @ shapes @ left[:, size > np.sqrt(DEPENDENT) * size.max(initial=0.0)]
+        return parts @ shapes @ left[:, size > np.sqrt(DEPENDENT_ENERGY_RATIO) * size.max(initial=0.0)]
 
     def _driving(self) -> FloatArray:
-        """Return X^T W, every load by its weight; where weights are left out, by what gives equal energies at rest."""
+        """Return X^T W, each load times its weight; where weights are left out, times that of equal static energies."""
         driving = self.columns.T @ self.prepared.body.loads
         return driving * self.prepared.load_weights
 
@@ -212,26 +216,42 @@ def _stiff_modes(stiffness: FloatArray, mass: FloatArray) -> tuple[FloatArray, F
     """
     scale = 1 / np.sqrt(np.diag(stiffness))
     inverse, mix = eigh(mass * scale[:, None] * scale, stiffness * scale[:, None] * scale)
-    inverse = np.maximum(inverse, LEAST_MASS * inverse.max(initial=0.0))[::-1]
+    inverse = np.maximum(inverse, MIN_MASS_RATIO * inverse.max(initial=0.0))[::-1]
     return 1 / inverse, scale[:, None] * mix[:, ::-1] / np.sqrt(inverse)
 
 
-def _independent(parts: FloatArray, stiffness: FloatArray, before: FloatArray) -> FloatArray:
-    """Return combinations of shapes with unit stiffness matrix; what is left of energies `before` by rounding is left out."""
+def _select_independent(parts: FloatArray, stiffness: FloatArray, energies: FloatArray) -> FloatArray:
+    """Return combinations of shapes with unit stiffness matrix; those whose energy is rounding of `energies` are dropped."""
     energy = parts.T @ stiffness @ parts
-    size = 1 / np.sqrt(np.maximum(before, 1e-300))
-    values, vectors = np.linalg.eigh(_even(energy * size[:, None] * size))
-    keep = values > DEPENDENT
+    # Scaled by the energy before the kept shapes were taken off: what is left below rounding of that has no digits.
+    size = 1 / np.sqrt(np.maximum(energies, 1e-300))
+    values, vectors = np.linalg.eigh(_symmetrize(energy * size[:, None] * size))
+    keep = values > DEPENDENT_ENERGY_RATIO
     return parts @ (size[:, None] * vectors[:, keep] / np.sqrt(values[keep]))
 
 
 def reduce(body: LargeBody, method: ReductionMethod, size: int | None = None, *, shift: float | None = None) -> Reduction:
-    """Return the reduced body, with `size` coordinates or all shapes of the method; see `span` for the shift."""
+    """Reduce a body to `size` coordinates, or to all shapes of the method; see `span` for the shift.
+
+    Examples
+    --------
+    A free chain of 30 unit masses on springs of 1e6 N/m, loaded at its first mass, in the band to 20 Hz:
+
+    >>> import numpy as np
+    >>> from scipy.sparse import csc_array, diags_array
+    >>> from toolpoint.substructuring import ActingLoads, LargeBody
+    >>> n = 30
+    >>> stiffness = 1e6 * diags_array([-np.ones(n - 1), [1.0, *2.0 * np.ones(n - 2), 1.0], -np.ones(n - 1)], offsets=[-1, 0, 1])
+    >>> body = LargeBody(csc_array(stiffness), csc_array(np.eye(n)), np.eye(n)[:, :1], rigid=np.ones((n, 1)))
+    >>> reduction = reduce(body, ActingLoads(20.0))
+    >>> bool(abs(reduction.frequency[0] - 1e3 / np.pi * np.sin(np.pi / (2 * n))) < 1e-6)
+    True
+    """
     return span(body, method, shift=shift).reduced(size)
 
 
 def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None) -> ShapeSpan:
-    """Return all shapes of a method on a body: one factorisation, the modes, two solutions for every load.
+    """Compute all shapes of a method on a body: one factorisation, the modes, two solutions for every load.
 
     shift : s0, rad^2/s^2; where left out 0 for a held body, (2 pi band/10)^2 for a free one.
     """
@@ -240,41 +260,42 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     prepared = prepare(body, shift)
     raw = method.shapes(prepared)
     r, m, l = prepared.rigid.shape[1], raw.kept.shape[1], body.loads.shape[1]
-    mix = _leading(prepared)
+    mix = _leading_loads(prepared)
     k = mix.shape[1]
     responses: list[FloatArray] = [prepared.responses @ mix]
     for _ in range(raw.order - 1):
         responses.append(prepared.inverse.solve(body.mass @ responses[-1]))
     # S M R = R / s0 and S M q = q' are known; the kept shapes and the last responses are solved for, then no more is.
     solved = [prepared.inverse.solve(body.mass @ part) for part in (raw.kept, responses[-1])]
-    static, beside = prepared.answers, prepared.beside_products
+    static, estimate_products = prepared.answers, prepared.estimate_products
     prepared.let_go()
     columns = np.hstack([prepared.rigid, raw.kept, *responses])
     inertial, loads = np.zeros((columns.shape[1],) * 2), np.zeros((l, columns.shape[1]))
     inertial[:r + m, r:r + m], loads[:, r:r + m] = raw.inertial, raw.loads
-    first, rest = np.arange(r + m, r + m + k), np.arange(r + m, columns.shape[1])
+    first, remaining = np.arange(r + m, r + m + k), np.arange(r + m, columns.shape[1])
     # (K + s0 M) q = (W - M R R^T W) mix, and of the next order (K + s0 M) q' = M q.
-    inertial[:r, first], inertial[rest, rest] = -prepared.rigid.T @ body.loads @ mix, -shift
-    inertial[rest[:-k], rest[k:]] = 1.0
+    inertial[:r, first], inertial[remaining, remaining] = -prepared.rigid.T @ body.loads @ mix, -shift
+    inertial[remaining[:-k], remaining[k:]] = 1.0
     loads[:, first] = mix
     weighty = body.mass @ columns
     answers = np.hstack([prepared.rigid / shift if r else prepared.rigid, solved[0], *responses[1:], solved[1], static])
-    gram = _even(np.hstack([weighty, body.loads]).T @ answers)
-    if body.beside is not None:
-        cross = body.beside.T @ answers
-        gram = np.block([[gram, cross.T], [cross, _even(beside)]])
-    return ShapeSpan(prepared, method, columns, _even(columns.T @ weighty), _even(columns.T @ (body.stiffness @ columns)),
+    gram = _symmetrize(np.hstack([weighty, body.loads]).T @ answers)
+    if body.estimate_loads is not None:
+        cross = body.estimate_loads.T @ answers
+        gram = np.block([[gram, cross.T], [cross, _symmetrize(estimate_products)]])
+    return ShapeSpan(prepared, method, columns, _symmetrize(columns.T @ weighty),
+                     _symmetrize(columns.T @ (body.stiffness @ columns)),
                      inertial, loads, gram, m, raw.reach)
 
 
-def _leading(prepared: Preparation) -> FloatArray:
+def _leading_loads(prepared: Preparation) -> FloatArray:
     """Return combinations of loads whose responses do not depend on each other, (l, k)."""
     weights = prepared.load_weights
-    energy = _even(prepared.body.loads.T @ prepared.responses) * weights[:, None] * weights
+    energy = _symmetrize(prepared.body.loads.T @ prepared.responses) * weights[:, None] * weights
     values, vectors = np.linalg.eigh(energy)
-    keep = np.flatnonzero(values > DEPENDENT * max(float(values.max(initial=0.0)), 1e-300))[::-1]
+    keep = np.flatnonzero(values > DEPENDENT_ENERGY_RATIO * max(float(values.max(initial=0.0)), 1e-300))[::-1]
     return weights[:, None] * vectors[:, keep] / np.sqrt(values[keep])
 
 
-def _even(matrix: FloatArray) -> FloatArray:
+def _symmetrize(matrix: FloatArray) -> FloatArray:
     return (matrix + matrix.T) / 2

@@ -14,14 +14,20 @@ from toolpoint._quantity import Quantity, limit_faults
 
 # Young's modulus (Pa), density (kg/m^3), Poisson's ratio: handbook values, which a tool may miss by some per cent.
 MATERIALS = {"steel": (210e9, 7850.0, 0.30), "carbide": (580e9, 14500.0, 0.22), "high-speed steel": (220e9, 8160.0, 0.30)}
-EQUIVALENT = 0.8  # of the cutter's diameter; Kops, Vo, Annals of the CIRP 39/1 (1990): 0.8 within some per cent
+# Equivalent diameter of a fluted segment over the cutter's; Kops, Vo, Annals of the CIRP 39/1 (1990): 0.8 within some per cent.
+FLUTED_DIAMETER_RATIO = 0.8
 
 
 @dataclass(frozen=True)
 class ContactDescription:
-    """An elastic contact across the axis, between a segment and what is before it (taper, collet, shrink fit).
+    """Elastic contact between a segment and the section before it (taper, collet, shrink fit).
 
     `stiffness` against a shift across the axis, `rotational_stiffness` against tilting.
+
+    Examples
+    --------
+    >>> ContactDescription(stiffness=1e8, rotational_stiffness=1e5).loss_factor
+    0.0
     """
 
     stiffness: Annotated[float, Quantity("stiffness", "N/m", above=0)]
@@ -31,10 +37,15 @@ class ContactDescription:
 
 @dataclass(frozen=True)
 class SegmentDescription:
-    """A round segment of one diameter and material.
+    """Round segment of one diameter and material.
 
     `fluted` segments count with `equivalent` times their diameter. Modulus, density and Poisson's ratio are those of the
-    material where left out. `contact` joins it to what is before it; without one the joint is rigid.
+    material where left out. `contact` joins it to the section before it; without one the joint is rigid.
+
+    Examples
+    --------
+    >>> round(SegmentDescription(length=0.1, diameter=0.02).mass, 4)  # steel, kg
+    0.2466
     """
 
     length: Annotated[float, Quantity("length", "m", above=0)]
@@ -42,7 +53,7 @@ class SegmentDescription:
     bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
     material: Literal["steel", "carbide", "high-speed steel"] = "steel"
     fluted: bool = False
-    equivalent: Annotated[float, Quantity("ratio", "1", above=0.3, most=1)] = EQUIVALENT
+    equivalent: Annotated[float, Quantity("ratio", "1", above=0.3, most=1)] = FLUTED_DIAMETER_RATIO
     modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
     density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
     poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
@@ -54,28 +65,28 @@ class SegmentDescription:
     def numbers(self) -> tuple[float, float, float]:
         """Young's modulus (Pa), density (kg/m^3) and Poisson's ratio."""
         modulus, density, poisson = MATERIALS[self.material]
-        given = (self.modulus, self.density, self.poisson)
-        known = (modulus, density, poisson)
-        e, rho, nu = (usual if value is None else value for value, usual in zip(given, known, strict=True))
+        stated = (self.modulus, self.density, self.poisson)
+        handbook = (modulus, density, poisson)
+        e, rho, nu = (usual if value is None else value for value, usual in zip(stated, handbook, strict=True))
         return e, rho, nu
 
     @property
-    def outer(self) -> float:
-        """Diameter that counts, m: the equivalent one of a fluted segment."""
+    def effective_diameter(self) -> float:
+        """Diameter of the bending section, m: the equivalent one of a fluted segment."""
         return self.equivalent * self.diameter if self.fluted else self.diameter
 
     @property
     def mass(self) -> float:
         """Mass, kg."""
-        return float(self.numbers[1] * np.pi / 4 * (self.outer**2 - self.bore**2) * self.length)
+        return float(self.numbers[1] * np.pi / 4 * (self.effective_diameter**2 - self.bore**2) * self.length)
 
     @property
     def row(self) -> ComplexArray:
         r"""Density, E, :math:`\kappa G`, area, second moment, length, kind, as the kernels take them; shape (7,)."""
         e, rho, nu = self.numbers
-        lossy, outer = 1 + 1j * self.loss_factor, self.outer
-        area, second = np.pi / 4 * (outer**2 - self.bore**2), np.pi / 64 * (outer**4 - self.bore**4)
-        return np.array([rho, e * lossy, shear_coefficient(nu, self.bore / outer, self.shear) * e / (2 * (1 + nu)) * lossy,
+        lossy, diameter = 1 + 1j * self.loss_factor, self.effective_diameter
+        area, second = np.pi / 4 * (diameter**2 - self.bore**2), np.pi / 64 * (diameter**4 - self.bore**4)
+        return np.array([rho, e * lossy, shear_coefficient(nu, self.bore / diameter, self.shear) * e / (2 * (1 + nu)) * lossy,
                          area, second, self.length, 0])
 
 
@@ -95,11 +106,21 @@ def shear_coefficient(poisson: float, ratio: float = 0.0, source: str = "cowper"
 
 @dataclass(frozen=True)
 class ShaftDescription(NotebookText):
-    """A holder, a gauge or a tool: named round segments from the base outward.
+    """Stepped round shaft (holder, gauge or tool): named segments from the base outward.
 
     `stations` of a gauge are the distances of its measured points from the base plane. Deviations are one standard deviation:
     of all diameters and moduli as shares (each segment for itself), of all stations as a length, of a fluted segment's
     equivalent ratio.
+
+    Raises
+    ------
+    ToolpointError
+        For numbers beyond their limits, a bore that is not smaller than the diameter, and a station beyond the tip.
+
+    Examples
+    --------
+    >>> ShaftDescription({"shank": SegmentDescription(0.05, 0.012, material="carbide")}, name="end mill")
+    ShaftDescription(end mill: shank 50 mm x 12 mm; 0.082 kg)
     """
 
     segments: Mapping[str, SegmentDescription]
@@ -145,11 +166,11 @@ class ShaftDescription(NotebookText):
         return replace(self, segments={**self.segments, name: replace(self.segments[name], length=length)})
 
     def drawn(self, generator: np.random.Generator) -> ShaftDescription:
-        """Return the shaft with its numbers drawn within their deviations (normal, positive numbers log-normal)."""
+        """Return the shaft with its numbers drawn from their deviations (stations normal, positive numbers log-normal)."""
         segments = {name: self._drawn_segment(part, generator) for name, part in self.segments.items()}
         shifts = generator.normal(size=len(self.stations)) * self.station_deviation
-        places = {name: float(np.clip(at + shift, 0.0, sum(s.length for s in segments.values())))
-                  for (name, at), shift in zip(self.stations.items(), shifts, strict=True)}
+        places = {name: float(np.clip(position + shift, 0.0, sum(s.length for s in segments.values())))
+                  for (name, position), shift in zip(self.stations.items(), shifts, strict=True)}
         return replace(self, segments=segments, stations=places)
 
     def _drawn_segment(self, segment: SegmentDescription, generator: np.random.Generator) -> SegmentDescription:
@@ -175,15 +196,16 @@ class ShaftDescription(NotebookText):
 
 
 def shaft_faults(shaft: ShaftDescription) -> list[tuple[tuple[str | int, ...], str]]:
-    """Return place and text of everything that is wrong with a shaft; empty where nothing is."""
+    """Return key and text of every fault of a shaft; empty where there is none."""
     faults = list(limit_faults(shaft))
     if not shaft.segments:
         faults.append((("segments",), "none; a shaft has at least one segment"))
     for name, part in shaft.segments.items():
-        if part.bore >= part.outer:
-            faults.append((("segments", name, "bore"), f"{1e3 * part.bore:g} mm in a diameter of {1e3 * part.outer:g} mm; must "
+        if part.bore >= part.effective_diameter:
+            faults.append((("segments", name, "bore"),
+                           f"{1e3 * part.bore:g} mm in a diameter of {1e3 * part.effective_diameter:g} mm; must "
                            "be smaller"))
-    for name, at in shaft.stations.items():
-        if at > shaft.length * (1 + 1e-12):
-            faults.append((("stations", name), f"{1e3 * at:g} mm from the base; the tip is at {1e3 * shaft.length:g} mm"))
+    for name, position in shaft.stations.items():
+        if position > shaft.length * (1 + 1e-12):
+            faults.append((("stations", name), f"{1e3 * position:g} mm from the base; the tip is at {1e3 * shaft.length:g} mm"))
     return faults

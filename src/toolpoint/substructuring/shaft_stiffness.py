@@ -1,4 +1,4 @@
-"""Dynamic stiffness of a stepped shaft over its stations, and the responses of a shaft that stands free."""
+"""Dynamic stiffness of a stepped shaft over its ends, contacts and stations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.substructuring.shaft import SegmentDescription, ShaftDescription
 
-SAME_PLACE = 1e-9  # m
+SECTION_TOLERANCE = 1e-9  # m: sections nearer to each other are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,28 +32,34 @@ class StationStiffness:
 
 def station_stiffness(shaft: ShaftDescription, frequency: FloatArray, stations: Mapping[str, float] | None = None
                       ) -> StationStiffness:
-    """Return the dynamic stiffness of a shaft over its ends, contacts and stations (those of the shaft where left out)."""
+    """Assemble the dynamic stiffness of a shaft over its ends, contacts and stations (those of the shaft where left out).
+
+    frequency : Hz; stations : name -> distance from the base plane, m.
+
+    Raises ToolpointError for a station beyond the shaft.
+    """
     from toolpoint.substructuring import segment_kernel
 
     places = dict(shaft.stations if stations is None else stations)
     cuts = sorted(places.values())
     omega = 2 * np.pi * np.asarray(frequency, float)
-    elements, at, section = [], 0.0, 0
+    elements, position, section = [], 0.0, 0
     positions = [0.0]
     for segment in shaft.segments.values():
         if segment.contact is not None:
             elements.append((section, _contact_stiffness(segment, omega.size)))
             section += 1
-            positions.append(at)
-        for piece in _pieces(segment, at, cuts):
+            positions.append(position)
+        for piece in _pieces(segment, position, cuts):
             block = np.empty((omega.size, 4, 4), complex)
             row = segment.row
             row[5] = piece
             segment_kernel.segment_stiffness(omega, row, block)
             elements.append((section, block))
-            section, at = section + 1, at + piece
-            positions.append(at)
+            section, position = section + 1, position + piece
+            positions.append(position)
     matrix = np.zeros((omega.size, 2 * section + 2, 2 * section + 2), complex)
+    # Assembly as of finite elements: a section adds the blocks of the segments on both sides of it.
     for start, block in elements:
         matrix[:, 2 * start:2 * start + 4, 2 * start:2 * start + 4] += block
     return StationStiffness(np.asarray(frequency, float), matrix, _sections(places, positions))
@@ -61,18 +67,18 @@ def station_stiffness(shaft: ShaftDescription, frequency: FloatArray, stations: 
 
 def _sections(places: Mapping[str, float], positions: list[float]) -> dict[str, int]:
     result = {}
-    for name, at in places.items():
-        distance = np.abs(np.array(positions) - at)
-        if distance.min() > SAME_PLACE:
-            fail(f"stations.{name}", f"{at:g} m", f"must be within the shaft, 0 .. {positions[-1]:g} m")
-        result[name] = int(np.flatnonzero(distance <= SAME_PLACE)[-1])  # beyond a contact at the same place
+    for name, position in places.items():
+        distance = np.abs(np.array(positions) - position)
+        if distance.min() > SECTION_TOLERANCE:
+            fail(f"stations.{name}", f"{position:g} m", f"must be within the shaft, 0 .. {positions[-1]:g} m")
+        result[name] = int(np.flatnonzero(distance <= SECTION_TOLERANCE)[-1])  # beyond a contact at the same place
     return result
 
 
 def _pieces(segment: SegmentDescription, start: float, cuts: list[float]) -> list[float]:
-    inside = [cut for cut in cuts if start + SAME_PLACE < cut < start + segment.length - SAME_PLACE]
+    inside = [cut for cut in cuts if start + SECTION_TOLERANCE < cut < start + segment.length - SECTION_TOLERANCE]
     edges = [start, *sorted(set(inside)), start + segment.length]
-    return [float(piece) for piece in np.diff(edges) if piece > SAME_PLACE]
+    return [float(piece) for piece in np.diff(edges) if piece > SECTION_TOLERANCE]
 
 
 def _contact_stiffness(segment: SegmentDescription, lines: int) -> ComplexArray:

@@ -1,1 +1,1 @@
-"""What to do about chatter: best spindle speeds, and the probability of stability."""
+"""Advice against chatter: best spindle speeds, and the probability of stability."""

@@ -37,18 +37,18 @@ def from_chart(chart: StabilityChart, margin: float = 0.1, speed_margin: float =
     margin of speed, because it ends there or its speeds lie farther apart, the reason says so.
     """
     limit, speeds = chart.sure_limit, chart.speeds
-    near = np.abs(speeds[:, None] / speeds[None, :] - 1) <= speed_margin
+    within_margin = np.abs(speeds[:, None] / speeds[None, :] - 1) <= speed_margin
     order = np.argsort(speeds)
     ends = [np.interp(speeds * (1 + way), speeds[order], limit[order]) for way in (-speed_margin, speed_margin)]
-    safe = np.minimum(np.where(near, limit[:, None], np.inf).min(0), np.minimum(*ends)) * (1 - margin)
+    safe = np.minimum(np.where(within_margin, limit[:, None], np.inf).min(0), np.minimum(*ends)) * (1 - margin)
     best = int(np.argmax(safe * speeds))
     speed = float(speeds[best])
     ended = "" if np.isfinite(chart.limit[best]) else "; no limit was found there: this is the end of the searched depths"
     return Advice(speed, float(safe[best]), f"largest removal rate with {100 * margin:g} % of depth and "
-                  f"{100 * speed_margin:g} % of speed in hand{ended}{_unseen(np.sort(speeds), speed, speed_margin)}")
+                  f"{100 * speed_margin:g} % of speed in hand{ended}{_margin_words(np.sort(speeds), speed, speed_margin)}")
 
 
-def _unseen(speeds: FloatArray, speed: float, margin: float) -> str:
+def _margin_words(speeds: FloatArray, speed: float, margin: float) -> str:
     """Return what the chart does not show of the margin of speed, as words for the end of a reason."""
     if speed * (1 - margin) < speeds[0] * (1 - 1e-9) or speed * (1 + margin) > speeds[-1] * (1 + 1e-9):
         return "; the chart ends here: look beyond"
@@ -63,12 +63,12 @@ def from_chatter_frequency(frequency: float, teeth: int, speed_max: float, *, sp
     Source: Smith, Tlusty, CIRP Annals 39 (1990) 517.
     """
     f, n = positive("frequency", frequency), count("teeth", teeth)
-    top = positive("speed_max", speed_max)
+    fastest = positive("speed_max", speed_max)
     k = np.arange(1, 200)
     speeds = 60 * f / (n * k)
-    keep = (speeds <= top) & (speeds >= speed_min)
+    keep = (speeds <= fastest) & (speeds >= speed_min)
     if not keep.any():
-        fail("speed_max", f"{top:g} rev/min", f"no lobe of {f:g} Hz lies between {speed_min:g} and {top:g} rev/min")
+        fail("speed_max", f"{fastest:g} rev/min", f"no lobe of {f:g} Hz lies between {speed_min:g} and {fastest:g} rev/min")
     return tuple(Advice(float(s), float("nan"), f"tooth passing at 1/{i} of the chatter frequency")
                  for s, i in zip(speeds[keep][:8], k[keep][:8]))
 

@@ -17,7 +17,7 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
 
 RATIO_STEP = 0.04  # of the stated K_n/K_t: between charted ratios; half of it moves a limit by less than a step of its depths
-RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
+OUTCOME_RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
 Perturb = Callable[[MillingProblem, float], MillingProblem]
 
 
@@ -74,12 +74,13 @@ class ProbabilityChart(NotebookText):
         return np.sqrt(np.maximum(p * (1 - p), 0) / effective)
 
     def depth_at(self, level: float = 0.95) -> FloatArray:
-        """Largest depth of the grid stable with at least this probability, with all below it, m, shape (n_speeds,)."""
-        enough = np.cumprod(self.probability >= level, axis=1).sum(1)
-        return np.where(enough > 0, self.depths[np.maximum(enough - 1, 0)], 0.0)
+        """Return the largest depth of the grid stable with at least this probability, with all below it, m, shape
+        (n_speeds,)."""
+        stable_count = np.cumprod(self.probability >= level, axis=1).sum(1)
+        return np.where(stable_count > 0, self.depths[np.maximum(stable_count - 1, 0)], 0.0)
 
     def importance(self) -> dict[str, float]:
-        """Share of the limit's variance that each parameter explains alone (first order, linear), largest first.
+        """Return the share of the limit's variance that each parameter explains alone (first order, linear), largest first.
 
         The parameter with the largest share is the one whose better measurement narrows the chart most.
         """
@@ -93,7 +94,8 @@ class ProbabilityChart(NotebookText):
         total = share.sum(1) / max(float(spread[keep].sum()), 1e-300)
         return dict(sorted(zip(self.names, total.tolist()), key=lambda item: -item[1]))
 
-    def after_cuts(self, cuts: Sequence[tuple[float, float, bool]], reliability: float = RELIABILITY) -> ProbabilityChart:
+    def after_cuts(self, cuts: Sequence[tuple[float, float, bool]],
+                   reliability: float = OUTCOME_RELIABILITY) -> ProbabilityChart:
         """Return the chart after cuts with known outcome (speed, depth, stable): samples weighed by Bayes' rule.
 
         `reliability` is the probability that an outcome is judged rightly.
@@ -129,19 +131,19 @@ class ProbabilityChart(NotebookText):
 
 def modal_parameters(problem: MillingProblem, frequency: float | None = None, damping: float | None = None,
                      *, stiffness: float = 0.05) -> list[Uncertain]:
-    """Uncertain frequency, damping and stiffness of every mode (relative standard deviations).
+    """Return the uncertain frequency, damping and stiffness of every mode (relative standard deviations).
 
     Where frequency or damping is left out it is that of the identification (`Modes.covariance`), for modes without one
     0.01 and 0.1. The parameters are taken to be independent.
     """
     if not isinstance(problem.dynamics, Modes):
         fail("problem", "dynamics that are not one Modes noun", "must be Modes", remedy="identify the modes first")
-    seen = deviations_of(problem.dynamics)
+    deviations = deviations_of(problem.dynamics)
     out = []
     for i in range(problem.dynamics.count):
-        out.append(Uncertain(f"frequency {i + 1}", float(seen[i, 0]) if frequency is None else frequency,
+        out.append(Uncertain(f"frequency {i + 1}", float(deviations[i, 0]) if frequency is None else frequency,
                              _mode_change(i, "frequency")))
-        out.append(Uncertain(f"damping {i + 1}", float(seen[i, 1]) if damping is None else damping,
+        out.append(Uncertain(f"damping {i + 1}", float(deviations[i, 1]) if damping is None else damping,
                              _mode_change(i, "damping_ratio")))
         out.append(Uncertain(f"stiffness {i + 1}", stiffness, _mode_change(i, "shape")))
     return out
@@ -172,7 +174,7 @@ def _mode_change(mode: int, what: str) -> Perturb:
 
 
 def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
-    """Uncertain cutting coefficients kt and kn (relative standard deviations)."""
+    """Return the uncertain cutting coefficients kt and kn (relative standard deviations)."""
     def change(name: str) -> Perturb:
         def put(problem: MillingProblem, factor: float) -> MillingProblem:
             c = problem.coefficients
@@ -213,7 +215,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
     groups = _equal_ratios(factors) if names == ("kt", "kn") and _is_scaled(problem) else [
         (row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
-    for done, (row, members, stretches) in enumerate(groups, start=1):
+    for number, (row, members, stretches) in enumerate(groups, start=1):
         varied = problem
         for parameter, factor in zip(parameters, row):
             varied = parameter.change(varied, float(factor))
@@ -225,7 +227,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
             reached = (first >= 0) & (sample.limit / stretch <= w.max())
             frequency[s, reached] = sample.frequency[first[reached]]
         if progress is not None:
-            progress(done, len(groups))
+            progress(number, len(groups))
     return ProbabilityChart(n, w, stable, factors, names, frequency, limit,
                             np.full(samples, 1 / samples))
 

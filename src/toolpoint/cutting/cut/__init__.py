@@ -1,1 +1,1 @@
-"""What is cut and with what: tool, engagement, coefficients, the dynamics in the cutting plane, and the problem they make."""
+"""Parts of a cut: tool, engagement, coefficients, the dynamics in the cutting plane."""

@@ -39,13 +39,14 @@ class ArcNodes:
 
     @property
     def same_time(self) -> Array:
-        """Which pairs of nodes are at the same time, shape (q, q)."""
+        """Whether two nodes are at the same time, for every pair, shape (q, q)."""
         return np.abs(self.angle[:, None] - self.angle[None, :]) < 1e-14
 
 
 @lru_cache(maxsize=256)
 def gauss(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nodes, weights and integration matrix of n-point Gauss-Legendre on (-1, 1): B f = integral from -1 to each node."""
+    """Return the nodes, weights and integration matrix of n-point Gauss-Legendre on (-1, 1): B f = integral from -1 to each
+    node."""
     x, w = legendre.leggauss(n)
     # Integrate each Lagrange polynomial through its Legendre series: coefficients (2k+1)/2 w_j P_k(x_j).
     p = legendre.legvander(x, n)
@@ -57,13 +58,13 @@ def gauss(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     return x, w, rising @ series
 
 
-def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:
-    """Interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
+def lagrange(x: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
     gap = x[:, None] - x[None, :] + np.eye(x.size)
     log = -np.log(np.abs(gap)).sum(1)
     sign = np.prod(np.sign(gap), axis=1)
     weight = sign * np.exp(log - log.max())
-    difference = at[:, None] - x[None, :]
+    difference = points[:, None] - x[None, :]
     exact = np.abs(difference) < 1e-15
     with np.errstate(divide="ignore", invalid="ignore"):
         terms = weight / np.where(exact, 1.0, difference)
@@ -76,23 +77,23 @@ def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:
 def breaks(engagement: Engagement, teeth: int) -> FloatArray:
     """Return the angles within one pitch, from entry, where the number of teeth in cut changes."""
     pitch = 2 * np.pi / teeth
-    rest = engagement.arc % pitch
+    remainder = engagement.arc % pitch
     if engagement.arc < pitch - 1e-12:
         return np.array([0.0, engagement.arc])
-    if rest < 1e-9 or pitch - rest < 1e-9:
+    if remainder < 1e-9 or pitch - remainder < 1e-9:
         return np.array([0.0, pitch])
-    return np.array([0.0, rest, pitch])
+    return np.array([0.0, remainder, pitch])
 
 
 def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, teeth: int, *, density: float,
-                   least: int, second_direction: bool, size: int = 2) -> ArcNodes:
-    """Nodes for straight teeth of equal pitch: `density` nodes per rad and at least `least` on each part of the pitch; `size`
-    directions of force (3: with the axial one, along which a cylinder has no chip)."""
+                   nodes_min: int, second_direction: bool, size: int = 2) -> ArcNodes:
+    """Return nodes for straight teeth of equal pitch: `density` nodes per rad and at least `nodes_min` on each part of the
+    pitch; `size` directions of force (3: with the axial one, along which a cylinder has no chip)."""
     pitch = 2 * np.pi / teeth
     ends = breaks(engagement, teeth)
     parts = []
     for a, b in pairwise(ends):
-        n = least + int(np.ceil(density * (b - a)))
+        n = nodes_min + int(np.ceil(density * (b - a)))
         x, w, rising = gauss(n)
         angle = a + (b - a) / 2 * (1 + x)
         number = int(np.floor((engagement.arc - (a + b) / 2) / pitch)) + 1
@@ -102,23 +103,23 @@ def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, te
             k = np.concatenate([k, np.full((*phi.shape, 1), -coefficients.ka)], axis=-1)
             chip = np.concatenate([chip, np.zeros((*phi.shape, 1))], axis=-1)
         parts.append((angle, w * (b - a) / 2, rising * (b - a) / 2, k, chip))
-    return _joined(parts, second_direction)
+    return _join_parts(parts, second_direction)
 
 
-def _joined(parts: Sequence[tuple[FloatArray, ...]], second_direction: bool) -> ArcNodes:
+def _join_parts(parts: Sequence[tuple[FloatArray, ...]], second_direction: bool) -> ArcNodes:
     rows = []
-    for at, (angle, weight, _, k, chip) in enumerate(parts):
+    for index, (angle, weight, _, k, chip) in enumerate(parts):
         if k.shape[1] == 1:
-            rows.append((np.full(angle.size, at), np.arange(angle.size), angle, weight, chip[:, 0], k[:, 0]))
+            rows.append((np.full(angle.size, index), np.arange(angle.size), angle, weight, chip[:, 0], k[:, 0]))
             continue
         matrix = np.einsum("qti,qtj->qij", k, chip)
         for way in range(2 if second_direction else 1):
             unit = np.broadcast_to(np.eye(k.shape[-1])[way], (angle.size, k.shape[-1]))
-            rows.append((np.full(angle.size, at), np.arange(angle.size), angle, weight, unit, matrix[:, :, way]))
+            rows.append((np.full(angle.size, index), np.arange(angle.size), angle, weight, unit, matrix[:, :, way]))
     place, number, angle, weight = (np.concatenate([row[i] for row in rows]) for i in range(4))
     chip, force = (np.ascontiguousarray(np.concatenate([row[i] for row in rows])) for i in (4, 5))
     partial = np.where(place[None, :] < place[:, None], weight[None, :], 0.0)
-    for at, (_, _, rising, _, _) in enumerate(parts):
-        inside = np.flatnonzero(place == at)
+    for index, (_, _, rising, _, _) in enumerate(parts):
+        inside = np.flatnonzero(place == index)
         partial[np.ix_(inside, inside)] = rising[np.ix_(number[inside], number[inside])]
     return ArcNodes(angle, weight, partial, chip, force)

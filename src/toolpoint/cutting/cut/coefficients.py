@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointWarning, fail, scalar
 from toolpoint._notebook import NotebookText
 
-SMALLEST = 1e6
+MIN_PLAUSIBLE_KT = 1e6
 
 @dataclass(frozen=True)
 class CuttingCoefficients(NotebookText):
@@ -45,7 +45,7 @@ class CuttingCoefficients(NotebookText):
             object.__setattr__(self, name, value)
         if self.kt <= 0:
             fail("CuttingCoefficients.kt", f"{self.kt:g}", "must be above zero")
-        if self.kt < SMALLEST:
+        if self.kt < MIN_PLAUSIBLE_KT:
             warnings.warn(f"CuttingCoefficients.kt: {self.kt:g} Pa is below 1 N/mm^2, less than any work material has; "
                           "coefficients are in Pa: multiply those in N/mm^2 by 1e6", ToolpointWarning, stacklevel=3)
 

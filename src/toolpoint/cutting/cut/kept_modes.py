@@ -1,4 +1,4 @@
-r"""Which modes of a cut may count by their static part alone: those that cannot chatter by themselves, however they are met.
+r"""Modes of a cut that may count by their static part alone: those that cannot chatter by themselves at any speed.
 
 The force of a cut w deep on a vibration r is :math:`-w A(t) (r(t) - r(t - \tau))`, at most :math:`2 w |A|` times it,
 whatever the speed. Modes left out answer with :math:`\Delta G`, their response less its static part; where
@@ -14,9 +14,9 @@ import numpy as np
 from toolpoint._check import FloatArray, positive
 from toolpoint.cutting.cut.problem import MillingProblem
 
-GAIN = 0.5  # largest gain of the modes that go
-FEWEST = 12  # modes up to which none goes: little would be won
-BESIDE = np.array([-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0])  # lines beside a resonance, in half widths
+MAX_LEFT_OUT_GAIN = 0.5  # largest gain of the modes that go
+MIN_KEPT_MODES = 12  # modes up to which none goes: little would be won
+RESONANCE_OFFSETS = np.array([-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0])  # lines beside a resonance, in half widths
 
 
 def find_least_frequency(problem: MillingProblem, depth: float) -> tuple[float, float]:
@@ -29,17 +29,17 @@ def find_least_frequency(problem: MillingProblem, depth: float) -> tuple[float, 
     """
     plane = problem.plane
     order = np.argsort(np.abs(plane.poles))
-    if order.size <= FEWEST or problem.process_damping > 0:
+    if order.size <= MIN_KEPT_MODES or problem.process_damping > 0:
         return float("inf"), 0.0
-    gains = 2 * positive("depth", depth) * steepest_force(problem) * _rests(problem, order)
-    free = np.flatnonzero(gains < GAIN)  # how many modes stay; gains[k]: of those from the k-th on
-    least = max(int(free[0]), FEWEST) if free.size else order.size
-    while least < order.size and gains[least] >= GAIN:
-        least += 1
-    if least >= order.size:
+    gains = 2 * positive("depth", depth) * steepest_force(problem) * _tail_norms(problem, order)
+    free = np.flatnonzero(gains < MAX_LEFT_OUT_GAIN)  # how many modes stay; gains[k]: of those from the k-th on
+    kept_count = max(int(free[0]), MIN_KEPT_MODES) if free.size else order.size
+    while kept_count < order.size and gains[kept_count] >= MAX_LEFT_OUT_GAIN:
+        kept_count += 1
+    if kept_count >= order.size:
         return float("inf"), 0.0
     size = np.abs(plane.poles[order]) / (2 * np.pi)
-    return float(np.sqrt(size[least - 1] * size[least])), float(gains[least])
+    return float(np.sqrt(size[kept_count - 1] * size[kept_count])), float(gains[kept_count])
 
 
 def steepest_force(problem: MillingProblem) -> float:
@@ -51,13 +51,13 @@ def steepest_force(problem: MillingProblem) -> float:
     return float(longer * min(max(together, 1), tool.teeth) * np.linalg.norm(problem.coefficients.cutting))
 
 
-def _rests(problem: MillingProblem, order: np.ndarray) -> FloatArray:
-    """Largest response, less its static part, of the modes from the k-th on, m/N, for every k."""
+def _tail_norms(problem: MillingProblem, order: np.ndarray) -> FloatArray:
+    """Return the largest norm of the response, less its static part, of the modes from the k-th on, m/N, for every k."""
     plane = problem.plane
     poles, residues = plane.poles[order], plane.residues[order]
-    lines = (np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * BESIDE).ravel()
+    lines = (np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * RESONANCE_OFFSETS).ravel()
     s = 1j * np.unique(lines[lines > 0])[:, None]
     first, second = 1 / (s - poles) + 1 / poles, 1 / (s - poles.conj()) + 1 / poles.conj()
     each = first[..., None, None] * residues + second[..., None, None] * residues.conj()
-    rest = np.cumsum(each[:, ::-1], axis=1)[:, ::-1]
-    return np.asarray(np.linalg.norm(rest, ord=2, axis=(2, 3)).max(axis=0))
+    tails = np.cumsum(each[:, ::-1], axis=1)[:, ::-1]
+    return np.asarray(np.linalg.norm(tails, ord=2, axis=(2, 3)).max(axis=0))

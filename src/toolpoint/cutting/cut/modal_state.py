@@ -40,21 +40,21 @@ class ModalState:
         self.left, self.right, self.poles = np.array(left).T, np.array(right), np.array(poles)
 
     def kernel(self, dt: FloatArray, order: int = 0) -> FloatArray:
-        """Impulse response (or its rate) at these times, shape (..., d, d)."""
+        """Return the impulse response (or its rate) at these times, shape (..., d, d)."""
         factor = np.exp(dt[..., None] * self.poles) * self.poles**order
         return 2 * np.einsum("am,...m,mb->...ab", self.left, factor, self.right).real
 
     def rows(self, dt: FloatArray, order: int = 0) -> FloatArray:
-        """Displacement (or velocity) after dt from the real state (Re z, Im z), shape (n, d, 2m)."""
+        """Return the displacement (or velocity) after dt from the real state (Re z, Im z), shape (n, d, 2m)."""
         part = 2 * self.left[None] * (np.exp(dt[:, None] * self.poles) * self.poles**order)[:, None, :]
         return np.concatenate([part.real, -part.imag], axis=-1)
 
     def drive(self, dt: FloatArray) -> FloatArray:
-        """State after dt from a unit impulse, shape (n, 2m, d)."""
+        """Return the state after dt from a unit impulse, shape (n, 2m, d)."""
         part = np.exp(dt[:, None] * self.poles)[..., None] * self.right[None]
         return np.concatenate([part.real, part.imag], axis=1)
 
     def step(self, dt: float) -> FloatArray:
-        """State transition over dt, shape (2m, 2m)."""
+        """Return the state transition over dt, shape (2m, 2m)."""
         e = np.exp(self.poles * dt)
         return np.block([[np.diag(e.real), -np.diag(e.imag)], [np.diag(e.imag), np.diag(e.real)]])

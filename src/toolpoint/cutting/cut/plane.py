@@ -16,14 +16,15 @@ from toolpoint.vibration.dof import dofs as as_dofs
 from toolpoint.vibration.frequency_response import modal
 
 Label = Dof | str | int | None
-RESIDUAL_ABOVE, RESIDUAL_DAMPING = 4.0, 0.9
-NEGLIGIBLE = 1e-6
-NOTICEABLE = 0.02  # share of a lower residual in the response that calls for a warning
+RESIDUAL_FREQUENCY_RATIO = 4.0  # of the highest mode: frequency of the mode that stands for an upper residual
+RESIDUAL_DAMPING_RATIO = 0.9  # of that mode: static below, gone above, without a resonance
+NEGLIGIBLE_RESIDUAL_FRACTION = 1e-6  # of the response: a smaller lower residual is not mentioned
+WARNED_RESIDUAL_FRACTION = 0.02  # of the response: a larger lower residual is warned of
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneDynamics(NotebookText):
-    r"""Receptance :math:`G(i\omega)` of the tool against the work in the feed frame (x feed, y normal to it, z the axis).
+    r"""Receptance :math:`G(i\omega)` of the tool relative to the work in the feed frame (x feed, y normal to it, z the axis).
 
     Shape (2, 2), or (3, 3) where the response along z is known; d stands for 2 or 3.
 
@@ -88,11 +89,11 @@ class PlaneDynamics(NotebookText):
         if self.frequency is None:
             causal = self.causal_response(f)
             return causal if not self.is_hysteretic else causal + self.hysteresis(f)
-        low = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
-        part = ((f - self.frequency[low]) / (self.frequency[low + 1] - self.frequency[low]))[..., None, None]
+        line = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
+        part = ((f - self.frequency[line]) / (self.frequency[line + 1] - self.frequency[line]))[..., None, None]
         inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]
         values = self.lines[1]
-        return np.where(inside, values[low] * (1 - part) + values[low + 1] * part, 0)
+        return np.where(inside, values[line] * (1 - part) + values[line + 1] * part, 0)
 
     def causal_response(self, frequency: FloatArray) -> ComplexArray:
         """Return the sum of the modes at these frequencies (Hz), shape (..., d, d): what methods that march in time solve."""
@@ -135,19 +136,20 @@ class PlaneDynamics(NotebookText):
                        variance=variance, deviation=deviation)
 
     def with_modal_residual(self) -> PlaneDynamics:
-        r"""The response with its static part (upper residual) given by heavily damped modes far above the others.
+        r"""Return the response with its static part (upper residual) given by heavily damped modes far above the others.
 
         :math:`G_u \omega_h^2/(s^2 + 2 \zeta_h \omega_h s + \omega_h^2)`: static below, gone above, without a resonance.
         """
         if not np.abs(self.static).max(initial=0.0):
             return self
-        top = RESIDUAL_ABOVE * float(np.abs(self.poles).max())
-        damped = top * np.sqrt(1 - RESIDUAL_DAMPING**2)
-        pole = -RESIDUAL_DAMPING * top + 1j * damped
-        residue = (self.static * top**2 / (2j * damped))[None]
-        lag = np.degrees(np.arctan2(2 * RESIDUAL_DAMPING / RESIDUAL_ABOVE, 1 - RESIDUAL_ABOVE**-2))
-        note = (f"upper residual given by a mode at {top / (2 * np.pi):.4g} Hz with a damping ratio of {RESIDUAL_DAMPING:g}: "
-                f"it has no place of its own in this method, and lags by {lag:.0f} degrees at the highest mode")
+        omega_h = RESIDUAL_FREQUENCY_RATIO * float(np.abs(self.poles).max())
+        damped = omega_h * np.sqrt(1 - RESIDUAL_DAMPING_RATIO**2)
+        pole = -RESIDUAL_DAMPING_RATIO * omega_h + 1j * damped
+        residue = (self.static * omega_h**2 / (2j * damped))[None]
+        lag = np.degrees(np.arctan2(2 * RESIDUAL_DAMPING_RATIO / RESIDUAL_FREQUENCY_RATIO, 1 - RESIDUAL_FREQUENCY_RATIO**-2))
+        note = (f"upper residual given by a mode at {omega_h / (2 * np.pi):.4g} Hz with a damping ratio of "
+                f"{RESIDUAL_DAMPING_RATIO:g}: it has no place of its own in this method, and lags by {lag:.0f} degrees at the "
+                "highest mode")
         structural = None if self.structural is None else np.append(self.structural, False)
         return replace(self, poles=np.append(self.poles, pole), residues=np.concatenate([self.residues, residue]),
                        static=np.zeros_like(self.static), notes=(*self.notes, note), structural=structural)
@@ -161,9 +163,9 @@ class PlaneDynamics(NotebookText):
         return float(f.min()), float(f.max())
 
     def __repr__(self) -> str:
-        low, high = self.span
+        frequency_min, frequency_max = self.span
         kind = f"{self.poles.size} modes" if self.is_modal else f"measured, {self.lines[0].size} lines"
-        return f"PlaneDynamics({kind}, {low:.4g}..{high:.4g} Hz)"
+        return f"PlaneDynamics({kind}, {frequency_min:.4g}..{frequency_max:.4g} Hz)"
 
 
 def from_modes(modes: Modes, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
@@ -182,22 +184,22 @@ def from_modes(modes: Modes, x: Label, y: Label, *, z: Label = None) -> PlaneDyn
     if (modes.damping_ratio <= 0).any():
         fail("dynamics", f"damping ratio {modes.damping_ratio.min():g}", "must be above zero in every mode",
              remedy="without damping every depth is unstable at some speed")
-    x, y, notes = _chosen(modes.dofs, x, y)
+    x, y, notes = _choose_labels(modes.dofs, x, y)
     notes = (*notes, *_without_lower_residual(modes))
     labels = (x, y) if z is None else (x, y, z)
     left = _signed(modes.shape, modes.dofs, labels, 0)
     right = left if modes.participation is None else _signed(modes.participation, modes.input_dofs, labels, 0)
     poles = modes.poles
     if modes.scaling == "unit modal mass":
-        poles, factor, more = _real_poles(modes)
-        notes += more
+        poles, factor, scaling_notes = _real_poles(modes)
+        notes += scaling_notes
         left = left.astype(complex) * factor
     residues = np.einsum("im,jm->mij", left, right).astype(complex)
     single = (np.abs(poles.imag) <= 1e-9 * np.abs(poles)) & (modes.scaling != "unit modal mass")
     residues[single] /= 2  # the conjugate term doubles a real pole
     static = np.zeros((len(labels), len(labels))) if modes.upper_residual is None else _static(modes, labels)
     if y == "same":
-        residues, static = _same(residues), _same(static)
+        residues, static = _copy_x_to_y(residues), _copy_x_to_y(static)
     hysteretic = modes.damping == "structural" and modes.scaling == "unit modal mass"
     plane = PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes),
                           structural=np.full(poles.size, hysteretic))
@@ -211,7 +213,7 @@ def _deviation(plane: PlaneDynamics, direct: PlaneDynamics) -> tuple[FloatArray,
 
 
 def _without_lower_residual(modes: Modes) -> tuple[str, ...]:
-    """Return the note on a lower residual that is left out; a warning too where it is a noticeable part of the response.
+    """Return the note on a neglected lower residual; warn too where it is more than 2 % of the response.
 
     It stands for all below the measured band and goes with 1/f^2: without bound where the low harmonics of a cut are.
     """
@@ -220,10 +222,10 @@ def _without_lower_residual(modes: Modes) -> tuple[str, ...]:
     lowest = float(modes.omega.min())
     response = np.abs(modal(modes, np.array([lowest / (2 * np.pi)])).values[0])
     share = float((np.abs(modes.lower_residual) / lowest**2).max() / max(float(response.max()), 1e-300))
-    if share < NEGLIGIBLE:
+    if share < NEGLIGIBLE_RESIDUAL_FRACTION:
         return ()
     note = f"the lower residual of the modes is left out: {100 * share:.2g} % of the response at {lowest / (2 * np.pi):.4g} Hz"
-    if share > NOTICEABLE:
+    if share > WARNED_RESIDUAL_FRACTION:
         note += "; measure to lower frequencies and identify the modes there"
         warnings.warn(note, ToolpointWarning, stacklevel=4)
     return (note,)
@@ -245,7 +247,7 @@ def _real_poles(modes: Modes) -> tuple[ComplexArray, ComplexArray, tuple[str, ..
     return (-zeta * w + 1j * wd).astype(complex), (1 / (2j * wd)).astype(complex), notes
 
 
-def _same(matrix: Array) -> Array:
+def _copy_x_to_y(matrix: Array) -> Array:
     out = np.array(matrix)
     out[..., 1, 1], out[..., 0, 1], out[..., 1, 0] = out[..., 0, 0], 0, 0
     return out
@@ -258,14 +260,14 @@ def _static(modes: Modes, directions: tuple[Label, ...]) -> Array:
 
 
 def _signed(array: Array, labels: Sequence[Dof], directions: tuple[Label, ...], axis: int) -> Array:
-    """Rows (or columns) of x, y (and z); a label found only with the opposite sign is turned; a missing y is zero."""
+    """Return rows (or columns) of x, y (and z); a label found only with the opposite sign is turned; a missing y is zero."""
     parts = []
     for label in directions:
         if label is None or label == "same":
             parts.append(np.zeros_like(np.take(array, 0, axis)))
             continue
-        at, sign = _place(label, labels)
-        parts.append(sign * np.take(array, at, axis))
+        index, sign = _place(label, labels)
+        parts.append(sign * np.take(array, index, axis))
     return np.stack(parts, axis)
 
 
@@ -278,23 +280,23 @@ def _place(label: Label, labels: Sequence[Dof]) -> tuple[int, float]:
     turn = 1.0
     if dof.vector is None and dof.direction[0] == "-":
         dof, turn = Dof(dof.point, "+" + dof.direction[1:]), -1.0
-    for at, known in enumerate(labels):
-        if known == dof:
-            return at, turn
-        if known.vector is None and known.point == dof.point and known.direction == "-" + dof.direction[1:]:
-            return at, -turn
-    fail("dynamics", f"no {label}", "must be one of " + ", ".join(str(known) for known in labels[:8]))
+    for index, candidate in enumerate(labels):
+        if candidate == dof:
+            return index, turn
+        if candidate.vector is None and candidate.point == dof.point and candidate.direction == "-" + dof.direction[1:]:
+            return index, -turn
+    fail("dynamics", f"no {label}", "must be one of " + ", ".join(str(candidate) for candidate in labels[:8]))
 
 
-def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tuple[str, ...]]:
-    """Labels of x and y: the ones given, or the only point that has both, or the only Dof there is."""
+def _choose_labels(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tuple[str, ...]]:
+    """Return the labels of x and y: the given ones, or the only point that has both, or the only Dof there is."""
     if x is None:
-        whole = [d for d in labels if d.vector is None and d.direction[1:] == "x"]
+        along_x = [d for d in labels if d.vector is None and d.direction[1:] == "x"]
         if len(labels) == 1:
             x = labels[0]
-        elif len(whole) == 1:
-            x = whole[0]
-            partner = [d for d in labels if d.point == whole[0].point and d.direction[1:] == "y" and d.vector is None]
+        elif len(along_x) == 1:
+            x = along_x[0]
+            partner = [d for d in labels if d.point == along_x[0].point and d.direction[1:] == "y" and d.vector is None]
             y = partner[0] if y is None and partner else y
         else:
             fail("dynamics", f"{len(labels)} labels: " + ", ".join(str(label) for label in labels[:6]),
@@ -317,7 +319,7 @@ def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
         frf = frf.between(frf.frequency[1], frf.frequency[-1])
         notes = ("line at 0 Hz left out (integrated to receptance)",)
     frf = frf.converted_to("receptance")
-    x, y, more = _chosen(frf.outputs, x, y)
+    x, y, choice_notes = _choose_labels(frf.outputs, x, y)
     labels = (x, y) if z is None else (x, y, z)
     d = len(labels)
     if len(frf.outputs) == 1 == len(frf.inputs) and d == 2:  # one measurement between two points is taken as it is labelled
@@ -329,10 +331,10 @@ def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
         variance = None if frf.variance is None else np.abs(
             _signed(_signed(frf.variance, frf.outputs, labels, 1), frf.inputs, labels, 2))
     if y == "same":
-        values, variance = _same(values), None if variance is None else _same(variance)
+        values, variance = _copy_x_to_y(values), None if variance is None else _copy_x_to_y(variance)
     empty = np.zeros((0, d, d), complex)
     return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((d, d)), floats("frequency", frf.frequency), values,
-                         (*frf.notes, *notes, *more), variance)
+                         (*frf.notes, *notes, *choice_notes), variance)
 
 
 def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
@@ -345,7 +347,7 @@ def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
 
 
 def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
-    """Return the response of two directions given apart (their first component each), without cross response."""
+    """Return the response of two directions measured separately (their first component each), without cross response."""
     if along_x.is_modal != along_y.is_modal:
         fail("dynamics", "Modes for one direction and an Frf for the other", "must be the same kind",
              remedy="turn the modes into an Frf with frequency_response.modal")
@@ -361,8 +363,8 @@ def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
             variance = variances[0].copy()
             variance[:, 1, 1] = variances[1][:, 0, 0]
         return replace(along_x, values=values, notes=along_x.notes[:-1], variance=variance)
-    second = _swapped(along_y.residues)
-    static = along_x.static + _swapped(along_y.static)
+    second = _move_x_to_y(along_y.residues)
+    static = along_x.static + _move_x_to_y(along_y.static)
     return PlaneDynamics(np.concatenate([along_x.poles, along_y.poles]), np.concatenate([along_x.residues, second]),
                          static, notes=along_x.notes[:-1], structural=_structural_of(along_x, along_y))
 
@@ -373,7 +375,7 @@ def _structural_of(*planes: PlaneDynamics) -> BoolArray:
                            for plane in planes])
 
 
-def _swapped(matrix: Array) -> Array:
+def _move_x_to_y(matrix: Array) -> Array:
     out = np.zeros_like(matrix)
     out[..., 1, 1] = matrix[..., 0, 0]
     return out

@@ -1,4 +1,4 @@
-"""MillingProblem and TurningProblem: everything that a stability, force or surface computation starts from."""
+"""MillingProblem and TurningProblem: input of every stability, force and surface computation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from toolpoint.vibration import Frf, Modes
 Response = Modes | Frf | PlaneDynamics
 Dynamics = Response | tuple[Response, Response] | Callable[[float], "Response"]
 
-MISSING = "missing is the band"  # in every remark of `coverage`
+MISSING_BAND_WORDS = "missing is the band"  # in every remark of `coverage`
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class SpeedVariation:
         count("SpeedVariation.revolutions", self.revolutions)
 
     def factor(self, angle: FloatArray) -> FloatArray:
-        """Speed over mean speed at these angles of rotation."""
+        """Return the speed over mean speed at these angles of rotation."""
         return 1 + self.amplitude * np.sin(angle / self.revolutions + self.phase)
 
     def clock(self, angle: FloatArray, omega: float) -> FloatArray:
-        """Time from angle zero, s, by the rapidly converging cosine series of 1/factor."""
+        """Return the time from angle zero, s, by the rapidly converging cosine series of 1/factor."""
         root = np.sqrt(1 - self.amplitude**2)
         ratio = (1 - root) / self.amplitude if self.amplitude > 0 else 0.0
         x = np.asarray(angle)[..., None] / self.revolutions + self.phase
@@ -260,19 +260,19 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
         return ()
     f, values = plane.lines
     size = np.linalg.norm(values, axis=(1, 2))
-    inner = f > f[0] + 0.02 * (f[-1] - f[0])  # integrated accelerations are meaningless near 0 Hz
-    peak = float(f[inner][np.argmax(size[inner])])
+    reliable = f > f[0] + 0.02 * (f[-1] - f[0])  # integrated accelerations are meaningless near 0 Hz
+    peak = float(f[reliable][np.argmax(size[reliable])])
     notes = []
     teeth = problem.tool.teeth if isinstance(problem, MillingProblem) else 1
     tooth = teeth * float(speeds.max()) / 60
-    if size[-max(2, f.size // 100):].max() > 0.1 * size[inner].max():
+    if size[-max(2, f.size // 100):].max() > 0.1 * size[reliable].max():
         notes.append(f"the FRF ends at {f[-1]:g} Hz where its response is still above a tenth of the largest: "
-                     f"{MISSING} above {f[-1]:g} Hz, to at least {max(2 * peak, 1.2 * float(f[-1])):.0f} Hz")
+                     f"{MISSING_BAND_WORDS} above {f[-1]:g} Hz, to at least {max(2 * peak, 1.2 * float(f[-1])):.0f} Hz")
     if f[-1] < peak + tooth:
-        notes.append(f"the FRF ends at {f[-1]:g} Hz; {MISSING} to {peak + tooth:.0f} Hz "
+        notes.append(f"the FRF ends at {f[-1]:g} Hz; {MISSING_BAND_WORDS} to {peak + tooth:.0f} Hz "
                      "(largest resonance plus tooth-passing frequency)")
     if f[0] > 0.5 * peak:
-        notes.append(f"the FRF begins at {f[0]:g} Hz; {MISSING} from {0.5 * peak:.0f} Hz")
+        notes.append(f"the FRF begins at {f[0]:g} Hz; {MISSING_BAND_WORDS} from {0.5 * peak:.0f} Hz")
     doubts = [Doubt("limits", note, "limits may be far too high for it, and no stated error holds it") for note in notes]
     for doubt in doubts:
         warnings.warn(doubt, ToolpointWarning, stacklevel=3)

@@ -160,22 +160,22 @@ class Engagement(NotebookText):
 
     @classmethod
     def down(cls, immersion: float) -> Engagement:
-        """Down-milling (climb) at radial immersion a/D: from acos(2 a/D - 1) to pi."""
+        """Return the engagement of down-milling (climb) at radial immersion a/D: from acos(2 a/D - 1) to pi."""
         return cls(float(np.arccos(2 * _immersion(immersion) - 1)), np.pi)
 
     @classmethod
     def up(cls, immersion: float) -> Engagement:
-        """Up-milling (conventional) at radial immersion a/D: from 0 to acos(1 - 2 a/D)."""
+        """Return the engagement of up-milling (conventional) at radial immersion a/D: from 0 to acos(1 - 2 a/D)."""
         return cls(0.0, float(np.arccos(1 - 2 * _immersion(immersion))))
 
     @classmethod
     def slot(cls) -> Engagement:
-        """Full immersion, 0 to pi."""
+        """Return full immersion, 0 to pi."""
         return cls(0.0, np.pi)
 
     @classmethod
     def centred(cls, immersion: float) -> Engagement:
-        """A cut of width a/D in the middle of the cutter (face milling)."""
+        """Return a cut of width a/D in the middle of the cutter (face milling)."""
         half = float(np.arcsin(_immersion(immersion)))
         return cls(np.pi / 2 - half, np.pi / 2 + half)
 

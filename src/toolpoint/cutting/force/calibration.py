@@ -18,10 +18,10 @@ from toolpoint.cutting.force.phase import record_phases
 from toolpoint.cutting.force.unit_forces import NAMES, forces_per_coefficient, names_of
 from toolpoint.vibration import Record
 
-FINER = 4  # steps of the model's revolution for each sample, where angles are fitted
-UNIT = 10e-6  # m: scale of a run-out component in the fit
-SURE_RUNOUT = 0.1  # of UNIT: a deviation up to which a small run-out is told well enough, whatever its share of it
-LEAST_SEEN = 1e-13  # of the largest: eigenvalues of scaled information that rounding leaves
+MODEL_STEPS_PER_SAMPLE = 4  # steps of the model's revolution for each sample, where angles are fitted
+RUNOUT_SCALE = 10e-6  # m: scale of a run-out component in the fit
+ACCEPTED_RUNOUT_DEVIATION = 0.1  # of RUNOUT_SCALE: up to it a run-out is well determined, however small it is
+MIN_INFORMATION_RATIO = 1e-13  # of the largest eigenvalue of scaled information: smaller ones are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +55,8 @@ class Calibration(NotebookText):
         half = stdtrit(self.freedom, 0.975) * np.sqrt(np.diag(self.covariance))
         ends = np.stack([self.values - half, self.values + half], axis=1)
         if "runout" in self.names:
-            at = self.names.index("runout")
-            ends[at, 0] = max(ends[at, 0], 0.0)
+            index = self.names.index("runout")
+            ends[index, 0] = max(ends[index, 0], 0.0)
         return ends
 
     @property
@@ -68,8 +68,8 @@ class Calibration(NotebookText):
     def table(self) -> str:
         """Return parameters, values and 95 % intervals as text."""
         rows = [f"{'parameter':<14}{'value':>14}   95 % interval"]
-        for name, value, (low, high) in zip(self.names, self.values, self.interval):
-            rows.append(f"{name:<14}{value:14.6g}   {low:.6g} .. {high:.6g}")
+        for name, value, (lower, upper) in zip(self.names, self.values, self.interval):
+            rows.append(f"{name:<14}{value:14.6g}   {lower:.6g} .. {upper:.6g}")
         return "\n".join([*rows, f"residual {self.residual:.4g} N, {self.status}"])
 
     def __repr__(self) -> str:
@@ -119,23 +119,23 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
     if rank < len(names):
         fail("mean_forces", f"rank {rank}", f"must determine {len(names)} coefficients",
              remedy="use more feeds or another width")
-    rest, left = right - matrix / scale @ solution, right.size - len(names)
-    residual = float(np.sqrt(np.sum(rest**2) / max(left, 1)))
+    residuals, spare = right - matrix / scale @ solution, right.size - len(names)
+    residual = float(np.sqrt(np.sum(residuals**2) / max(spare, 1)))
     covariance, doubts = np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale), []
-    chi2 = float(np.sum((rest * weight)**2)) / max(left, 1)
+    chi2 = float(np.sum((residuals * weight)**2)) / max(spare, 1)
     if errors is not None:
         covariance = covariance * max(chi2, 1.0)
-    elif left > 0:
+    elif spare > 0:
         covariance = covariance * chi2
     else:  # a residual of zero would be an interval of zero
         covariance = np.diag(np.full(len(names), np.inf))
         doubts = [Doubt("mean forces", "they are as many as coefficients: no interval is known", "cut at a third feed")]
-    return Calibration(names, solution / scale, covariance, max(left if errors is None else freedom or left, 1), residual,
+    return Calibration(names, solution / scale, covariance, max(spare if errors is None else freedom or spare, 1), residual,
                        status_of(doubts, "converged"))
 
 
 def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float, names: tuple[str, ...]) -> FloatArray:
-    """Mean force (3) per unit of each coefficient."""
+    """Return the mean force (3,) per unit of each coefficient in closed form."""
     def integral(function: Callable[[FloatArray], FloatArray]) -> float:
         x, w = np.polynomial.legendre.leggauss(24)
         phi = entry + (leave - entry) * (1 + x) / 2
@@ -150,7 +150,7 @@ def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float,
 
 
 def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directions: int) -> FloatArray:
-    """Mean force per unit of each coefficient over a revolution, by slices of the edge."""
+    """Return the mean force per unit of each coefficient over a revolution, by slices of the edge."""
     turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
     model = forces_per_coefficient(replace(problem, feed_per_tooth=feed), depth, turn, directions=directions, slices=40)
     return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
@@ -202,28 +202,28 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
              "must be equal steps over one revolution where the angle of each record is to be found",
              remedy="fold the records with `revolution`")
 
-    courses = _Courses(problem, f, depth, ways, slices, turn, interpolated=shifts > 0)
+    courses = _UnitForces(problem, f, depth, ways, slices, turn, interpolated=shifts > 0)
     matrix = courses.matrix
     begin: FloatArray = np.zeros(f.size)
     if phase == "each":
-        plain = matrix(0j, begin).reshape(*data.shape, linear)
-        begin = record_phases(plain, data, problem.tool, reference=int(np.argmax(f)))
+        unit_forces = matrix(0j, begin).reshape(*data.shape, linear)
+        begin = record_phases(unit_forces, data, problem.tool, reference=int(np.argmax(f)))
     start = average_force(problem, f, data.mean(1), depth=depth).values if np.unique(f).size > 1 else \
         np.linalg.lstsq(matrix(0j, begin), data.ravel(), rcond=None)[0]
     scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
 
     def residual(p: FloatArray) -> FloatArray:
-        offset = complex(p[linear], p[linear + 1]) * UNIT if runout else 0j
+        offset = complex(p[linear], p[linear + 1]) * RUNOUT_SCALE if runout else 0j
         shift = np.broadcast_to(p[p.size - shifts:], f.shape) if shifts else begin
         return matrix(offset, shift) @ (p[:linear] * scale) - data.ravel()
 
     first = np.concatenate([start / scale, *_first_runout(lambda offset: matrix(offset, begin), data.ravel(), runout),
                             begin[:shifts]])
     fit = least_squares(residual, first, method="lm")
-    return _reported(fit, names, scale, runout, shifts, data.size)
+    return _report_fit(fit, names, scale, runout, shifts, data.size)
 
 
-class _Courses:
+class _UnitForces:
     """Forces per unit of each coefficient of all records, at a run-out and at shifts of their angles.
 
     Entry and exit of the slices make the model jump from sample to sample; where angles are fitted it is computed on a finer
@@ -234,7 +234,7 @@ class _Courses:
                  turn: FloatArray, interpolated: bool) -> None:
         self.problem, self.feeds, self.depth, self.directions, self.slices, self.turn = (
             problem, feeds, depth, directions, slices, turn)
-        self.fine = max(FINER * turn.size, 720) if interpolated else 0
+        self.fine = max(MODEL_STEPS_PER_SAMPLE * turn.size, 720) if interpolated else 0
         self._last: tuple[complex, FloatArray] | None = None
 
     def at(self, offset: complex, turn: FloatArray) -> FloatArray:
@@ -252,10 +252,10 @@ class _Courses:
         if self._last is None or self._last[0] != offset:
             self._last = offset, self.at(offset, 2 * np.pi * np.arange(self.fine) / self.fine)
         place = (self.turn + np.asarray(shift)[:, None]) / (2 * np.pi) * self.fine
-        low = np.floor(place).astype(int)
-        part, record = (place - low)[..., None, None], np.arange(self.feeds.size)[:, None]
+        lower_index = np.floor(place).astype(int)
+        part, record = (place - lower_index)[..., None, None], np.arange(self.feeds.size)[:, None]
         table = self._last[1]
-        numbers = table[record, low % self.fine] * (1 - part) + table[record, (low + 1) % self.fine] * part
+        numbers = table[record, lower_index % self.fine] * (1 - part) + table[record, (lower_index + 1) % self.fine] * part
         return numbers.reshape(-1, numbers.shape[-1])
 
 
@@ -275,19 +275,19 @@ def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, 
 
 
 def _first_runout(matrix: Callable[[complex], FloatArray], data: FloatArray, runout: bool) -> list[FloatArray]:
-    """Start of the run-out's components: of a few directions the one whose best coefficients fit best."""
+    """Return the start of the run-out's components: of a few directions, the one whose best coefficients fit best."""
     if not runout:
         return []
-    guesses = [0.5 * UNIT * np.exp(2j * np.pi * k / 6) for k in range(6)]
+    guesses = [0.5 * RUNOUT_SCALE * np.exp(2j * np.pi * k / 6) for k in range(6)]
     cost = []
     for guess in guesses:
         m = matrix(complex(guess))
         cost.append(np.sum((m @ np.linalg.lstsq(m, data, rcond=None)[0] - data) ** 2))
-    best = guesses[int(np.argmin(cost))] / UNIT
+    best = guesses[int(np.argmin(cost))] / RUNOUT_SCALE
     return [np.array([best.real, best.imag])]
 
 
-def _reported(fit: OptimizeResult, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
+def _report_fit(fit: OptimizeResult, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
     freedom = size - fit.x.size
     sigma2 = 2 * fit.cost / freedom
     doubts = [] if fit.success else [Doubt("fit", f"not converged: {fit.message}", "give a nearer start")]
@@ -302,13 +302,13 @@ def invert_information(information: FloatArray) -> FloatArray:
     """
     size = np.sqrt(np.maximum(np.diag(information), 1e-30 * np.diag(information).max()))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    values = np.maximum(values, LEAST_SEEN)
+    values = np.maximum(values, MIN_INFORMATION_RATIO)
     return np.asarray((vectors / values) @ vectors.T / np.outer(size, size))
 
 
 def report_fit(p: FloatArray, covariance: FloatArray, names: tuple[str, ...], *, scale: FloatArray, runout: bool, shifts: int,
                freedom: int, residual: float, doubts: list[Doubt]) -> Calibration:
-    """Return a Calibration of fitted numbers: coefficients over `scale`, the offset's two components over UNIT, angles.
+    """Return a Calibration of fitted numbers: coefficients over `scale`, the offset's two components over RUNOUT_SCALE, angles.
 
     p : (p,); covariance : (p, p) of them; doubts : of the fit so far. Offset and direction follow with their covariance.
     """
@@ -320,14 +320,15 @@ def report_fit(p: FloatArray, covariance: FloatArray, names: tuple[str, ...], *,
     if runout:
         x, y = p[linear], p[linear + 1]
         r = max(float(np.hypot(x, y)), np.finfo(float).tiny)
-        turn[linear:linear + 2, linear:linear + 2] = [[UNIT * x / r, UNIT * y / r], [-y / r**2, x / r**2]]
-        values[linear], values[linear + 1] = UNIT * r, np.arctan2(y, x)
+        turn[linear:linear + 2, linear:linear + 2] = [[RUNOUT_SCALE * x / r, RUNOUT_SCALE * y / r], [-y / r**2, x / r**2]]
+        values[linear], values[linear + 1] = RUNOUT_SCALE * r, np.arctan2(y, x)
         names = (*names, "runout", "runout_angle")
     names = (*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)]))
     reported = turn @ covariance @ turn.T
-    if runout and (weak := float(covariance[linear:linear + 2, linear:linear + 2].trace())) > max(0.1 * r, SURE_RUNOUT)**2:
+    if runout and (weak := float(covariance[linear:linear + 2, linear:linear + 2].trace())) > max(0.1 * r,
+                                                                                                  ACCEPTED_RUNOUT_DEVIATION)**2:
         # To first order the offset does not know its component across: its interval is that of the weaker one.
-        reported[linear, linear] = UNIT**2 * weak
+        reported[linear, linear] = RUNOUT_SCALE**2 * weak
         reported[linear + 1, linear + 1] = weak / r**2 if weak < r**2 else np.inf
         doubts = doubts or [Doubt("run-out", "its two components are poorly determined: two teeth show only one of them",
                                   "cut deeper or use a tool with more teeth")]
@@ -344,11 +345,12 @@ def revolution(record: Record, speed: float, revolutions: int | None = None) -> 
     angle : (n,) floats, rad; force : (n, n_channels) floats
     """
     per = record.sample_rate * 60 / speed
-    whole = int(record.samples.shape[0] // per) if revolutions is None else revolutions
-    if whole < 1:
+    turn_count = int(record.samples.shape[0] // per) if revolutions is None else revolutions
+    if turn_count < 1:
         fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
     n = int(per)
-    at = (np.arange(n)[None, :] / n + np.arange(whole)[:, None]) * per
+    positions = (np.arange(n)[None, :] / n + np.arange(turn_count)[:, None]) * per
     index = np.arange(record.samples.shape[0])
-    values = np.stack([np.interp(at, index, record.samples[:, c]).mean(0) for c in range(record.samples.shape[1])], axis=1)
+    values = np.stack([np.interp(positions, index, record.samples[:, c]).mean(0) for c in range(record.samples.shape[1])],
+                      axis=1)
     return 2 * np.pi * np.arange(n) / n, values

@@ -1,4 +1,5 @@
-r"""Force laws beside the linear-edge one, the orthogonal-to-oblique transformation, chip thickness, rigid cutting forces."""
+r"""Force laws other than the linear-edge one, orthogonal-to-oblique transformation, chip thickness, forces of a rigid
+cutter."""
 
 from __future__ import annotations
 
@@ -171,16 +172,16 @@ def exact_chip(angle: FloatArray, radius: float, feed: float, *, teeth: int) -> 
     delta = np.zeros_like(phi)
     s, c = np.sin(phi), np.cos(phi)
     for _ in range(50):
-        # The previous tooth passes angle phi + delta when the centre is `back` behind its present place.
-        back = f - per_angle * delta
-        gap = radius * np.sin(delta) - back * c  # across the ray, towards growing angle
+        # The previous tooth passes angle phi + delta when the centre is `centre_lag` behind its present place.
+        centre_lag = f - per_angle * delta
+        gap = radius * np.sin(delta) - centre_lag * c  # across the ray, towards growing angle
         slope = radius * np.cos(delta) + per_angle * c
         step = gap / slope
         delta = delta - step
         if np.abs(step).max(initial=0.0) < 1e-16:
             break
-    back = f - per_angle * delta
-    return radius - (radius * np.cos(delta) - back * s)
+    centre_lag = f - per_angle * delta
+    return radius - (radius * np.cos(delta) - centre_lag * s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +203,7 @@ class RigidForces:
     torque: FloatArray
 
     def power(self, speed: float) -> FloatArray:
-        """Cutting power at this spindle speed (rev/min), W."""
+        """Return the cutting power at this spindle speed (rev/min), W."""
         return self.torque * 2 * np.pi * speed / 60
 
 
@@ -254,22 +255,22 @@ def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, *, slic
     height, kappa, radius = tool.along_edge((np.arange(number) + 0.5) * share)
     phi = (np.asarray(angle)[:, None, None] - tool.angles(height)) % (2 * np.pi)
     entry, leave = (v[:, None] for v in problem.engagement.at_radius(tool.radius / radius))
-    chip = _chips(problem, height, phi, trochoidal) * np.sin(kappa)[:, None]
+    chip = _chip_thickness(problem, height, phi, trochoidal) * np.sin(kappa)[:, None]
     return phi, np.where((phi > entry) & (phi < leave), chip, 0.0), kappa, radius, share
 
 
-def _chips(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoidal: bool) -> FloatArray:
-    """Chip thickness: the least over earlier passages of their feed share plus the difference of edge radii."""
+def _chip_thickness(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoidal: bool) -> FloatArray:
+    """Return the chip thickness: over earlier passages, the least sum of feed advance and difference of edge radii, m."""
     tool, f = problem.tool, problem.feed_per_tooth
     lag, radius = tool.angles(height), tool.edge_radius(height)
     best = np.full(phi.shape, np.inf)
     for i in range(1, tool.teeth + 1):
-        back = (np.arange(tool.teeth) - i) % tool.teeth
-        since = (lag - lag[:, back]) % (2 * np.pi)
+        earlier = (np.arange(tool.teeth) - i) % tool.teeth
+        since = (lag - lag[:, earlier]) % (2 * np.pi)
         since = np.where(since < 1e-12, 2 * np.pi, since)
         feed = f * tool.teeth * since / (2 * np.pi)
         base = feed * np.sin(phi) if not trochoidal else _trochoid(phi, tool.radius, feed, since)
-        best = np.minimum(best, base + radius - radius[:, back])
+        best = np.minimum(best, base + radius - radius[:, earlier])
     return best
 
 

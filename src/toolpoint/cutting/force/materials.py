@@ -48,8 +48,8 @@ class Range(NotebookText):
         return min(values), max(values)
 
     def __repr__(self) -> str:
-        low, high = self.kt
-        return f"Range({self.material}: kt {low / 1e6:g}..{high / 1e6:g} N/mm^2, {self.source})"
+        kt_min, kt_max = self.kt
+        return f"Range({self.material}: kt {kt_min / 1e6:g}..{kt_max / 1e6:g} N/mm^2, {self.source})"
 
 
 def materials() -> tuple[str, ...]:

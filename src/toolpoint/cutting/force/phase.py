@@ -1,4 +1,4 @@
-r"""Where each force record of a cutting test begins: the angle of tooth 0 at its first sample, from the forces alone."""
+r"""Phases of the force records of a cutting test: the angle of tooth 0 at the first sample, from the forces alone."""
 
 from __future__ import annotations
 
@@ -29,24 +29,25 @@ def record_phases(model: FloatArray, data: FloatArray, tool: Tool, *, reference:
     repeats = tool.teeth if tool.is_regular else 1
     period = int(np.ceil(steps / repeats))
     phase = model[reference].reshape(steps, -1, p)
-    every = [np.linalg.lstsq(np.roll(phase, -k, axis=0).reshape(-1, p), data[reference].ravel(), rcond=None)[0]
-             for k in range(period)]
-    misfit = [float(np.sum((np.roll(phase, -k, axis=0) @ x - data[reference]) ** 2)) for k, x in enumerate(every)]
+    fits = [np.linalg.lstsq(np.roll(phase, -k, axis=0).reshape(-1, p), data[reference].ravel(), rcond=None)[0]
+            for k in range(period)]
+    misfit = [float(np.sum((np.roll(phase, -k, axis=0) @ x - data[reference]) ** 2)) for k, x in enumerate(fits)]
     best = int(np.argmin(misfit))
-    expected = model @ every[best]
+    expected = model @ fits[best]
     shift = np.empty(n, int)
     for i in range(n):
         shift[i] = best if i == reference else int(np.argmax(_correlation(expected[i], data[i])[:period]))
-    rest = [np.roll(data[i], shift[i], axis=0) - expected[i] for i in range(n)]
+    residuals = [np.roll(data[i], shift[i], axis=0) - expected[i] for i in range(n)]
     for i in range(n):
         if i != reference and repeats > 1:
-            seen = _correlation(rest[reference], rest[i])
+            correlation = _correlation(residuals[reference], residuals[i])
             turns = np.round(np.arange(repeats) * steps / repeats).astype(int)
-            shift[i] += turns[int(np.argmax(seen[turns % steps]))]
+            shift[i] += turns[int(np.argmax(correlation[turns % steps]))]
     return 2 * np.pi * (shift % steps) / steps
 
 
 def _correlation(expected: FloatArray, data: FloatArray) -> FloatArray:
-    """Circular correlation of data with the expected course rolled by -k samples, for every k, summed over directions."""
+    """Return the circular correlation of data with the expected course rolled by -k samples, for every k, summed over
+    directions."""
     a, b = np.fft.rfft(expected, axis=0), np.fft.rfft(data, axis=0)
     return np.fft.irfft((a * b.conj()).sum(1), expected.shape[0])

@@ -1,4 +1,4 @@
-r"""Coefficients from every sample of force records, where it stands on the revolution.
+r"""Coefficients fitted to every sample of force records at its own angle of the revolution.
 
 Laid on equal angles by lines between samples, the jumps of edges that enter and leave are rounded and neighbours share their
 noise: coefficients of such a mean revolution are off by several of its intervals. Here samples keep their own angle (means of
@@ -20,23 +20,23 @@ import numpy as np
 from toolpoint._check import Array, FloatArray, fail, floats
 from toolpoint._doubt import Doubt
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.force.calibration import UNIT, Calibration, invert_information, report_fit
+from toolpoint.cutting.force.calibration import RUNOUT_SCALE, Calibration, invert_information, report_fit
 from toolpoint.cutting.force.unit_forces import forces_per_coefficient, names_of
 from toolpoint.vibration import Record
 
-MOST_BINS = 720  # of a revolution
-FINE = 1440  # angles of the model's table
-CALM = 0.7  # quantile of the jumps below which bins tell the noise
-JUMP = 0.5  # deviation of a sample beside a jump, over the jump
-WIDE = 5.0  # deviation of a run-out component before anything is measured, over UNIT: 50 um
-STEP = 0.1  # of UNIT, for the slope along the run-out: slices leave the cut one by one, less would see single ones
-ROUNDS, SMALL = 40, 0.01  # steps of the fit; change of chi-squared that ends it
-LEAST_ROUNDS, LOOSE = 2, 8  # rounds at least; rounds after which the weights stay as they are
-SURER = 0.2  # share by which a record's chi-squared must fall for its teeth to be named otherwise
-POOR = 1.3  # misfit from which another offset is looked for
-OFFSETS = np.outer([0.3, 1.0], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()  # guesses, over UNIT
-LEAST_TURNS = 3  # whose means say how much they scatter
-LEAST_FREEDOM = 4  # turns beyond the first of each record, from which their scatter gives the covariance
+MAX_TURN_BINS = 720  # bins of a revolution
+MODEL_TABLE_ANGLES = 1440  # angles of the model's table
+SMOOTH_JUMP_QUANTILE = 0.7  # of the jumps: bins below it show the noise alone
+JUMP_DEVIATION_RATIO = 0.5  # of a jump: standard deviation of a sample beside it
+RUNOUT_PRIOR_DEVIATION = 5.0  # of RUNOUT_SCALE (50 um): prior standard deviation of a run-out component
+RUNOUT_SLOPE_STEP = 0.1  # of RUNOUT_SCALE: slices leave the cut one by one, a smaller step would see single ones
+MAX_FIT_STEPS, CHI_SQUARED_TOLERANCE = 40, 0.01  # Gauss-Newton steps; change of chi-squared that ends them
+MIN_FIT_STEPS, REWEIGHTED_STEPS = 2, 8  # least steps; steps after which the weights stay as they are
+MIN_RENAMING_GAIN = 0.2  # of chi-squared: fall of a record's by which its teeth are named otherwise
+MAX_ACCEPTED_MISFIT = 1.3  # from a larger misfit another offset is tried
+RUNOUT_GUESSES = np.outer([0.3, 1.0], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()  # over RUNOUT_SCALE
+MIN_SCATTER_TURNS = 3  # turns from which the scatter of their means is known
+MIN_TURN_FREEDOM = 4  # turns beyond the first of each record, from which their scatter gives the covariance
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +79,16 @@ class TurnedForces:
         A turn holds a sample more or less than the next: turns are weighed by the angle that each sample stands for. Where
         every turn is sampled at the same angles, a jump of height J lies anywhere between two of n: J / (n sqrt(12)).
         """
-        at = np.arange(self.samples.shape[0] + 1.0)
+        index = np.arange(self.samples.shape[0] + 1.0)
         total = np.concatenate([np.zeros((1, self.samples.shape[1])), np.cumsum(self.samples, axis=0)])
-        ends = np.linspace(0.0, min(self.turns * self.per, at[-1]), self.turns + 1)
-        courses = np.stack([np.diff(np.interp(ends, at, column)) for column in total.T], axis=1) / np.diff(ends)[:, None]
-        if self.turns < LEAST_TURNS:
+        ends = np.linspace(0.0, min(self.turns * self.per, index[-1]), self.turns + 1)
+        courses = np.stack([np.diff(np.interp(ends, index, column)) for column in total.T], axis=1) / np.diff(ends)[:, None]
+        if self.turns < MIN_SCATTER_TURNS:
             return courses.mean(axis=0), np.full(courses.shape[1], np.nan)
-        return courses.mean(axis=0), np.sqrt(courses.var(axis=0, ddof=1) / self.turns + self._placed())
+        return courses.mean(axis=0), np.sqrt(courses.var(axis=0, ddof=1) / self.turns + self._jump_variance())
 
-    def _placed(self) -> FloatArray:
-        """Variance (d,) of the mean because jumps lie somewhere between samples; a jump shows in two second differences."""
+    def _jump_variance(self) -> FloatArray:
+        """Return the variance (d,) of the mean by jumps between samples; a jump shows in two second differences."""
         second = self.force - (np.roll(self.force, 1, axis=0) + np.roll(self.force, -1, axis=0)) / 2
         within = self.mean((self.samples - self.force[self.bin])**2) / np.maximum(self.count - 1, 1)[:, None]
         jumps = np.sum(4 * second**2 - 6 * within, axis=0)
@@ -103,14 +103,14 @@ class TurnedForces:
 def turn_forces(record: Record, speed: float) -> TurnedForces:
     """Return the samples of a force record by the rotation at which they were taken, at a constant speed in rev/min."""
     per = record.sample_rate * 60 / speed
-    whole = int(record.samples.shape[0] / per + 1e-9)
-    if whole < 1:
+    turn_count = int(record.samples.shape[0] / per + 1e-9)
+    if turn_count < 1:
         fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
-    size = min(int(np.ceil(whole * per - 1e-9)), record.samples.shape[0])
+    size = min(int(np.ceil(turn_count * per - 1e-9)), record.samples.shape[0])
     turned = np.arange(size) / per
-    turn = np.minimum((turned + 1e-9).astype(int), whole - 1)
+    turn = np.minimum((turned + 1e-9).astype(int), turn_count - 1)
     angle = 2 * np.pi * np.maximum(turned - turn, 0.0)
-    bins = int(min(MOST_BINS, max(per, size // 4)))
+    bins = int(min(MAX_TURN_BINS, max(per, size // 4)))
     place = np.minimum((angle / (2 * np.pi) * bins + 1e-6).astype(int), bins - 1)
     count = np.bincount(place, minlength=bins)
     held = count > 0
@@ -151,14 +151,14 @@ def fit_turns(problem: MillingProblem, feeds: FloatArray, records: Sequence[Turn
     """
     fit = _TurnsFit(problem, floats("feeds", np.atleast_1d(feeds)), records, depth, start, angle or 0.0, slices)
     result, converged = fit.converge_named(fit.first)
-    if fit.misfit(result) > POOR and fit.runout:
+    if fit.misfit(result) > MAX_ACCEPTED_MISFIT and fit.runout:
         other = fit.converge_named(fit.guess_offset(result))
         result, converged = min((result, converged), other, key=lambda each: fit.misfit(each[0]))
     return fit.reported(result, converged)
 
 
 class _TurnsFit:
-    """Weighted Gauss-Newton steps; numbers are coefficients over their scale, offset over UNIT, phases."""
+    """Weighted Gauss-Newton fit; numbers are coefficients over their scale, offset over RUNOUT_SCALE, phases."""
 
     def __init__(self, problem: MillingProblem, feeds: FloatArray, records: Sequence[TurnedForces], depth: float,
                  start: Calibration, angle: float, slices: int) -> None:
@@ -171,7 +171,7 @@ class _TurnsFit:
         self.begin = np.full(len(records), angle)
         values = np.array([numbers[name] for name in self.names])
         self.scale = np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
-        offset = numbers["runout"] * np.exp(1j * numbers["runout_angle"]) / UNIT if self.runout else 0j
+        offset = numbers["runout"] * np.exp(1j * numbers["runout_angle"]) / RUNOUT_SCALE if self.runout else 0j
         phases = [numbers[f"phase_{i + 1}"] for i in range(self.shifts)]
         self.first = np.array([*values / self.scale, *([offset.real, offset.imag] if self.runout else []), *phases])
         self.noise = np.full(self.ways, np.nan)
@@ -181,7 +181,7 @@ class _TurnsFit:
         """Return the converged numbers, their teeth named as they fit best."""
         result, converged = self.converge(first)
         for _ in self.records:
-            named = self._name_teeth(result, self._weights(result), SURER)
+            named = self._name_teeth(result, self._weights(result), MIN_RENAMING_GAIN)
             if np.array_equal(named, result):
                 break
             result, converged = self.converge(named)
@@ -190,18 +190,18 @@ class _TurnsFit:
     def guess_offset(self, p: FloatArray) -> FloatArray:
         """Return the numbers with another offset, of a few, with which they fit best; its teeth named anew."""
         weights, guesses = self._weights(p), []
-        for offset in OFFSETS:
+        for offset in RUNOUT_GUESSES:
             guess = p.copy()
             guess[self.linear:self.linear + 2] = offset.real, offset.imag
             guesses.append(self._name_teeth(guess, weights, 0.0))
         return min(guesses, key=lambda guess: self._cost(guess, weights))
 
     def misfit(self, p: FloatArray) -> float:
-        """Residual over what noise and jumps explain."""
+        """Return the root mean square residual over the deviation that noise and jumps explain."""
         weights = self._weights(p)
         return float(np.sqrt(np.sum((self._residual(p) * weights)**2) / max(weights.size - p.size, 1)))
 
-    def _name_teeth(self, p: FloatArray, weights: FloatArray, surer: float) -> FloatArray:
+    def _name_teeth(self, p: FloatArray, weights: FloatArray, min_gain: float) -> FloatArray:
         """Return the numbers with each record's phase moved by the whole pitches that fit its forces best.
 
         Teeth of a regular tool differ by run-out alone: which of them is tooth 0 in a record is easily taken wrongly at first.
@@ -216,16 +216,16 @@ class _TurnsFit:
             moved = p.copy()
             moved[p.size - self.shifts:] += 2 * np.pi * k / tool.teeth
             costs[k] = [float(np.sum(part**2)) for part in np.split(self._residual(moved) * weights, ends)]
-        better = costs.argmin(axis=0)
-        better[costs[0] - costs.min(axis=0) <= surer * costs.min(axis=0)] = 0
-        named[p.size - self.shifts:] += 2 * np.pi * better / tool.teeth
+        best_pitches = costs.argmin(axis=0)
+        best_pitches[costs[0] - costs.min(axis=0) <= min_gain * costs.min(axis=0)] = 0
+        named[p.size - self.shifts:] += 2 * np.pi * best_pitches / tool.teeth
         return named
 
     def converge(self, first: FloatArray) -> tuple[FloatArray, bool]:
         """Return the numbers, and whether the last step changed chi-squared by next to nothing."""
         p, weights = first, self._weights(first)
-        for turn in range(ROUNDS):
-            if turn < LOOSE:
+        for turn in range(MAX_FIT_STEPS):
+            if turn < REWEIGHTED_STEPS:
                 weights = self._weights(p)
             jacobian, residual = self._jacobian(p) * weights[:, None], self._residual(p) * weights
             information, pull = self._with_prior(jacobian.T @ jacobian, jacobian.T @ residual, p)
@@ -238,7 +238,7 @@ class _TurnsFit:
                     break
                 step = step / 2
             # Less change of chi-squared is samples beside jumps that change sides, which says nothing any more.
-            if cost - lower < SMALL and turn >= LEAST_ROUNDS:
+            if cost - lower < CHI_SQUARED_TOLERANCE and turn >= MIN_FIT_STEPS:
                 return (p + step if lower < cost else p), True
             p = p + step if lower < cost else p
         return p, False
@@ -247,140 +247,143 @@ class _TurnsFit:
         """Return the Calibration of fitted numbers and the misfit."""
         weights = self._weights(p)
         jacobian, residual = self._jacobian(p), self._residual(p)
-        inner = jacobian * weights[:, None]
-        inverse = invert_information(self._with_prior(inner.T @ inner, np.zeros(p.size), p)[0])
+        weighted = jacobian * weights[:, None]
+        inverse = invert_information(self._with_prior(weighted.T @ weighted, np.zeros(p.size), p)[0])
         freedom, misfit = weights.size - p.size, self.misfit(p)
         turns = sum(record.turns - 1 for record in self.records)
         judged = bool(np.isfinite(self._scatter(p)).all())
         covariance = inverse
-        if turns >= LEAST_FREEDOM:
+        if turns >= MIN_TURN_FREEDOM:
             spread = self._spread(p, jacobian, weights)
             covariance, freedom = inverse @ spread @ inverse + self._prior_share(inverse), turns
-        doubts = [] if converged else [Doubt("fit", f"not converged in {ROUNDS} steps", "check tool, arc and angles")]
+        doubts = [] if converged else [Doubt("fit", f"not converged in {MAX_FIT_STEPS} steps", "check tool, arc and angles")]
         count = np.concatenate([np.repeat(record.count, self.ways) for record in self.records])
         rms = float(np.sqrt(np.sum(count * residual**2) / np.sum(count)))
         factor = max(misfit, 1.0)**2 if judged else misfit**2
-        covariance = covariance * factor + np.diag(self._sliced(p, weights, inverse @ inner.T)**2)
+        covariance = covariance * factor + np.diag(self._slicing_error(p, weights, inverse @ weighted.T)**2)
         return report_fit(p, covariance, self.names, scale=self.scale, runout=self.runout, shifts=self.shifts,
                           freedom=max(freedom, 1), residual=rms, doubts=doubts), misfit if judged else float("nan")
 
-    def _sliced(self, p: FloatArray, weights: FloatArray, gain: FloatArray) -> FloatArray:
-        """Change of the numbers (p,) when the edge is cut in half as many slices: what slices leave is at most as much."""
-        fine, tables, here = self.slices, self._tables, self._residual(p)
-        self.slices, self._tables = max(fine // 2, 1), {}
+    def _slicing_error(self, p: FloatArray, weights: FloatArray, gain: FloatArray) -> FloatArray:
+        """Return the change of the numbers (p,) when the edge is cut into half as many slices, a bound of the slicing error."""
+        slices, tables, residual = self.slices, self._tables, self._residual(p)
+        self.slices, self._tables = max(slices // 2, 1), {}
         coarse = self._residual(p)
-        self.slices, self._tables = fine, tables
-        return np.asarray(gain @ ((coarse - here) * weights))
+        self.slices, self._tables = slices, tables
+        return np.asarray(gain @ ((coarse - residual) * weights))
 
     def _offset(self, p: FloatArray) -> complex:
-        return complex(p[self.linear], p[self.linear + 1]) * UNIT if self.runout else 0j
+        return complex(p[self.linear], p[self.linear + 1]) * RUNOUT_SCALE if self.runout else 0j
 
     def _table(self, offset: complex) -> FloatArray:
-        """Forces per unit of each coefficient (n, FINE, d, p) over the revolution; the latest few are kept."""
+        """Return forces per unit of each coefficient (n, angles, d, p) over the revolution; the latest few tables are kept."""
         if offset not in self._tables:
             if len(self._tables) > 6:
                 self._tables.clear()
             tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
-            turn = 2 * np.pi * np.arange(FINE) / FINE
+            turn = 2 * np.pi * np.arange(MODEL_TABLE_ANGLES) / MODEL_TABLE_ANGLES
             parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
                                             directions=self.ways, slices=self.slices) for x in self.feeds]
-            self._tables[offset] = np.stack(parts).reshape(self.feeds.size, FINE, self.ways, -1)
+            self._tables[offset] = np.stack(parts).reshape(self.feeds.size, MODEL_TABLE_ANGLES, self.ways, -1)
         return self._tables[offset]
 
-    def _at(self, p: FloatArray, record: int, ahead: float = 0.0) -> FloatArray:
-        """Forces per unit (n, d, p) at the angles of a record's bins, or so much ahead of them (rad)."""
+    def _unit_forces(self, p: FloatArray, record: int, offset: float = 0.0) -> FloatArray:
+        """Return forces per unit (n, d, p) at the angles of a record's bins, plus an offset in rad."""
         shift = p[p.size - self.shifts + record] if self.shifts else self.begin[record]
-        place = (self.records[record].angle + shift + ahead) / (2 * np.pi) * FINE
-        low = np.floor(place).astype(int)
-        part, table = (place - low)[:, None, None], self._table(self._offset(p))[record]
-        return np.asarray(table[low % FINE] * (1 - part) + table[(low + 1) % FINE] * part)
+        place = (self.records[record].angle + shift + offset) / (2 * np.pi) * MODEL_TABLE_ANGLES
+        lower_index = np.floor(place).astype(int)
+        part, table = (place - lower_index)[:, None, None], self._table(self._offset(p))[record]
+        return np.asarray(table[lower_index % MODEL_TABLE_ANGLES] * (1 - part) + table[(lower_index + 1) % MODEL_TABLE_ANGLES]
+                          * part)
 
-    def _forces(self, p: FloatArray, ahead: float = 0.0) -> list[FloatArray]:
-        """Forces (n, d) of every record's bins; `ahead` in sample spacings."""
+    def _forces(self, p: FloatArray, offset: float = 0.0) -> list[FloatArray]:
+        """Return the forces (n, d) of every record's bins; `offset` in sample spacings."""
         values = p[:self.linear] * self.scale
-        return [self._at(p, i, ahead * record.spacing) @ values for i, record in enumerate(self.records)]
+        return [self._unit_forces(p, i, offset * record.spacing) @ values for i, record in enumerate(self.records)]
 
     def _residual(self, p: FloatArray) -> FloatArray:
         return np.concatenate([(force - record.force).ravel() for force, record in zip(self._forces(p), self.records)])
 
     def _cost(self, p: FloatArray, weights: FloatArray) -> float:
         offset = p[self.linear:self.linear + 2] if self.runout else np.zeros(2)
-        return float(np.sum((self._residual(p) * weights)**2) + np.sum((offset / WIDE)**2))
+        return float(np.sum((self._residual(p) * weights)**2) + np.sum((offset / RUNOUT_PRIOR_DEVIATION)**2))
 
     def _with_prior(self, information: FloatArray, pull: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Add that an offset is some tens of micrometres at most: two teeth do not show the component across them."""
+        """Add the prior that an offset is some tens of micrometres: two teeth do not show its component across them."""
         if self.runout:
-            at = [self.linear, self.linear + 1]
-            information[at, at] += 1 / WIDE**2
-            pull[at] += p[at] / WIDE**2
+            components = [self.linear, self.linear + 1]
+            information[components, components] += 1 / RUNOUT_PRIOR_DEVIATION**2
+            pull[components] += p[components] / RUNOUT_PRIOR_DEVIATION**2
         return information, pull
 
     def _prior_share(self, inverse: FloatArray) -> FloatArray:
-        """Covariance that comes from what is assumed of the offset, and not from the samples."""
+        """Return the part of the covariance that comes from the prior of the offset, not from the samples."""
         if not self.runout:
             return np.zeros_like(inverse)
         columns = inverse[:, self.linear:self.linear + 2]
-        return np.asarray(columns @ columns.T / WIDE**2)
+        return np.asarray(columns @ columns.T / RUNOUT_PRIOR_DEVIATION**2)
 
     def _jacobian(self, p: FloatArray) -> FloatArray:
-        """Slopes (rows, p) of the forces by the numbers; by a phase over a sample's spacing, as jumps are weighed."""
+        """Return the slopes (rows, p) of the forces by the numbers; by a phase over a sample's spacing, as jumps are
+        weighed."""
         rows = []
         for i, record in enumerate(self.records):
             part = np.zeros((record.angle.size, self.ways, p.size))
-            part[..., :self.linear] = self._at(p, i) * self.scale
+            part[..., :self.linear] = self._unit_forces(p, i) * self.scale
             if self.shifts:
                 h, values = record.spacing / 2, p[:self.linear] * self.scale
-                part[..., p.size - self.shifts + i] = (self._at(p, i, h) - self._at(p, i, -h)) @ values / (2 * h)
+                part[..., p.size - self.shifts + i] = (self._unit_forces(p, i, h) - self._unit_forces(p, i,
+                                                                                                      -h)) @ values / (2 * h)
             rows.append(part.reshape(-1, p.size))
-        whole = np.concatenate(rows)
+        jacobian = np.concatenate(rows)
         for k in range(self.linear, self.linear + 2 * self.runout):
-            ahead, back = p.copy(), p.copy()
-            ahead[k], back[k] = p[k] + STEP, p[k] - STEP
-            whole[:, k] = (self._residual(ahead) - self._residual(back)) / (2 * STEP)
-        return whole
+            forward, backward = p.copy(), p.copy()
+            forward[k], backward[k] = p[k] + RUNOUT_SLOPE_STEP, p[k] - RUNOUT_SLOPE_STEP
+            jacobian[:, k] = (self._residual(forward) - self._residual(backward)) / (2 * RUNOUT_SLOPE_STEP)
+        return jacobian
 
     def _jumps(self, p: FloatArray) -> list[FloatArray]:
-        """Second differences (n, d) of the forces within a sample's spacing: the height of a jump that lies in it.
+        """Return the second differences (n, d) of the forces within a sample's spacing: the height of a jump that lies in it.
 
         Three of quarter steps and one of half a step: a jump right at a sample has none about the sample itself.
         """
-        courses = [np.stack(parts) for parts in zip(*(self._forces(p, ahead) for ahead in (-0.5, -0.25, 0.0, 0.25, 0.5)))]
-        every = [np.concatenate([np.diff(each, 2, axis=0), np.diff(each[::2], 2, axis=0)]) for each in courses]
-        return [np.abs(each).max(axis=0) for each in every]
+        courses = [np.stack(parts) for parts in zip(*(self._forces(p, offset) for offset in (-0.5, -0.25, 0.0, 0.25, 0.5)))]
+        differences = [np.concatenate([np.diff(each, 2, axis=0), np.diff(each[::2], 2, axis=0)]) for each in courses]
+        return [np.abs(each).max(axis=0) for each in differences]
 
     def _weights(self, p: FloatArray) -> FloatArray:
-        """One over the deviation of every bin's force: noise over its samples, and what a jump beside it hides."""
+        """Return 1 over the deviation of every bin's force: noise over its samples, and half a jump that lies beside it."""
         noise = self._scatter(p)
         if not np.isfinite(noise).all():
-            noise = self._own_noise(p)
+            noise = self._residual_noise(p)
         noise = np.maximum(noise, 1e-9 * max(float(np.abs(r.force).max()) for r in self.records))
-        return np.concatenate([(1 / np.sqrt(noise**2 / record.count[:, None] + (JUMP * jump)**2)).ravel()
+        return np.concatenate([(1 / np.sqrt(noise**2 / record.count[:, None] + (JUMP_DEVIATION_RATIO * jump)**2)).ravel()
                                for record, jump in zip(self.records, self._jumps(p))])
 
-    def _calm(self, p: FloatArray) -> list[Array]:
-        """Bins (n,) of every record that lie beside no jump."""
+    def _smooth_bins(self, p: FloatArray) -> list[Array]:
+        """Whether each bin (n,) of every record lies beside no jump."""
         sizes = [jump.max(axis=1) for jump in self._jumps(p)]
-        return [size <= np.quantile(size, CALM) for size in sizes]
+        return [size <= np.quantile(size, SMOOTH_JUMP_QUANTILE) for size in sizes]
 
     def _scatter(self, p: FloatArray) -> FloatArray:
-        """Deviation (d,) of a sample's noise from samples that share a calm bin, N; NaN where too few do."""
+        """Return the deviation (d,) of a sample's noise from samples that share a smooth bin, N; NaN where too few do."""
         total, freedom = np.zeros(self.ways), 0.0
-        for record, force, calm in zip(self.records, self._forces(p), self._calm(p)):
-            rest = record.samples - force[record.bin]
-            rest = rest - record.mean(rest)[record.bin]
-            within = calm[record.bin]
-            total += (rest[within]**2).sum(axis=0)
-            freedom += float(np.sum(record.count[calm] - 1))
+        for record, force, smooth in zip(self.records, self._forces(p), self._smooth_bins(p)):
+            residual = record.samples - force[record.bin]
+            residual = residual - record.mean(residual)[record.bin]
+            within = smooth[record.bin]
+            total += (residual[within]**2).sum(axis=0)
+            freedom += float(np.sum(record.count[smooth] - 1))
         return np.sqrt(total / freedom) if freedom >= 20 else np.full(self.ways, np.nan)
 
-    def _own_noise(self, p: FloatArray) -> FloatArray:
-        """The same from the residual itself, where no two samples share a bin."""
-        rest = np.concatenate([(np.sqrt(record.count)[:, None] * (force - record.force))[calm]
-                               for record, force, calm in zip(self.records, self._forces(p), self._calm(p))])
-        return np.asarray(np.sqrt(np.mean(rest**2, axis=0)))
+    def _residual_noise(self, p: FloatArray) -> FloatArray:
+        """Return the deviation (d,) of a sample's noise from the residual itself, where no two samples share a bin, N."""
+        residual = np.concatenate([(np.sqrt(record.count)[:, None] * (force - record.force))[smooth]
+                                   for record, force, smooth in zip(self.records, self._forces(p), self._smooth_bins(p))])
+        return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
 
     def _spread(self, p: FloatArray, jacobian: FloatArray, weights: FloatArray) -> FloatArray:
-        """Covariance (p, p) of the gradient from its scatter between turns."""
+        """Return the covariance (p, p) of the gradient from its scatter between turns."""
         total, first = np.zeros((p.size, p.size)), 0
         for record, force in zip(self.records, self._forces(p)):
             rows = slice(first, first + record.angle.size * self.ways)

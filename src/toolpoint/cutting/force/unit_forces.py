@@ -1,4 +1,4 @@
-"""Forces on a tool that does not give way, per unit of each cutting coefficient: what a calibration is linear in."""
+"""Forces on a rigid tool per unit of each cutting coefficient: the linear model of a calibration."""
 
 from __future__ import annotations
 
@@ -35,6 +35,6 @@ def forces_per_coefficient(problem: MillingProblem, depth: float, turn: FloatArr
         columns += [np.stack([-over(g * c), over(g * s), zero]),
                     np.stack([-over(g * s * sk), -over(g * c * sk), over(g * ck)]),
                     np.stack([over(g * s * ck), over(g * c * ck), over(g * sk)])]
-    every = np.stack(columns)[:, :directions]  # (name, direction, angle)
-    keep = every if directions == 3 else every[[0, 1, 3, 4]]
+    stacked = np.stack(columns)[:, :directions]  # (name, direction, angle)
+    keep = stacked if directions == 3 else stacked[[0, 1, 3, 4]]
     return keep.transpose(2, 1, 0).reshape(-1, keep.shape[0])

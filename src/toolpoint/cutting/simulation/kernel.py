@@ -20,26 +20,26 @@ import numpy as np
 
 @nb.njit(cache=True, nogil=True)
 def engagement_share(angle, step, entry, leave):
-    """Share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
+    """Return the share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
     total = 0.0
     for turn in (-1, 0, 1):
         centre = angle + 2 * math.pi * turn
-        low, high = max(entry, centre - step), min(leave, centre + step)
-        if high > low:
-            total += _hat((high - centre) / step) - _hat((low - centre) / step)
+        lower, upper = max(entry, centre - step), min(leave, centre + step)
+        if upper > lower:
+            total += _hat((upper - centre) / step) - _hat((lower - centre) / step)
     return total
 
 
 @nb.njit(cache=True, nogil=True)
 def _hat(u):
-    """Integral of the unit hat function from -1 to u."""
+    """Return the integral of the unit hat function from -1 to u."""
     u = min(1.0, max(-1.0, u))
     return 0.5 * (1 + u) ** 2 if u < 0 else 1.0 - 0.5 * (1 - u) ** 2
 
 
 @nb.njit(cache=True, nogil=True)
 def contact_table(rotation, edges):
-    """Engaged share of every element at every step of a revolution, shape (repeat, elements)."""
+    """Return the engaged share of every element at every step of a revolution, shape (repeat, elements)."""
     contact = np.empty((rotation.repeat, edges.lag.size))
     for k in range(rotation.repeat):
         for e in range(edges.lag.size):
@@ -72,7 +72,7 @@ def simulate(rotation, structure, state, edges, law, trace):
     damping, friction, linear = law.damping, law.friction, law.linear
     displacement, force, torque, chip_max = trace.displacement, trace.force, trace.torque, trace.chip
     start, angle_step, feed_step, fed = rotation.start, rotation.step, rotation.feed, rotation.fed
-    before = fed.size - rotation.steps - 1
+    lead_steps = fed.size - rotation.steps - 1
     zre, zim = state.real.copy(), state.imag.copy()
     contact = contact_table(rotation, edges)
     first_step = rotation.first
@@ -103,28 +103,28 @@ def simulate(rotation, structure, state, edges, law, trace):
                 phi = start + row * angle_step - lag[e]
                 s, c = math.sin(phi), math.cos(phi)
                 out, up = outward[e], upward[e]
-                here = out * (s * px + c * py) - up * pz
+                present = out * (s * px + c * py) - up * pz
                 h = 1e300
                 for i in range(memory):  # what the i-th passage before left, at a time between two steps
-                    back = delay[e, i]
-                    at = k - back
-                    low = math.floor(at)
-                    part = at - low
+                    delay_steps = delay[e, i]
+                    past_step = k - delay_steps
+                    past_index = math.floor(past_step)
+                    part = past_step - past_index
                     was = 0.0
-                    if low >= 0:
-                        was = along(displacement, low, out * s, out * c, up, spatial)
+                    if past_index >= 0:
+                        was = along(displacement, past_index, out * s, out * c, up, spatial)
                         if part > 0.0:
-                            was += part * (along(displacement, low + 1, out * s, out * c, up, spatial) - was)
-                    advance = feed_step * back
-                    if before > 0:
-                        from_start = low + before
-                        advance = fed[k + before] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
-                    h = min(h, (advance * s + extra[e, i]) * out + here - was)
+                            was += part * (along(displacement, past_index + 1, out * s, out * c, up, spatial) - was)
+                    advance = feed_step * delay_steps
+                    if lead_steps > 0:
+                        from_start = past_index + lead_steps
+                        advance = fed[k + lead_steps] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
+                    h = min(h, (advance * s + extra[e, i]) * out + present - was)
                 if h <= 0.0 and not linear:
                     continue
                 ft, fn, fa = tangential * h + edge_tangential, normal * h + edge_normal, axial * h + edge_axial
                 if damping[kind] > 0.0:
-                    drag = damping[kind] * (here - along(displacement, k - 1, out * s, out * c, up, spatial)) / length[kind]
+                    drag = damping[kind] * (present - along(displacement, k - 1, out * s, out * c, up, spatial)) / length[kind]
                     fn += drag
                     ft += friction * drag
                 a = share[e] * g
@@ -160,7 +160,7 @@ def simulate(rotation, structure, state, edges, law, trace):
 
 @nb.njit(cache=True, nogil=True, fastmath=True, inline="always")
 def along(displacement, k, x, y, z, spatial):
-    """Displacement of step k along the outward normal [x, y, -z]."""
+    """Return the displacement of step k along the outward normal [x, y, -z]."""
     total = x * displacement[k, 0] + y * displacement[k, 1]
     if spatial:
         total -= z * displacement[k, -1]

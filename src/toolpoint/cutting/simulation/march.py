@@ -1,4 +1,4 @@
-"""A simulated cut that goes on as long as it is asked to: blocks of whole revolutions, of which only the last are kept."""
+"""Time marching of a simulated cut in blocks of whole revolutions, of which only the last are kept."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KEPT_STEPS = 150_000  # of a cut that runs on, about: 10 MB
 
 @dataclass(frozen=True, eq=False)
 class March:
-    """What a block needs: the compiled records, and how many steps repeat.
+    """Compiled records of a cut, and the number of steps after which they repeat.
 
     repeat : steps after which rotation and speed repeat; history : steps before a block that its edges look back to, a whole
     number of repeats; period : steps from one period of the cut to the next, a part of the repeat.
@@ -35,7 +35,7 @@ class March:
 
 @dataclass(eq=False)
 class MarchState:
-    """How far a cut has come: modal states, what its edges look back to, blocks that are kept, changes between periods.
+    """Progress of a cut: modal states, the past that its edges look back to, kept blocks, changes between periods.
 
     steps : taken so far; blocks : the last ones, the newest last; dropped : steps whose samples are gone; changes : root mean
     square of the change from each period of the cut to the next, m; stopped : whether the vibration passed 1 m.
@@ -59,9 +59,9 @@ def advance(march: March, state: MarchState, steps: int, *, kept: int | None) ->
     """March on; keep about the last `kept` steps (all where None). Only the last of several calls may end within a repeat."""
     if state.steps % march.repeat:
         fail("steps", str(state.steps), f"a cut goes on from a whole number of {march.repeat} steps alone")
-    most = max(BLOCK_STEPS // march.repeat, 1) * march.repeat
+    block_max = max(BLOCK_STEPS // march.repeat, 1) * march.repeat
     while steps > 0 and not state.stopped:
-        block = min(steps, most)
+        block = min(steps, block_max)
         _take(march, state, block)
         steps -= block
         while kept is not None and len(state.blocks) > 1 and sum(_size(part) for part in list(state.blocks)[1:]) >= kept:
@@ -86,27 +86,27 @@ def _empty(march: March, size: int) -> Trace:
 def _take(march: March, state: MarchState, block: int) -> None:
     from toolpoint.cutting.simulation.kernel import simulate as kernel  # brings the compiler
 
-    before = march.history
-    trace = _empty(march, before + block + 1)
+    history = march.history
+    trace = _empty(march, history + block + 1)
     for values, past in zip(trace, state.past, strict=True):
-        values[:before + 1] = past
-    turning, steps = march.rotation, before + block
-    rotation = turning._replace(first=before, steps=steps, fed=turning.fed[:turning.fed.size - turning.steps + steps])
-    done = int(kernel(rotation, march.structure, state.modal, march.edges, march.law, trace))
-    state.stopped = done < before + block
-    _note_changes(march, state, trace.displacement[:done + 1])
-    state.blocks.append(Trace(*(values[before:done + 1].copy() for values in trace)))
-    state.steps += done - before
-    state.past = Trace(*(values[done - before:done + 1].copy() for values in trace))
+        values[:history + 1] = past
+    turning, steps = march.rotation, history + block
+    rotation = turning._replace(first=history, steps=steps, fed=turning.fed[:turning.fed.size - turning.steps + steps])
+    last_step = int(kernel(rotation, march.structure, state.modal, march.edges, march.law, trace))
+    state.stopped = last_step < history + block
+    _note_changes(march, state, trace.displacement[:last_step + 1])
+    state.blocks.append(Trace(*(values[history:last_step + 1].copy() for values in trace)))
+    state.steps += last_step - history
+    state.past = Trace(*(values[last_step - history:last_step + 1].copy() for values in trace))
 
 
 def _note_changes(march: March, state: MarchState, displacement: FloatArray) -> None:
     """Note the change of every whole period of the block from the one before it."""
-    period, before = march.period, march.history
-    whole = (displacement.shape[0] - 1 - before) // period
-    if whole < 1:
+    period, history = march.period, march.history
+    period_count = (displacement.shape[0] - 1 - history) // period
+    if period_count < 1:
         return
-    moved = displacement[before - period + 1:before + whole * period + 1].reshape(whole + 1, -1)
+    moved = displacement[history - period + 1:history + period_count * period + 1].reshape(period_count + 1, -1)
     change = np.sqrt(np.mean(np.diff(moved, axis=0) ** 2, axis=1))
     # The first period of a cut has none before it.
     state.changes += change[1 if state.steps == 0 else 0:].tolist()

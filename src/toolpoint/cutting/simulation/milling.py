@@ -80,15 +80,16 @@ class Simulation(NotebookText):
         return self.torque * 2 * np.pi * self.speed / 60
 
     def once_per_revolution(self) -> FloatArray:
-        """Displacement sampled once a revolution: a point when stable, a closed curve in Hopf chatter, two points in flip."""
+        """Return the displacement sampled once a revolution: a point when stable, a closed curve in Hopf chatter, two points in
+        flip."""
         return self.displacement[::self.steps_per_revolution]
 
     def once_per_tooth(self) -> FloatArray:
-        """Displacement sampled once a tooth period."""
+        """Return the displacement sampled once a tooth period."""
         return self.displacement[::self.steps_per_period]
 
     def peak_to_peak(self, last_revolutions: int = 10) -> FloatArray:
-        """Peak-to-peak displacement in every direction over the last revolutions, m."""
+        """Return the peak-to-peak displacement in every direction over the last revolutions, m."""
         return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
 
     def verdict(self) -> Verdict:
@@ -100,7 +101,8 @@ class Simulation(NotebookText):
         return self.verdict().chatters
 
     def growth(self, periods: int = 80) -> float:
-        """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary.
+        """Return the growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the
+        boundary.
 
         Raises ToolpointError where the run holds fewer periods (it may have been stopped, see `status`).
         """
@@ -119,8 +121,8 @@ class Simulation(NotebookText):
         """Return the amplitude spectrum over whole revolutions with spindle, tooth-passing and chatter lines marked."""
         values = np.asarray(getattr(self, what), float)
         values = values[:, direction] if values.ndim == 2 else values
-        whole = (values.size - 1) // self.steps_per_revolution
-        turns = min(whole, last_revolutions or whole)
+        turn_count = (values.size - 1) // self.steps_per_revolution
+        turns = min(turn_count, last_revolutions or turn_count)
         if self.problem.speed_variation is not None:
             # The samples are equal steps of angle; a spectrum over time needs equal steps of time.
             values = np.interp(np.linspace(self.time[0], self.time[-1], self.time.size), self.time, values)
@@ -135,8 +137,8 @@ class Simulation(NotebookText):
         labels, rate = tuple(Dof("tool", way) for way in "xyz"[:ways]), (self.time.size - 1) / float(self.time[-1])
         samples = self.displacement
         if self.problem.speed_variation is not None:
-            even = np.linspace(0.0, self.time[-1], self.time.size)
-            samples = np.stack([np.interp(even, self.time, column) for column in samples.T], axis=1)
+            even_times = np.linspace(0.0, self.time[-1], self.time.size)
+            samples = np.stack([np.interp(even_times, self.time, column) for column in samples.T], axis=1)
         return Record(samples, rate, labels, ("displacement",) * ways)
 
     def __repr__(self) -> str:
@@ -169,7 +171,7 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class ExactSteps:
-    """How a cut is simulated.
+    """Settings of a simulation.
 
     Parameters
     ----------
@@ -226,7 +228,7 @@ def simulate(problem: MillingProblem, speed: float, depth: float, *, revolutions
 
 
 class RunningCut:
-    """A cut that is simulated on and on: `advance` by revolutions, then `result`; of long ones the last revolutions are kept.
+    """Simulated cut that can be continued: `advance` by revolutions, then `result`; of long ones the last revolutions are kept.
 
     Parameters are those of `simulate`; kept : about how many of the last steps are kept, all where None.
     """
@@ -262,7 +264,7 @@ class RunningCut:
 
     @on_one_thread
     def advance(self, revolutions: int) -> None:
-        """Go on by some revolutions (with a varied speed the last of them may be part of its period)."""
+        """Continue by some revolutions (with a varied speed the last of them may be part of its period)."""
         advance(self.march, self.state, revolutions * self.steps_per_revolution, kept=self.kept)
         if self.state.stopped:
             warnings.warn(self._status(), ToolpointWarning, stacklevel=3)
@@ -310,12 +312,12 @@ class Clock:
 
     def at(self, step: Array) -> FloatArray:
         """Return the time of these steps from the start, s; negative steps are before it."""
-        whole, part = np.divmod(step, self.within.size - 1)
-        return np.asarray(whole * self.within[-1] + self.within[part], float)
+        repeats, part = np.divmod(step, self.within.size - 1)
+        return np.asarray(repeats * self.within[-1] + self.within[part], float)
 
 
 def _march_of(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int, method: ExactSteps) -> March:
-    """Return what the blocks of a cut need, with m steps in a tooth period."""
+    """Return the records of a cut for its blocks, with m steps in a tooth period."""
     edges = edge_elements(problem, depth, m, method=method)
     per_turn, block = m * problem.tool.teeth, clock.steps.size
     repeat = max(per_turn, block)
@@ -329,9 +331,9 @@ def _march_of(problem: MillingProblem, system: ModalState, clock: Clock, depth: 
 def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: EdgeElements) -> Rotation:
     per_turn = m * problem.tool.teeth
     # The table moves at constant speed: with a varied spindle the feed of a tooth varies with it.
-    before = int(np.ceil(edges.delay.max())) + 1
+    lead_steps = int(np.ceil(edges.delay.max())) + 1
     rate = problem.feed_per_tooth * clock.steps.size / m / clock.within[-1]
-    fed = rate * clock.at(np.arange(-before, steps + 1)) if clock.varies else np.empty(0)
+    fed = rate * clock.at(np.arange(-lead_steps, steps + 1)) if clock.varies else np.empty(0)
     return Rotation(0, steps, per_turn, problem.engagement.entry, 2 * np.pi / per_turn, problem.feed_per_tooth / m, fed)
 
 
@@ -349,8 +351,8 @@ def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
     """Return the exact steps of the modal states over these lengths, s, for a force that is linear over each."""
     x = system.poles * lengths[:, None]
     phi1 = np.expm1(x) / x
-    small = np.abs(x) < 1e-2
-    phi2 = np.where(small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(small, 1, x))
+    is_small = np.abs(x) < 1e-2
+    phi2 = np.where(is_small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(is_small, 1, x))
     first, last = (weight[:, None, :] * lengths[:, None, None] * system.right.T for weight in (phi1 - phi2, phi2))
     compliance = 2 * np.real(np.einsum("am,nbm->nab", system.left, last))
     # In one order of storage whatever the number of modes: the kernel would be compiled for each.
@@ -368,18 +370,18 @@ def edge_elements(problem: MillingProblem, depth: float, m: int, *, method: Exac
     memory = 1 if method.keeps_contact else method.memory or tool.teeth
     delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
     for i in range(1, memory + 1):
-        back = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
-        angle = (lag - lag[:, back]) % (2 * np.pi)
+        earlier = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
+        angle = (lag - lag[:, earlier]) % (2 * np.pi)
         angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * ((i - 1) // tool.teeth)
         delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * m * tool.teeth, 9)
-        extra[:, :, i - 1] = distance - distance[:, back]
-    every = slices * tool.teeth
+        extra[:, :, i - 1] = distance - distance[:, earlier]
+    element_count = slices * tool.teeth
     upward = np.where(kappa == np.pi / 2, 0.0, np.cos(kappa))
     entry, leave = problem.engagement.at_radius(tool.radius / radius)
     outward, upward, ratio, entry, leave = (
         np.repeat(values, tool.teeth) for values in (np.sin(kappa), upward, radius / tool.radius, entry, leave))
-    return EdgeElements(lag.ravel() % (2 * np.pi), np.full(every, share), outward, upward, ratio, entry, leave,
-                        delay.reshape(every, memory), extra.reshape(every, memory))
+    return EdgeElements(lag.ravel() % (2 * np.pi), np.full(element_count, share), outward, upward, ratio, entry, leave,
+                        delay.reshape(element_count, memory), extra.reshape(element_count, memory))
 
 
 def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, *, revolutions: int = 40,

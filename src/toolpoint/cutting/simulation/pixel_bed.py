@@ -31,18 +31,19 @@ class PixelBed:
     material: Array
 
     @classmethod
-    def block(cls, low: tuple[float, float], high: tuple[float, float], pixel: float, *, layers: int = 1) -> PixelBed:
-        """Return a full rectangular block from `low` to `high`, m; a helical edge needs some layers."""
+    def block(cls, corner_min: tuple[float, float], corner_max: tuple[float, float], pixel: float, *,
+              layers: int = 1) -> PixelBed:
+        """Return a full rectangular block from `corner_min` to `corner_max`, m; a helical edge needs some layers."""
         step = positive("pixel", pixel)
-        size = [int(np.ceil((b - a) / step)) for a, b in zip(low, high)]
+        size = [int(np.ceil((b - a) / step)) for a, b in zip(corner_min, corner_max)]
         size = [count("layers", layers), *size]
         if min(size) < 1 or math.prod(size) > 4e8:
             fail("pixel", " x ".join(map(str, size)) + " pixels", "must be 1 to 4e8 pixels",
                  remedy="take a larger pixel or a smaller block")
-        return cls((float(low[0]), float(low[1])), step, np.ones(size, bool))
+        return cls((float(corner_min[0]), float(corner_min[1])), step, np.ones(size, bool))
 
     def area(self) -> float:
-        """Area of the material left, mean of all layers, m^2."""
+        """Return the area of the material left, mean of all layers, m^2."""
         return float(self.material.sum()) * self.pixel**2 / self.material.shape[0]
 
     def swept(self, layer: int, centre: FloatArray, angle: float, *, turn: float, radius: float) -> float:
@@ -53,18 +54,18 @@ class PixelBed:
         around = np.linspace(angle - turn, angle, 5)
         corner = np.array([[0.0, 0.0], *([radius * np.sin(a), radius * np.cos(a)] for a in around)])
         place = (corner + centre - self.origin) / self.pixel
-        low = np.maximum(np.floor(place.min(0)).astype(int), 0)
-        high = np.minimum(np.ceil(place.max(0)).astype(int) + 1, self.material.shape[1:])
-        if (high <= low).any():
+        index_min = np.maximum(np.floor(place.min(0)).astype(int), 0)
+        index_max = np.minimum(np.ceil(place.max(0)).astype(int) + 1, self.material.shape[1:])
+        if (index_max <= index_min).any():
             return 0.0
-        part = self.material[layer, low[0]:high[0], low[1]:high[1]]
+        part = self.material[layer, index_min[0]:index_max[0], index_min[1]:index_max[1]]
         if not part.any():
             return 0.0
-        x = self.origin[0] + (np.arange(low[0], high[0]) + 0.5) * self.pixel - centre[0]
-        y = self.origin[1] + (np.arange(low[1], high[1]) + 0.5) * self.pixel - centre[1]
-        away = x[:, None] ** 2 + y[None, :] ** 2
-        behind = (angle - np.arctan2(x[:, None], y[None, :])) % (2 * np.pi)
-        hit = part & (away <= radius**2) & (behind <= turn)
+        x = self.origin[0] + (np.arange(index_min[0], index_max[0]) + 0.5) * self.pixel - centre[0]
+        y = self.origin[1] + (np.arange(index_min[1], index_max[1]) + 0.5) * self.pixel - centre[1]
+        distance_squared = x[:, None] ** 2 + y[None, :] ** 2
+        angle_behind = (angle - np.arctan2(x[:, None], y[None, :])) % (2 * np.pi)
+        hit = part & (distance_squared <= radius**2) & (angle_behind <= turn)
         part &= ~hit
         return float(hit.sum()) * self.pixel**2
 

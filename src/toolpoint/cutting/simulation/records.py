@@ -1,4 +1,4 @@
-"""What the compiled simulation reads and writes, by name: tuples of arrays that the compiler takes as they are."""
+"""Records that the compiled simulation reads and writes: tuples of arrays that the compiler takes as they are."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from toolpoint._check import ComplexArray, FloatArray
 
 
 class ModalSteps(NamedTuple):
-    """What takes the modal states z over each of the n steps after which the speed repeats (n is 1 at constant speed).
+    """Exact step of the modal states z over each of the n steps after which the speed repeats (n is 1 at constant speed).
 
     z' = decay z + sum over ways of (first F + last F'), F and F' the force at the step's start and end; the displacement of
     a way is 2 Re(sum of left z). left : (d, modes) complex; decay : (n, modes) complex; first, last : (n, d, modes) complex;
@@ -57,7 +57,7 @@ class ElementForces(NamedTuple):
 
 
 class Rotation(NamedTuple):
-    """How the tool turns and is fed.
+    """Rotation and feed of the tool.
 
     first, steps : the step that is known already, and the last one; repeat : steps of a revolution; start, step : angle at
     step 0 and of a step, rad; feed : in m per step at constant speed; fed : feed in m at every step of a varied speed
@@ -74,8 +74,8 @@ class Rotation(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """What a simulation fills: displacement (steps + 1, d) m, force (steps + 1, 3) N, torque over radius (steps + 1,) N, and
-    the largest chip thickness (steps + 1,) m."""
+    """Time histories of a simulation: displacement (steps + 1, d) m, force (steps + 1, 3) N, torque over radius (steps + 1,) N,
+    and the largest chip thickness (steps + 1,) m."""
 
     displacement: FloatArray
     force: FloatArray

@@ -12,19 +12,21 @@ from toolpoint._check import FloatArray
 if TYPE_CHECKING:
     from toolpoint.cutting.simulation.milling import RunningCut, Simulation
 
-BLOCKS, CERTAIN = 12, 4.587  # blocks of the last half of a run; Student's t, 10 degrees of freedom, 99.9 % both ways
-LEAST_PERIODS = 2 * BLOCKS
-START_TIME = 5.0  # time constants of the slowest mode after which the start-up is below 1 %
-LEVEL_TIME = 10.0  # time constants over which the change must keep its level
-LEVEL_DRIFT = 0.05  # drift of the level over them, log
-DOUBLED = 0.7  # log of the growth that is taken for growth
-IRREGULAR = 1.0  # error of the drift of a level that wanders, over ten times as many time constants, log
-FADED, ROUNDED = 1e-3, 1e-9  # change over the thickest chip: below the smallest chatter; below rounding
+GROWTH_BLOCK_COUNT = 12  # blocks of the last half of a run
+STUDENT_T_999 = 4.587  # two-sided 99.9 % quantile of Student's t, 10 degrees of freedom (12 blocks less the two of a line)
+MIN_VERDICT_PERIODS = 2 * GROWTH_BLOCK_COUNT  # periods of the cut
+START_UP_TIME_CONSTANTS = 5.0  # time constants of the slowest mode after which the start-up is below 1 %
+LEVEL_TIME_CONSTANTS = 10.0  # time constants over which the change must keep its level
+MAX_LEVEL_DRIFT = 0.05  # log of the change, over LEVEL_TIME_CONSTANTS: a smaller drift is a level
+MIN_LOG_GROWTH = 0.7  # log of the change, over the half run: a larger one is growth (a doubling)
+MAX_DRIFT_ERROR = 1.0  # log of the change: error of the drift of a level that wanders, over ten times as many time constants
+FADED_CHANGE_RATIO = 1e-3  # of the thickest chip: a smaller change is below the smallest chatter
+ROUNDING_CHANGE_RATIO = 1e-9  # of the thickest chip: a smaller change is rounding
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a simulated cut does.
+    """Verdict on a simulated cut.
 
     Parameters
     ----------
@@ -60,15 +62,15 @@ def judge(run: Simulation) -> Verdict:
     if run.status != "complete":
         return Verdict("chatter", float("nan"), float("nan"), run.status)
     change = run.changes
-    if change.size < LEAST_PERIODS:
+    if change.size < MIN_VERDICT_PERIODS:
         return Verdict("undecided", float("nan"), float("nan"),
-                       f"{change.size} periods of the cut are too few; at least {LEAST_PERIODS} are needed")
-    half = change[-(change.size // 2 // BLOCKS) * BLOCKS:]
-    level = np.sqrt(np.mean(half.reshape(BLOCKS, -1)**2, axis=1))
+                       f"{change.size} periods of the cut are too few; at least {MIN_VERDICT_PERIODS} are needed")
+    half = change[-(change.size // 2 // GROWTH_BLOCK_COUNT) * GROWTH_BLOCK_COUNT:]
+    level = np.sqrt(np.mean(half.reshape(GROWTH_BLOCK_COUNT, -1)**2, axis=1))
     slope, error = _slope(np.log(np.maximum(level, 1e-300)))
-    each = half.size // BLOCKS
+    each = half.size // GROWTH_BLOCK_COUNT
     relative = float(level[-1] / max(float(run.chip[-run.steps_per_revolution:].max()), 1e-300))
-    state, reason = _state(slope * BLOCKS, error * BLOCKS, relative, _time_constants(run, half.size))
+    state, reason = _state(slope * GROWTH_BLOCK_COUNT, error * GROWTH_BLOCK_COUNT, relative, _time_constants(run, half.size))
     growth = float(np.exp(slope / each))
     return Verdict(state, growth, growth * error / each, reason)
 
@@ -78,7 +80,7 @@ def _slope(values: FloatArray) -> tuple[float, float]:
     place = np.arange(values.size) - (values.size - 1) / 2
     slope = float(place @ values / (place @ place))
     scatter = values - values.mean() - slope * place
-    return slope, CERTAIN * float(np.sqrt(scatter @ scatter / (values.size - 2) / (place @ place)))
+    return slope, STUDENT_T_999 * float(np.sqrt(scatter @ scatter / (values.size - 2) / (place @ place)))
 
 
 def _time_constants(run: Simulation, periods: int) -> float:
@@ -90,31 +92,32 @@ def _time_constants(run: Simulation, periods: int) -> float:
 def _state(drift: float, error: float, relative: float, constants: float) -> tuple[str, str]:
     """Return state and reason from the drift of log change over the half run, its error, the change over the thickest chip,
     and the length of the half run in time constants of the slowest mode."""
-    if relative < ROUNDED:
+    if relative < ROUNDING_CHANGE_RATIO:
         return "stable", "the periods of the cut repeat to rounding"
-    if relative < FADED and drift + error < 0:
+    if relative < FADED_CHANGE_RATIO and drift + error < 0:
         return "stable", f"the change between periods has faded to {relative:.1e} of the thickest chip and still fades"
-    if relative < FADED and abs(drift) + error < LEVEL_DRIFT and constants > LEVEL_TIME:
+    if relative < FADED_CHANGE_RATIO and abs(drift) + error < MAX_LEVEL_DRIFT and constants > LEVEL_TIME_CONSTANTS:
         return "stable", (f"the change between periods has settled at {relative:.1e} of the thickest chip, too little to throw "
                           "an edge out of the material")
-    if drift - error > DOUBLED and 2 * constants > START_TIME:
+    if drift - error > MIN_LOG_GROWTH and 2 * constants > START_UP_TIME_CONSTANTS:
         return "chatter", "the change between periods grows"
-    if relative > FADED and abs(drift) + error < LEVEL_DRIFT and constants > LEVEL_TIME:
+    if relative > FADED_CHANGE_RATIO and abs(drift) + error < MAX_LEVEL_DRIFT and constants > LEVEL_TIME_CONSTANTS:
         return "chatter", f"the change between periods stays at {relative:.2g} of the thickest chip"
-    if relative > FADED and abs(drift) < max(LEVEL_DRIFT, error) and error < IRREGULAR and constants > 10 * LEVEL_TIME:
+    if (relative > FADED_CHANGE_RATIO and abs(drift) < max(MAX_LEVEL_DRIFT, error) and error < MAX_DRIFT_ERROR
+            and constants > 10 * LEVEL_TIME_CONSTANTS):
         return "chatter", f"the change between periods stays, unevenly, at {relative:.2g} of the thickest chip"
     return "undecided", (f"over the last {constants:.2g} time constants of the slowest mode the change between periods went "
                          f"by a factor {np.exp(drift):.3g}, to {relative:.2g} of the thickest chip")
 
 
-def run_until_decided(cut: RunningCut, first: int, most: int) -> Simulation:
-    """Take a cut to `first`, twice, four times as many revolutions until it is decided, at most to `most`; return it."""
+def run_until_decided(cut: RunningCut, first: int, revolutions_max: int) -> Simulation:
+    """Continue a cut to `first`, twice, four times as many revolutions until it is decided, at most `revolutions_max`."""
     variation = cut.problem.speed_variation
-    whole = 1 if variation is None else variation.revolutions
-    revolutions = min(first, most)
+    variation_period = 1 if variation is None else variation.revolutions
+    revolutions = min(first, revolutions_max)
     while True:
-        cut.advance(max(-(-(revolutions - cut.revolutions) // whole) * whole, whole))
+        cut.advance(max(-(-(revolutions - cut.revolutions) // variation_period) * variation_period, variation_period))
         run = cut.result()
-        if cut.revolutions >= most or run.verdict().state != "undecided":
+        if cut.revolutions >= revolutions_max or run.verdict().state != "undecided":
             return run
-        revolutions = min(2 * revolutions, most)
+        revolutions = min(2 * revolutions, revolutions_max)

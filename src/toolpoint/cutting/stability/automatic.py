@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.floquet.method import STEEPEST_DECAY, FloquetDeterminant, rows_of
+from toolpoint.cutting.stability.floquet.method import MAX_FLOQUET_DECAY, FloquetDeterminant, rows_of
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.method import Problem, StabilityMethod, decay_of_overdamped, require_milling
 from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
@@ -17,7 +17,7 @@ from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
-SECONDS = 4e-9  # of FloquetDeterminant, for each theta node and q^2 (q + 30), q rows; one core of 2024
+FLOQUET_NODE_SECONDS = 4e-9  # of FloquetDeterminant, for each theta node and q^2 (q + 30), q rows; one core of 2024
 
 
 def default_method(problem: Problem) -> StabilityMethod:
@@ -75,7 +75,7 @@ class Automatic:
     def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
                   ) -> StabilityChart:
         slow = np.array([estimate_seconds(problem, float(n)) > self.patience
-                         or decay_of_overdamped(problem, float(n)) > STEEPEST_DECAY for n in speeds])
+                         or decay_of_overdamped(problem, float(n)) > MAX_FLOQUET_DECAY for n in speeds])
         if slow.all() or not slow.any():
             method = PanelArnoldi() if slow.all() else FloquetDeterminant()
             return method.solve(problem, speeds, depth_max, warm=warm)
@@ -83,11 +83,11 @@ class Automatic:
         slow_chart = PanelArnoldi().solve(problem, speeds[slow], depth_max, warm=warm)
         note = (f"PanelArnoldi at {int(slow.sum())} speeds, the highest {speeds[slow].max():g} rev/min, "
                 "FloquetDeterminant at the others")
-        return _joined(speeds, depth_max, ((np.flatnonzero(~slow), fast_chart), (np.flatnonzero(slow), slow_chart)), note)
+        return _join_charts(speeds, depth_max, ((np.flatnonzero(~slow), fast_chart), (np.flatnonzero(slow), slow_chart)), note)
 
 
-def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, StabilityChart], ...], note: str
-            ) -> StabilityChart:
+def _join_charts(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, StabilityChart], ...], note: str
+                 ) -> StabilityChart:
     """Return one chart of several, each with the places of its speeds among all."""
     charts = [chart for _, chart in parts]
     index = np.concatenate([places[chart.index] for places, chart in parts])
@@ -100,7 +100,7 @@ def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, Stab
 
 
 def estimate_seconds(problem: MillingProblem, speed: float) -> float:
-    """Estimated time of FloquetDeterminant at this speed, s."""
+    """Estimate the time of FloquetDeterminant at this speed, s."""
     plane = problem.plane_at(speed)
-    q = rows_of(problem, plane, speed, least=FloquetDeterminant().nodes)
-    return SECONDS * (17 + 3 * plane.poles.size) * q**2 * (q + 30.0)
+    q = rows_of(problem, plane, speed, nodes_min=FloquetDeterminant().nodes)
+    return FLOQUET_NODE_SECONDS * (17 + 3 * plane.poles.size) * q**2 * (q + 30.0)

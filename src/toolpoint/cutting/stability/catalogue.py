@@ -16,10 +16,10 @@ from toolpoint.cutting.stability.methods.multi_frequency import MultiFrequency
 from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 from toolpoint.cutting.stability.panels.method import PanelArnoldi
 
-_ALL: tuple[type[StabilityMethod], ...] = (
+_METHOD_CLASSES: tuple[type[StabilityMethod], ...] = (
     Automatic, FloquetDeterminant, PanelArnoldi, HillDeterminant, ZeroOrder, MultiFrequency, SemiDiscretization,
     FullDiscretization, Collocation)
-METHODS: Mapping[str, type[StabilityMethod]] = MappingProxyType({method.name: method for method in _ALL})
+METHODS: Mapping[str, type[StabilityMethod]] = MappingProxyType({method.name: method for method in _METHOD_CLASSES})
 
 
 def method_named(name: str, argument: str = "method") -> StabilityMethod:

@@ -43,7 +43,7 @@ def chart_poses(
     """
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     first = WarmStart()
-    memories = [first, *(first.beside() for _ in angles[1:])] if warm else [None] * angles.size
+    memories = [first, *(first.share_panels() for _ in angles[1:])] if warm else [None] * angles.size
 
     def attempt(pose: Dynamics, angle: float, memory: WarmStart | None) -> StabilityChart | str:
         try:

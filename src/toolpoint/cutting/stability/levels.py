@@ -1,4 +1,4 @@
-"""Depths at which an engine looks before it searches for limits: denser near zero, and as dense as the axial pitch asks."""
+"""Search levels of depth: denser near zero, and as dense as the axial pitch requires."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
 
-PARTS = 6  # of an axial pitch between two levels
-MOST = 120  # levels that the axial pitch may add
+LEVELS_PER_AXIAL_PITCH = 6  # of an axial pitch between two levels
+MAX_ADDED_LEVELS = 120  # levels that the axial pitch may add
+# Places of a second look between the neighbour below a boundary point and it, and between it and the neighbour above, as
+# fractions of that stretch: a band may open and close beside a boundary point.
+FRACTIONS_BELOW_ROOT = (1 / 3, 2 / 3)
+FRACTIONS_ABOVE_ROOT = (1 / 8, 1 / 2)
 
 
 def axial_pitch(problem: MillingProblem) -> float:
@@ -26,9 +30,9 @@ def depth_levels(problem: MillingProblem, depth_max: float, number: int, *, powe
     pitch, and so many that no two lie further apart than a sixth of it (at most 120 are added)."""
     grid = depth_max * (np.arange(1, number + 1) / number) ** power
     pitch = axial_pitch(problem)
-    if pitch > PARTS * np.diff(grid, prepend=0.0).max():
+    if pitch > LEVELS_PER_AXIAL_PITCH * np.diff(grid, prepend=0.0).max():
         return grid
-    step = max(pitch / PARTS, depth_max / MOST)
+    step = max(pitch / LEVELS_PER_AXIAL_PITCH, depth_max / MAX_ADDED_LEVELS)
     ends = np.concatenate([[0.0], grid])
     parts = np.ceil(np.diff(ends) / step - 1e-9).astype(int)
     filled = [a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(ends[:-1], ends[1:], parts)]
@@ -38,6 +42,6 @@ def depth_levels(problem: MillingProblem, depth_max: float, number: int, *, powe
 
 
 def spacing_note(levels: FloatArray) -> str:
-    """Return the sentence on what can lie hidden between the levels."""
+    """Return the remark on bands that the spacing of the levels may hide."""
     return (f"bands of depths narrower than the spacing of {levels.size} search levels "
             f"(at most {1e3 * np.diff(levels, prepend=0.0).max():.2g} mm) can be missed")

@@ -1,4 +1,4 @@
-"""The lowest limit between the charted speeds: a chart's own minimum moves with its grid, this does not."""
+"""Lowest limit between the charted speeds: the minimum of a chart depends on its grid, this one does not."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from toolpoint.cutting.stability.method import Problem, StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 
 # Of every round: local minima looked at, at most, and how far above the least they may lie; then speeds to either side of each.
-ROUNDS = ((24, 1.2), (6, 1.03), (3, 1.01))
-BESIDE = 3
-FLOOR = 1e-4  # relative error of depth that the last distance of speeds leaves: up to 5e-5 on random cuts
-NARROWEST = 1e-6  # relative distance of speeds between which no further one is looked at
+REFINEMENT_ROUNDS = ((24, 1.2), (6, 1.03), (3, 1.01))
+SPEEDS_PER_SIDE = 3
+SPEED_SPACING_ERROR = 1e-4  # relative error of depth that the last distance of speeds leaves: up to 5e-5 on random cuts
+MIN_SPEED_SPACING_RATIO = 1e-6  # relative distance of speeds between which no further one is looked at
 
 
 @dataclass(frozen=True)
@@ -50,24 +50,24 @@ def lowest_limit(problem: Problem, chart: StabilityChart, method: StabilityMetho
     if not np.isfinite(chart.limit).any():
         return LowestLimit(float("inf"), 0.0, float("nan"), float("nan"))
     order = np.argsort(chart.speeds)
-    speeds, depths, best, step = chart.speeds[order], depths[order], _of(chart), 0.0
+    speeds, depths, best, step = chart.speeds[order], depths[order], _lowest_of(chart), 0.0
     left_out: list[float] = []
     gains: list[float] = []
-    for most, above in ROUNDS:
+    for minima_max, ratio_max in REFINEMENT_ROUNDS:
         minima = _local_minima(depths)
-        near = minima[depths[minima] <= above * best.depth][:most]
-        left_out.append(depths[np.setdiff1d(minima, near)].min(initial=np.inf))
-        fresh = np.unique(np.concatenate([_beside(speeds, i) for i in near.tolist()]))
+        chosen = minima[depths[minima] <= ratio_max * best.depth][:minima_max]
+        left_out.append(depths[np.setdiff1d(minima, chosen)].min(initial=np.inf))
+        fresh = np.unique(np.concatenate([_speeds_between(speeds, i) for i in chosen.tolist()]))
         if fresh.size == 0:
             break
         closer = chart_at(problem, fresh, method, depth_max=chart.depth_max)
         values = np.minimum(closer.limit, chart.depth_max)
-        gains.append(max(1.0, *(_gain(speeds, depths, i, fresh, values) for i in near.tolist())))
+        gains.append(max(1.0, *(_gain(speeds, depths, i, fresh, values) for i in chosen.tolist())))
         step = max(best.depth - float(values.min()), 0.0)
-        best = min(best, _of(closer), key=lambda limit: limit.depth)
+        best = min(best, _lowest_of(closer), key=lambda limit: limit.depth)
         order = np.argsort(np.concatenate([speeds, fresh]))
         speeds, depths = np.concatenate([speeds, fresh])[order], np.concatenate([depths, values])[order]
-    error = best.error + step + FLOOR * best.depth + max(best.depth - _least_left_out(left_out, gains), 0.0)
+    error = best.error + step + SPEED_SPACING_ERROR * best.depth + max(best.depth - _least_left_out(left_out, gains), 0.0)
     return LowestLimit(best.depth, float(error), best.speed, best.frequency)
 
 
@@ -85,23 +85,24 @@ def _local_minima(depths: FloatArray) -> Array:
     return places[np.argsort(depths[places], kind="stable")]
 
 
-def _beside(speeds: FloatArray, i: int) -> FloatArray:
+def _speeds_between(speeds: FloatArray, i: int) -> FloatArray:
     """Return speeds between a place and its neighbours, none of which is one of them."""
-    low, here, high = speeds[max(i - 1, 0)], speeds[i], speeds[min(i + 1, speeds.size - 1)]
-    sides = [np.linspace(a, b, BESIDE + 2)[1:-1] for a, b in ((low, here), (here, high)) if b - a > NARROWEST * b]
+    lower, centre, upper = speeds[max(i - 1, 0)], speeds[i], speeds[min(i + 1, speeds.size - 1)]
+    sides = [np.linspace(a, b, SPEEDS_PER_SIDE + 2)[1:-1] for a, b in ((lower, centre), (centre, upper))
+             if b - a > MIN_SPEED_SPACING_RATIO * b]
     return np.concatenate(sides) if sides else np.zeros(0)
 
 
 def _gain(speeds: FloatArray, depths: FloatArray, i: int, fresh: FloatArray, values: FloatArray) -> float:
     """Return by what factor the depth at a place was larger than the least beside it now."""
-    low, high = speeds[max(i - 1, 0)], speeds[min(i + 1, speeds.size - 1)]
-    beside = values[(fresh > low) & (fresh < high)]
-    return float(depths[i] / max(beside.min(initial=np.inf), 1e-300)) if beside.size else 1.0
+    lower, upper = speeds[max(i - 1, 0)], speeds[min(i + 1, speeds.size - 1)]
+    neighbours = values[(fresh > lower) & (fresh < upper)]
+    return float(depths[i] / max(neighbours.min(initial=np.inf), 1e-300)) if neighbours.size else 1.0
 
 
-def _of(chart: StabilityChart) -> LowestLimit:
+def _lowest_of(chart: StabilityChart) -> LowestLimit:
     limit = chart.limit
-    at = int(np.argmin(limit))
-    point = int(chart.limit_points()[at])
+    index = int(np.argmin(limit))
+    point = int(chart.limit_points()[index])
     error, frequency = (0.0, float("nan")) if point < 0 else (float(chart.error[point]), float(chart.frequency[point]))
-    return LowestLimit(float(limit[at]), error, float(chart.speeds[at]), frequency)
+    return LowestLimit(float(limit[index]), error, float(chart.speeds[index]), frequency)

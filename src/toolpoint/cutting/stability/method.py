@@ -1,4 +1,4 @@
-"""StabilityMethod: what every stability method states about itself, and the check that a problem suits it."""
+"""StabilityMethod: properties that every stability method states, and the check that a problem suits it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from toolpoint.cutting.stability.warm_start import WarmStart
 Problem = MillingProblem | TurningProblem
 
 # Reasons that several methods share, in the form of every message of the package: value; limit (remedy).
-TURNING = "a TurningProblem; ZeroOrder is exact for it (use method=ZeroOrder() or leave it out)"
-MEASURED = "a measured FRF; this method needs modes (identify modes, or use HillDeterminant())"
+TURNING_REASON = "a TurningProblem; ZeroOrder is exact for it (use method=ZeroOrder() or leave it out)"
+MEASURED_REASON = "a measured FRF; this method needs modes (identify modes, or use HillDeterminant())"
 
-HEAVY = 0.5  # damping ratio above which a pole is heavily damped
+HEAVY_DAMPING_RATIO = 0.5  # above it a pole is heavily damped: its decay limits the engines, not its oscillation
 
 
 class StabilityMethod(Protocol):
-    """A way to solve a cut for its stable depths: a small frozen object with its own tolerances.
+    """Solver of a cut for its stable depths: a small frozen object with its own tolerances.
 
     name : as `METHODS` and the command line write it.
     needs_modes : whether a measured FRF must be identified first.
@@ -70,19 +70,19 @@ def decay_of_overdamped(problem: MillingProblem, speed: float) -> float:
     What grows backwards in time by more than double precision holds leaves rounding alone.
     """
     poles = problem.plane.poles
-    heavy = -poles.real > HEAVY * np.abs(poles)
+    heavy = -poles.real > HEAVY_DAMPING_RATIO * np.abs(poles)
     if not heavy.any():
         return 0.0
     period = float(problem.tooth_period(speed)) if problem.tool.is_regular else 60 / speed
     return float(-poles.real[heavy].min()) * period
 
 
-def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, *, most: float) -> None:
-    """Refuse a problem whose heavily damped poles decay by more than `most` (an exponent) in a tooth period at some speed."""
+def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, *, decay_max: float) -> None:
+    """Refuse a problem whose heavily damped poles decay by more than `decay_max` (an exponent) in the longest tooth period."""
     lowest = float(np.min(speeds))
     decay = decay_of_overdamped(problem, lowest)
-    if decay > most:
+    if decay > decay_max:
         fail("dynamics", f"an overdamped mode that decays by exp(-{decay:.0f}) in a tooth period at {lowest:g} rev/min",
-             f"must be at most exp(-{most:.0f}) for {name}",
+             f"must be at most exp(-{decay_max:.0f}) for {name}",
              remedy="use PanelArnoldi(), ZeroOrder() or SemiDiscretization() (--method panel, zero-order, "
                     "semi-discretization), or leave so stiff a damper out of the modes")

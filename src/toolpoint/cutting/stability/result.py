@@ -1,4 +1,4 @@
-"""StabilityChart: sets of stable depth intervals over spindle speed, with what is known of every boundary point."""
+"""StabilityChart: sets of stable depth intervals over spindle speed, with type, frequency and error of every boundary point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from toolpoint._doubt import Doubt, status_of
 from toolpoint._notebook import NotebookText
 
 KINDS = ("Hopf", "flip", "fold")
-ROUGH = 0.1  # stated error over limit above which a chart is doubtful
+DOUBTFUL_ERROR_FRACTION = 0.1  # stated error over limit above which a chart is doubtful
+REAL_ANGLE_TOLERANCE = 1e-6  # rad from 0 or pi within which a computed multiplier is real: a fold or a flip
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +63,17 @@ class StabilityChart(NotebookText):
     def doubts(self) -> tuple[Doubt, ...]:
         """The doubt that the stated errors of the limits give, where they are more than a tenth of a limit."""
         share = np.where(self.limit > 0, self.limit_error / np.maximum(np.minimum(self.limit, self.depth_max), 1e-300), 0.0)
-        rough = np.flatnonzero(share > ROUGH)
+        rough = np.flatnonzero(share > DOUBTFUL_ERROR_FRACTION)
         if not rough.size:
             return ()
-        worst = int(np.argmax(share))
-        where = f"at {self.speeds[worst]:.0f} rev/min"
+        largest = int(np.argmax(share))
+        where = f"at {self.speeds[largest]:.0f} rev/min"
         if rough.size > 1:
-            where += (f", and more than {100 * ROUGH:g} % at {rough.size} of {self.speeds.size} speeds from "
+            where += (f", and more than {100 * DOUBTFUL_ERROR_FRACTION:g} % at {rough.size} of {self.speeds.size} speeds from "
                       f"{self.speeds[rough].min():.0f} to {self.speeds[rough].max():.0f} rev/min")
-        return (Doubt("limits", f"the stated error is {100 * share[worst]:.0f} % of the limit {where}",
+        return (Doubt("limits", f"the stated error is {100 * share[largest]:.0f} % of the limit {where}",
                       "take the lower end, and make the error smaller: more averages or finer lines where the dynamics are "
-                      "measured, more intervals or another method where they are modes", figure=float(share[worst])),)
+                      "measured, more intervals or another method where they are modes", figure=float(share[largest])),)
 
     @property
     def status(self) -> str:
@@ -147,9 +148,9 @@ class StabilityChart(NotebookText):
     def uncertain(self, depths: FloatArray) -> Array:
         """Return whether a depth lies within the stated error of a boundary, shape (n_speeds, n_depths)."""
         w = floats("depths", np.atleast_1d(depths))
-        near = np.zeros((self.speeds.size, w.size), bool)
-        np.logical_or.at(near, self.index, np.abs(w[None, :] - self.depth[:, None]) <= self.error[:, None])
-        return near
+        is_near = np.zeros((self.speeds.size, w.size), bool)
+        np.logical_or.at(is_near, self.index, np.abs(w[None, :] - self.depth[:, None]) <= self.error[:, None])
+        return is_near
 
     def limit_points(self) -> Array:
         """Return for every speed the boundary point of its first loss of stability, -1 where there is none."""

@@ -1,4 +1,4 @@
-r"""Where the static part of a response (upper residual) ends to be one: the depth at which it would chatter by itself.
+r"""Limit of the static part of a response (upper residual): the depth at which it would chatter by itself.
 
 With :math:`r = G_u F` alone the cut is :math:`F(t) = -w A(t) G_u (F(t) - F(t - \tau))`: no differential equation but a
 difference equation at every angle, whose multipliers are :math:`w \lambda/(1 + w \lambda)` with the eigenvalues of
@@ -18,8 +18,8 @@ from toolpoint.cutting.cut.coefficients import edge_matrix
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 
-ANGLES = 720  # of a pitch
-ROUNDING = 1e-9
+ANGLES_PER_PITCH = 720  # of a pitch
+STATIC_ROUNDING = 1e-9
 
 
 def limit_static_part(problem: MillingProblem) -> float:
@@ -34,21 +34,22 @@ def limit_static_part(problem: MillingProblem) -> float:
         return float("inf")
     lowest = float(_eigenvalues(problem).min())
     steepest = size * float(np.linalg.norm(problem.coefficients.cutting))
-    return -0.5 / lowest if lowest < -ROUNDING * steepest else float("inf")
+    return -0.5 / lowest if lowest < -STATIC_ROUNDING * steepest else float("inf")
 
 
 def _eigenvalues(problem: MillingProblem) -> FloatArray:
-    """Least real part of the eigenvalues of G_u A at angles over one pitch; a lower bound where edges are not straight."""
+    """Return the least real part of the eigenvalues of G_u A at angles over one pitch; a lower bound where edges are not
+    straight."""
     tool, arc, static = problem.tool, problem.engagement, problem.plane.static
     d = problem.plane.size
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
-    angle = np.linspace(arc.entry, arc.exit, ANGLES)
+    angle = np.linspace(arc.entry, arc.exit, ANGLES_PER_PITCH)
     phi = (angle[:, None] - start + 1e-12) % (2 * np.pi)
     inside = (phi >= arc.entry - 1e-9) & (phi <= arc.exit + 1e-9)
     matrix = edge_matrix(problem.coefficients, phi)[..., :d, :d]
     if not tool.has_helix and tool.corner_radius == 0:
-        whole = np.einsum("nj,njab->nab", inside, matrix)
-        return np.asarray(np.linalg.eigvals(static @ whole).real.min(axis=-1))
+        total = np.einsum("nj,njab->nab", inside, matrix)
+        return np.asarray(np.linalg.eigvals(static @ total).real.min(axis=-1))
     values, vectors = np.linalg.eigh((static + static.T) / 2)
     together = max(int(inside.sum(axis=1).max()), 1) * (np.pi / 2 if tool.corner_radius > 0 else 1.0)
     if values.min() < -1e-9 * np.abs(values).max() or not np.allclose(static, static.T, atol=1e-6 * np.abs(static).max()):
@@ -65,7 +66,7 @@ def end_at(chart: StabilityChart, problem: MillingProblem, limit: float, *, dept
     flip = np.pi * np.ones(speeds.size)
     last = (np.arange(speeds.size), np.full(speeds.size, limit), flip, 0.5 / problem.tooth_period(speeds),
             np.full(speeds.size, 2), np.zeros(speeds.size))
-    columns = [np.concatenate([getattr(chart, name), more]) for name, more in
+    columns = [np.concatenate([getattr(chart, name), added]) for name, added in
                zip(("index", "depth", "theta", "frequency", "change", "error"), last, strict=True)]
     reason = (f"deeper than {1e3 * limit:.4g} mm the static part of the response (modes above the band) would chatter by "
               "itself: taken as unstable there; keep more modes to look deeper")

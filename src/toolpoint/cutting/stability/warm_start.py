@@ -1,4 +1,4 @@
-"""WarmStart: what the chart of one pose leaves for the chart of the next, which is near it."""
+"""WarmStart: results of the chart of one pose with which the chart of a neighbouring pose begins."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from toolpoint.cutting.stability.floquet.records import ScanMemory
 if TYPE_CHECKING:
     from toolpoint.cutting.stability.panels.store import PanelStore
 
-SAME = ("tool", "engagement", "speed_variation")  # or what another cut left is of no use
-LAID = ("coefficients", "process_damping", "damping_friction")  # what panels hang on besides
+CUT_FIELDS = ("tool", "engagement", "speed_variation")  # or what another cut left is of no use
+PANEL_FIELDS = ("coefficients", "process_damping", "damping_friction")  # what panels hang on besides
 
 
 @dataclass
@@ -46,15 +46,15 @@ class WarmStart:
 
         return PanelStore()
 
-    def beside(self) -> WarmStart:
+    def share_panels(self) -> WarmStart:
         """Return an empty memory that shares the panels: for the same cut with another feed direction, say."""
         another = WarmStart()
         another.__dict__["store"] = self.store
         return another
 
     def fit(self, problem: MillingProblem, depth_max: float) -> None:
-        """Forget what does not hold for this cut."""
-        cut = (*(_content(getattr(problem, name)) for name in SAME), problem.plane.size, depth_max)
+        """Forget what does not hold for this cut or depth range."""
+        cut = (*(_content(getattr(problem, name)) for name in CUT_FIELDS), problem.plane.size, depth_max)
         if cut != self.cut:
             for part in (self.scans, self.roots, self.attempts):
                 part.clear()
@@ -62,7 +62,7 @@ class WarmStart:
 
     def panels(self, problem: MillingProblem) -> PanelStore:
         """Return the panels, emptied if they were another cut's."""
-        self.store.fit((*(_content(getattr(problem, name)) for name in (*SAME, *LAID)), problem.plane.size))
+        self.store.fit((*(_content(getattr(problem, name)) for name in (*CUT_FIELDS, *PANEL_FIELDS)), problem.plane.size))
         return self.store
 
     def begin(self, speeds: FloatArray, empty: ScanMemory) -> ScanMemory:
@@ -70,9 +70,9 @@ class WarmStart:
 
         empty : the same for one speed of which nothing is known.
         """
-        key = empty.seen.shape[0]
-        every = [self.scans.get((n, key), empty) for n in speeds.tolist()]
-        return ScanMemory(*(np.array(list(kind), kind[0].dtype) for kind in zip(*every)))
+        key = empty.poles.shape[0]
+        memories = [self.scans.get((n, key), empty) for n in speeds.tolist()]
+        return ScanMemory(*(np.array(list(kind), kind[0].dtype) for kind in zip(*memories)))
 
     def keep_roots(self, speed: float, roots: list[tuple[float, float]]) -> None:
         """Take depths and slopes of the growth of the roots at one speed."""
@@ -89,11 +89,11 @@ class WarmStart:
         if self.fixed:
             return
         for i, n in enumerate(speeds.tolist()):
-            self.scans[n, memory.seen.shape[1]] = ScanMemory(*(kind[i] for kind in memory))
+            self.scans[n, memory.poles.shape[1]] = ScanMemory(*(kind[i] for kind in memory))
 
 
 def _content(part: object) -> object:
-    """What tells two parts of a cut apart."""
+    """Return the values that tell two parts of a cut apart."""
     if is_dataclass(part):
         return tuple(_content(getattr(part, f.name)) for f in fields(part))
     return tuple(part.ravel().tolist()) if isinstance(part, np.ndarray) else part

@@ -82,21 +82,22 @@ class Lifting:
 
     def forward(self, profile: FloatArray) -> list[FloatArray]:
         """Return [detail of level 1 (finest), ..., detail of the last level, approximation]."""
-        rest = np.array(floats("profile", profile, (None,)))
-        if rest.size < 2 ** (self.levels + 1):
-            fail("profile", f"{rest.size} samples", f"must be at least {2 ** (self.levels + 1)} for {self.levels} levels")
+        approximation = np.array(floats("profile", profile, (None,)))
+        if approximation.size < 2 ** (self.levels + 1):
+            fail("profile", f"{approximation.size} samples",
+                 f"must be at least {2 ** (self.levels + 1)} for {self.levels} levels")
         out = []
         for _ in range(self.levels):
-            rest, detail = self._split(rest)
+            approximation, detail = self._split(approximation)
             out.append(detail)
-        return [*out, rest]
+        return [*out, approximation]
 
     def inverse(self, parts: Sequence[FloatArray]) -> FloatArray:
         """Return the profile from its parts."""
-        rest = np.array(parts[-1])
+        approximation = np.array(parts[-1])
         for detail in reversed(parts[:-1]):
-            rest = self._merged(rest, np.array(detail))
-        return rest
+            approximation = self._merge(approximation, np.array(detail))
+        return approximation
 
     def bands(self, profile: FloatArray) -> FloatArray:
         """Return the profile's parts at full length, finest first, their sum the profile; shape (levels + 1, n)."""
@@ -108,38 +109,39 @@ class Lifting:
         return (STEPS_97, SCALE_97) if self.wavelet == "9/7" else ((-0.5, 0.25), float(np.sqrt(2)))
 
     def _split(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        even, odd = x[0::2].copy(), x[1::2].copy()
+        even_samples, odd_samples = x[0::2].copy(), x[1::2].copy()
         steps, scale = self._coefficients()
         for i, a in enumerate(steps):
             if i % 2 == 0:
-                odd += a * (even[:odd.size] + _right(even, odd.size))
+                odd_samples += a * (even_samples[:odd_samples.size] + _right_neighbours(even_samples, odd_samples.size))
             else:
-                even += a * (_left(odd, even.size) + _here(odd, even.size))
-        return even * scale, odd / scale
+                even_samples += a * (_left_neighbours(odd_samples, even_samples.size) + _padded(odd_samples, even_samples.size))
+        return even_samples * scale, odd_samples / scale
 
-    def _merged(self, even: FloatArray, odd: FloatArray) -> FloatArray:
+    def _merge(self, even_samples: FloatArray, odd_samples: FloatArray) -> FloatArray:
         steps, scale = self._coefficients()
-        even, odd = even / scale, odd * scale
+        even_samples, odd_samples = even_samples / scale, odd_samples * scale
         for i in reversed(range(len(steps))):
             if i % 2 == 0:
-                odd -= steps[i] * (even[:odd.size] + _right(even, odd.size))
+                odd_samples -= steps[i] * (even_samples[:odd_samples.size] + _right_neighbours(even_samples, odd_samples.size))
             else:
-                even -= steps[i] * (_left(odd, even.size) + _here(odd, even.size))
-        out = np.empty(even.size + odd.size)
-        out[0::2], out[1::2] = even, odd
+                even_samples -= steps[i] * (_left_neighbours(odd_samples, even_samples.size) + _padded(odd_samples,
+                                                                                                       even_samples.size))
+        out = np.empty(even_samples.size + odd_samples.size)
+        out[0::2], out[1::2] = even_samples, odd_samples
         return out
 
 
-def _right(even: FloatArray, n: int) -> FloatArray:
-    return even[1:n + 1] if even.size > n else np.append(even[1:], even[-1])
+def _right_neighbours(even_samples: FloatArray, n: int) -> FloatArray:
+    return even_samples[1:n + 1] if even_samples.size > n else np.append(even_samples[1:], even_samples[-1])
 
 
-def _left(odd: FloatArray, n: int) -> FloatArray:
-    return np.concatenate([odd[:1], odd])[:n]
+def _left_neighbours(odd_samples: FloatArray, n: int) -> FloatArray:
+    return np.concatenate([odd_samples[:1], odd_samples])[:n]
 
 
-def _here(odd: FloatArray, n: int) -> FloatArray:
-    return odd if odd.size == n else np.append(odd, odd[-1])
+def _padded(odd_samples: FloatArray, n: int) -> FloatArray:
+    return odd_samples if odd_samples.size == n else np.append(odd_samples, odd_samples[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,10 +178,11 @@ def separate(profile: FloatArray, spacing: float, roughness_below: float, *, for
         Wavelengths, m.
     """
     step = positive("spacing", spacing)
-    low, high = positive("roughness_below", roughness_below), positive("form_above", form_above)
-    if not 2 * step < low < high:
-        fail("roughness_below", f"{low:g} m, form_above {high:g} m", f"must be two samples < roughness < form, {2 * step:g} m")
-    first, last = (max(1, round(float(np.log2(limit / step))) - 1) for limit in (low, high))
+    roughness_limit, form_limit = positive("roughness_below", roughness_below), positive("form_above", form_above)
+    if not 2 * step < roughness_limit < form_limit:
+        fail("roughness_below", f"{roughness_limit:g} m, form_above {form_limit:g} m",
+             f"must be two samples < roughness < form, {2 * step:g} m")
+    first, last = (max(1, round(float(np.log2(limit / step))) - 1) for limit in (roughness_limit, form_limit))
     bands = Lifting(max(last, first + 1), wavelet).bands(profile)
     limits = (step * 2.0 ** (first + 1), step * 2.0 ** (max(last, first + 1) + 1))
     return Separation(bands[:first].sum(0), bands[first:-1].sum(0), bands[-1], limits)

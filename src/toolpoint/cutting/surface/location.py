@@ -13,8 +13,8 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.cut.tool import Engagement
 
-NEAR = 1e-6  # rad
-LOWEST = 5  # lines of a measured FRF whose median stands for the response below it
+WALL_ANGLE_TOLERANCE = 1e-6  # rad
+STATIC_LINE_COUNT = 5  # lines of a measured FRF whose median stands for the response below it
 
 
 def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -> ComplexArray:
@@ -43,9 +43,9 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
 
 def wall_side(engagement: Engagement) -> str | None:
     """Return the side of the cut that leaves a wall: ``exit`` (down-milling, slot), ``entry`` (up-milling), None (neither)."""
-    if engagement.exit > np.pi - NEAR:
+    if engagement.exit > np.pi - WALL_ANGLE_TOLERANCE:
         return "exit"
-    return "entry" if engagement.entry < NEAR else None
+    return "entry" if engagement.entry < WALL_ANGLE_TOLERANCE else None
 
 
 def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *, side: str = "exit",
@@ -88,9 +88,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
     for speed in check_speeds(speeds):
         plane = problem.plane_at(float(speed))
         tooth = float(tool.teeth * speed / 60)
-        top = harmonics or int(np.ceil(60 * plane.span[1] / tooth)) + 200
-        c = static_force_series(problem, depth, top)
-        order = np.arange(-top, top + 1)
+        order_max = harmonics or int(np.ceil(60 * plane.span[1] / tooth)) + 200
+        c = static_force_series(problem, depth, order_max)
+        order = np.arange(-order_max, order_max + 1)
         g = _response(plane, np.abs(order) * tooth)
         g = np.where((order < 0)[:, None, None], g.conj(), g)
         turn = (np.pi if side == "exit" else 0.0) - arc.entry
@@ -101,9 +101,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
 
 
 def _response(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:
-    """G with the static part of a measured FRF, which has no line at 0 Hz, from its lowest lines."""
+    """Return G; below the first line of a measured FRF the real part of its lowest lines."""
     g = plane.response(frequency)
     if plane.is_modal:
         return g
-    below = np.median(plane.lines[1][:LOWEST].real, axis=0)
+    below = np.median(plane.lines[1][:STATIC_LINE_COUNT].real, axis=0)
     return np.where((frequency < plane.span[0])[:, None, None], below, g)

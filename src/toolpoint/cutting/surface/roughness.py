@@ -29,13 +29,13 @@ def profile_parameters(profile: FloatArray, spacing: float, sampling_length: flo
     parts = parts - parts.mean(1, keepdims=True)
     rq = np.sqrt((parts**2).mean(1))
     safe = np.where(rq > 0, rq, 1.0)
-    whole = z - z.mean()
+    centred = z - z.mean()
     return {
         "Ra": float(np.abs(parts).mean()), "Rq": float(rq.mean()),
         "Rp": float(parts.max(1).mean()), "Rv": float(-parts.min(1).mean()),
         "Rz": float(np.ptp(parts, axis=1).mean()), "Rt": float(np.ptp(z)),
         "Rsk": float(((parts**3).mean(1) / safe**3).mean()), "Rku": float(((parts**4).mean(1) / safe**4).mean()),
-        "RSm": mean_width(whole, step), "Rdq": float(np.sqrt(np.mean(np.gradient(z, step) ** 2))),
+        "RSm": mean_width(centred, step), "Rdq": float(np.sqrt(np.mean(np.gradient(z, step) ** 2))),
     }
 
 
@@ -47,11 +47,11 @@ def mean_width(profile: FloatArray, spacing: float, height: float = 0.1) -> floa
     for i in range(z.size):
         if z[i] > level and state <= 0:
             if state < 0:
-                back = i
-                while back > 0 and z[back - 1] > 0:
-                    back -= 1
-                a, b = (z[back - 1], z[back]) if back > 0 else (z[0], z[1])
-                starts.append(back - b / (b - a) if b != a else float(back))
+                start = i
+                while start > 0 and z[start - 1] > 0:
+                    start -= 1
+                a, b = (z[start - 1], z[start]) if start > 0 else (z[0], z[1])
+                starts.append(start - b / (b - a) if b != a else float(start))
             state = 1
         elif z[i] < -level:
             state = -1

@@ -14,7 +14,7 @@ from toolpoint.cutting.simulation.milling import Simulation
 
 @dataclass(frozen=True, eq=False)
 class Wall(NotebookText):
-    """The finished wall of a peripheral cut.
+    """Finished wall of a peripheral cut.
 
     Parameters
     ----------
@@ -88,14 +88,15 @@ def _wall(problem: MillingProblem, length: float, points: int, heights: FloatArr
     for level in range(z.size):
         for tooth in range(tool.teeth):
             for turn in turns.tolist():
-                path = _mark(problem, x, float(lag[level, tooth]), float(radius[level, tooth]), turn, wall_angle, reach, run)
+                path = _edge_path(problem, x, float(lag[level, tooth]), float(radius[level, tooth]), turn,
+                                  wall_angle, reach, run)
                 height[level] = np.minimum(height[level], path)
     return Wall(x, z, height)
 
 
-def _mark(problem: MillingProblem, x: FloatArray, lag: float, radius: float, turn: int, wall: float, reach: float,
-          run: Simulation | None) -> FloatArray:
-    """Distance of the edge's path from the ideal wall over x (infinite where it does not pass)."""
+def _edge_path(problem: MillingProblem, x: FloatArray, lag: float, radius: float, turn: int, wall: float, reach: float,
+               run: Simulation | None) -> FloatArray:
+    """Return the distance of the edge's path from the ideal wall over x (infinite where it does not pass), m."""
     feed = problem.feed_per_tooth * problem.tool.teeth
     angle = wall + lag + 2 * np.pi * turn  # rotation of tooth 0 when this edge points at the wall
     span = np.linspace(-reach, reach, 1201)
@@ -116,13 +117,13 @@ def _mark(problem: MillingProblem, x: FloatArray, lag: float, radius: float, tur
 
 
 def _vibration(run: Simulation, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Displacement when tooth 0 has turned by `angle`, from the middle of the last revolutions (wrapped around)."""
+    """Return the displacement when tooth 0 has turned by `angle`, from the middle of the last revolutions (wrapped around)."""
     step = 2 * np.pi / run.steps_per_revolution
-    whole = (run.time.size - 1) // run.steps_per_revolution
-    turns = max(1, whole // 2)
-    begin = (whole - turns) * run.steps_per_revolution
-    at = ((angle - run.problem.engagement.entry) / step) % (turns * run.steps_per_revolution) + begin
-    low = np.minimum(at.astype(int), run.time.size - 2)
-    part = (at - low)[:, None]
-    r = run.displacement[low] * (1 - part) + run.displacement[low + 1] * part
+    turn_count = (run.time.size - 1) // run.steps_per_revolution
+    turns = max(1, turn_count // 2)
+    begin = (turn_count - turns) * run.steps_per_revolution
+    sample = ((angle - run.problem.engagement.entry) / step) % (turns * run.steps_per_revolution) + begin
+    lower_index = np.minimum(sample.astype(int), run.time.size - 2)
+    part = (sample - lower_index)[:, None]
+    r = run.displacement[lower_index] * (1 - part) + run.displacement[lower_index + 1] * part
     return r[:, 0], r[:, 1]

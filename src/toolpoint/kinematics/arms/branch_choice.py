@@ -1,4 +1,4 @@
-"""Branches of an arm by name, and what a person may ask of them: some of the three words, or the wrist turned least."""
+"""Branches of an arm by name, and a choice among them: some of the three words, or the wrist turned least."""
 
 from __future__ import annotations
 
@@ -15,8 +15,14 @@ _FILLERS = ("shoulder", "elbow", "wrist", "turned", "and")
 
 @dataclass(frozen=True)
 class BranchChoice:
-    """Which branches are asked for: shoulder, elbow and wrist by their words, any where empty; `is_least` : of those that
-    remain at a place, the one that turns the three axes of the wrist least from rest."""
+    """Chosen branches: shoulder, elbow and wrist by their words, any where empty; `is_least` : of those that remain at a place,
+    the one that turns the three axes of the wrist least from the reference pose.
+
+    Examples
+    --------
+    >>> BranchChoice.parsed("front, elbow up").allows("front up no flip")
+    True
+    """
 
     shoulder: str = ""
     elbow: str = ""
@@ -46,7 +52,7 @@ class BranchChoice:
         return cls(chosen.get("shoulder", ""), chosen.get("elbow", ""), "" if is_least else chosen.get("wrist", ""), is_least)
 
     def allows(self, name: str) -> bool:
-        """Return whether a branch has the chosen words."""
+        """Whether a branch has the chosen words."""
         shoulder, elbow, wrist = name.split(" ", 2)
         return all(not word or word == chosen for word, chosen in (
             (self.shoulder, shoulder), (self.elbow, elbow), (self.wrist, wrist)))

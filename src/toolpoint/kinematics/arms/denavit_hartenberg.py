@@ -23,7 +23,7 @@ CONVENTIONS = ("standard", "modified")
 
 @dataclass(frozen=True)
 class ArmRow:
-    """A row of the table: theta and alpha in rad, d and a in m.
+    """Row of the Denavit-Hartenberg table: theta and alpha in rad, d and a in m.
 
     axis : name of the axis that moves it; slides : whether along z instead of about it; coupled : further axes that move it, by
     name and factor (theta_3 = q_3 + q_2 is ``{"q2": 1.0}``); lower, upper : limits of the axis, m or rad.
@@ -88,7 +88,17 @@ def arm_axes(rows: Sequence[ArmRow]) -> tuple[Axis, ...]:
 
 
 def arm_chain(rows: Sequence[ArmRow], convention: str = "standard", base: FloatArray | None = None) -> TreeChain:
-    """Return the chain of a serial arm; link i hangs on link i - 1, the first on the ground."""
+    """Return the chain of a serial arm; link i hangs on link i - 1, the first on the ground.
+
+    Examples
+    --------
+    A planar arm of two links of 1 m, its elbow at a right angle; the tip is at (2, 0, 0) m for zero angles:
+
+    >>> import numpy as np
+    >>> arm = arm_chain([ArmRow("A", a=1.0), ArmRow("B", a=1.0)])
+    >>> (arm.displacements({"A": 0.0, "B": np.pi / 2})[0, 1] @ [2, 0, 0, 1])[:3].round(9).tolist()
+    [1.0, 1.0, 0.0]
+    """
     if not rows:
         fail("rows", "none", "must be at least one")
     return TreeChain(tuple(range(-1, len(rows) - 1)), arm_frames(rows, convention, base)[0], arm_axes(rows))

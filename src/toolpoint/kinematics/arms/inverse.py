@@ -1,4 +1,4 @@
-"""Inverse kinematics of any chain by iteration within limits: the tool's tip and direction against the work.
+"""Inverse kinematics of any chain by iteration within limits: the tool's tip and direction relative to the work.
 
 For five-axis machines, robots and whatever has no closed form. The turn about the tool may be prescribed or left free: then it
 is the redundancy of milling, and the solution nearest to the start is taken.
@@ -20,16 +20,16 @@ from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 
-FURTHER_STARTS = 13  # tried where the given one leads nowhere
-CLOSE = 1e-9  # rad, or of the size of the machine
-# The same where more coordinates are asked for than there are axes: a place and a direction that were rounded to 0.01 mm never
-# fit each other better, and no machine of this size positions better.
-CLOSE_OVERDETERMINED = 1e-5
+MAX_START_COUNT = 13  # starts of the iteration, the given one among them
+INVERSE_TOLERANCE = 1e-9  # rad, or of the size of the machine: residual of a pose that reaches its target
+# The same for more coordinates than axes: a place and a direction that were rounded to 0.01 mm do not fit each other better,
+# and no machine of this size positions better.
+OVERDETERMINED_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class ToolOnWork:
-    """A tool and the work it cuts: links (-1 is the ground), points (m) and the tool's direction, reference, machine frame."""
+    """Tool and work: their links (-1 is the ground), points (m) and the tool's direction, reference pose, machine frame."""
 
     tool: int
     tip: FloatArray
@@ -46,16 +46,17 @@ class ToolOnWork:
     def placed(self, chain: TreeChain, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return tip from the work's point (P, 3) and the tool's axes (P, 3, 3), in the work's axes, and these (P, 3, 3)."""
         moved = chain.displacements_of(chain.motions_of(values))
-        still = np.broadcast_to(np.eye(4), (len(values), 4, 4))
-        tool, work = (still if link < 0 else moved[:, link] for link in (self.tool, self.table))
-        back = np.swapaxes(work[:, :3, :3], -1, -2)
-        apart = tf.move(tool, self.tip[None])[:, 0] - tf.move(work, self.origin[None])[:, 0]
-        return (back @ apart[..., None])[..., 0], back @ tool[:, :3, :3] @ smallest_turn(self.direction), work[:, :3, :3]
+        ground = np.broadcast_to(np.eye(4), (len(values), 4, 4))
+        tool, work = (ground if link < 0 else moved[:, link] for link in (self.tool, self.table))
+        from_machine = np.swapaxes(work[:, :3, :3], -1, -2)
+        offset = tf.move(tool, self.tip[None])[:, 0] - tf.move(work, self.origin[None])[:, 0]
+        axes = from_machine @ tool[:, :3, :3] @ smallest_turn(self.direction)
+        return (from_machine @ offset[..., None])[..., 0], axes, work[:, :3, :3]
 
 
 @dataclass(frozen=True, eq=False)
 class InverseSolution:
-    """Positions of the driven axes by name, m or rad; what is left of place (m) and orientation (rad); a status in words."""
+    """Positions of the driven axes by name, m or rad; remaining errors of place (m) and orientation (rad); status in words."""
 
     pose: Mapping[str, float]
     place_error: float
@@ -78,7 +79,7 @@ def solve_inverse(
     chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None = None, turn: float | None = None,
     start: Mapping[str, float] | None = None,
 ) -> InverseSolution:
-    """Return positions of the driven axes within their limits that bring the tool's tip and direction to a target on the work.
+    """Solve for positions of the driven axes, within limits, that bring tip and direction of the tool to a target on the work.
 
     Parameters
     ----------
@@ -95,13 +96,21 @@ def solve_inverse(
 
     The status is ``reached``, or says what is left and what to try. Where more coordinates are asked for than there are axes (a
     head of three freedoms, place and direction), the nearest pose is reached within 1e-5 of the machine's size and 1e-5 rad.
+
+    Examples
+    --------
+    >>> from toolpoint.kinematics import cartesian
+    >>> pair = ToolOnWork(tool=2, tip=[0, 0, 0], direction=[0, 0, 1])
+    >>> solution = solve_inverse(cartesian(("X", "Y", "Z"), ()), pair, [0.1, 0.2, 0.3])
+    >>> solution.status, {name: round(value, 9) for name, value in solution.pose.items()}
+    ('reached', {'X': 0.1, 'Y': 0.2, 'Z': 0.3})
     """
     goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
-    rest = np.array([dict(start or {}).get(axis.name, axis.rest) for axis in chain.driven_axes], float)
-    low, high = goal.bounds()
+    reference = np.array([dict(start or {}).get(axis.name, axis.reference_position) for axis in chain.driven_axes], float)
+    lower, upper = goal.bounds()
     best: InverseSolution | None = None
-    for begin in _starts(chain, np.clip(rest, low, high))[:FURTHER_STARTS]:
-        solution = _solved(goal, begin, low, high)
+    for start_positions in _starts(chain, np.clip(reference, lower, upper))[:MAX_START_COUNT]:
+        solution = _solve(goal, start_positions, lower, upper)
         if best is None or solution.place_error + solution.orientation_error < best.place_error + best.orientation_error:
             best = solution
         if best.is_reached:
@@ -112,13 +121,13 @@ def solve_inverse(
 
 def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None = None,
                       turn: float | None = None) -> list[InverseSolution]:
-    """Return all different solutions that a grid of starts leads to, within limits, see `solve_inverse`."""
+    """Return all distinct solutions within limits that a grid of starts leads to, see `solve_inverse`."""
     goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
-    low, high = goal.bounds()
-    rest = np.clip(np.array([axis.rest for axis in chain.driven_axes], float), low, high)
+    lower, upper = goal.bounds()
+    reference = np.clip(np.array([axis.reference_position for axis in chain.driven_axes], float), lower, upper)
     solutions: list[InverseSolution] = []
-    for begin in _starts(chain, rest):
-        solution = _solved(goal, begin, low, high)
+    for start_positions in _starts(chain, reference):
+        solution = _solve(goal, start_positions, lower, upper)
         if solution.is_reached and all(_differs(solution, other) for other in solutions):
             solutions.append(solution)
     return solutions
@@ -157,7 +166,7 @@ class _Goal:
 
     @property
     def equations(self) -> int:
-        """Number of coordinates that are asked for."""
+        """Number of prescribed coordinates."""
         return 3 + (0 if self.axes is None else 3 if self.with_turn else 2)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -186,7 +195,7 @@ class _Goal:
         return cross * (np.arctan2(sine, float(d @ goal)) / sine if sine > 1e-12 else 1.0)
 
     def slope(self, positions: FloatArray) -> FloatArray:
-        """Derivative of the residual, with that of the rotation vector at its first order: exact where the target is met."""
+        """Return the Jacobian of the residual, that of the rotation vector to first order: exact where the target is met."""
         chain, pair = self.chain, self.pair
         values = self._values(positions)
         moved = chain.displacements_of(chain.motions_of(values))
@@ -207,7 +216,7 @@ class _Goal:
 
 
 def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
-    """The given start, then combinations of a few positions of the rotary axes, at most 36."""
+    """Return the given start, then combinations of a few positions of the rotary axes, at most 36."""
     rotary = [k for k, axis in enumerate(chain.driven_axes) if axis.is_rotary]
     count = {0: 1, 1: 8, 2: 6, 3: 4}.get(len(rotary), 2)
     starts = [first]
@@ -215,45 +224,46 @@ def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
         start = first.copy()
         for k in rotary:
             axis = chain.driven_axes[k]
-            low, high = max(axis.lower, -np.pi), min(axis.upper, np.pi)
-            start[k] = low + (high - low) * (number % count + 0.5) / count
+            lower, upper = max(axis.lower, -np.pi), min(axis.upper, np.pi)
+            start[k] = lower + (upper - lower) * (number % count + 0.5) / count
             number //= count
         starts.append(start)
     return starts
 
 
-def _solved(goal: _Goal, begin: FloatArray, low: FloatArray, high: FloatArray) -> InverseSolution:
+def _solve(goal: _Goal, begin: FloatArray, lower: FloatArray, upper: FloatArray) -> InverseSolution:
     try:
-        fit = least_squares(goal.residual, begin, goal.slope, (low - 1e-12, high + 1e-12), xtol=1e-15, ftol=1e-15, gtol=1e-15,
+        fit = least_squares(goal.residual, begin, goal.slope, (lower - 1e-12, upper + 1e-12), xtol=1e-15,
+                            ftol=1e-15, gtol=1e-15,
                             x_scale=np.where([axis.is_rotary for axis in goal.chain.driven_axes], 1.0, goal.size), max_nfev=30)
-        positions = _polished(goal, fit.x, low, high)
+        positions = _polish(goal, fit.x, lower, upper)
     except ToolpointError as error:
         return InverseSolution({}, np.inf, np.inf, f"not reached: {error}")
     residual = goal.residual(positions)
     place, angle = float(np.linalg.norm(residual[:3])) * goal.size, float(np.linalg.norm(residual[3:]))
     pose = {axis.name: float(v) for axis, v in zip(goal.chain.driven_axes, positions, strict=True)}
-    close = CLOSE_OVERDETERMINED if goal.equations > len(positions) else CLOSE
-    if place < close * goal.size and angle < close:
+    tolerance = OVERDETERMINED_TOLERANCE if goal.equations > len(positions) else INVERSE_TOLERANCE
+    if place < tolerance * goal.size and angle < tolerance:
         return InverseSolution(pose, place, angle, "reached")
     held = [axis.name for axis, v in zip(goal.chain.driven_axes, positions, strict=True)
             if min(v - axis.lower, axis.upper - v) < 1e-6]
     why = f"; {', '.join(held)} at the end of travel" if held else ""
-    left = f"{1e3 * place:.3g} mm and {np.degrees(angle):.3g} deg are left{why}"
+    residual_words = f"{1e3 * place:.3g} mm and {np.degrees(angle):.3g} deg are left{why}"
     remedy = "move the work, free the turn about the tool, or give a start on another branch"
     if goal.equations > len(positions):
         remedy = (f"{goal.equations} coordinates are asked of {len(positions)} axes: leave the direction out, or pose the "
                   "machine in its own coordinates")
-    return InverseSolution(pose, place, angle, f"not reached: {left}; {remedy}")
+    return InverseSolution(pose, place, angle, f"not reached: {residual_words}; {remedy}")
 
 
-def _polished(goal: _Goal, positions: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """A few full steps of Newton's method, each kept only where it helps."""
+def _polish(goal: _Goal, positions: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Refine positions by full steps of Newton's method, each kept only where it reduces the residual."""
     size = float(np.abs(goal.residual(positions)).max())
     for _ in range(4):
         step = np.linalg.lstsq(goal.slope(positions), -goal.residual(positions), rcond=1e-12)[0]
-        ahead = np.clip(positions + step, low, high)
-        now = float(np.abs(goal.residual(ahead)).max())
-        if not now < size:
+        candidate = np.clip(positions + step, lower, upper)
+        candidate_size = float(np.abs(goal.residual(candidate)).max())
+        if not candidate_size < size:
             break
-        positions, size = ahead, now
+        positions, size = candidate, candidate_size
     return positions

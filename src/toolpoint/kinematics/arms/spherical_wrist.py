@@ -25,14 +25,14 @@ from toolpoint.kinematics.tree import TreeChain
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 
-PARALLEL = 1e-9
-REACH = 1e-9  # how far beyond one a cosine may lie by rounding
-SINGULAR = 1e-8
+PARALLEL_TOLERANCE = 1e-9  # sine of the angle between axes 2 and 3
+COSINE_TOLERANCE = 1e-9  # excess of a cosine over one that is rounding
+STRAIGHT_WRIST_TOLERANCE = 1e-8  # sine of the angle between axes 4 and 6, below which joint 4 is arbitrary
 
 
 @dataclass(frozen=True, eq=False)
 class ArmBranch(NotebookText):
-    """One way to reach a target: positions of the axes (6,), rad; its name; whether within limits; what is arbitrary there."""
+    """Inverse solution of an arm: positions of the axes (6,), rad; its name; whether within limits; a note where singular."""
 
     name: str
     positions: FloatArray
@@ -63,7 +63,7 @@ class SphericalWrist:
         return list(np.stack([single, single @ single], axis=1))
 
     def _turn(self, axis: int, angle: float) -> FloatArray:
-        """Rotation about a joint axis (Rodrigues)."""
+        """Return the rotation about a joint axis, I + sin(q) [w] + (1 - cos(q)) [w]^2 (Rodrigues), (3, 3)."""
         k = self._crosses[axis]
         return np.eye(3) + math.sin(angle) * k[0] + (1 - math.cos(angle)) * k[1]
 
@@ -82,7 +82,7 @@ class SphericalWrist:
         if miss > 1e-9 * size:
             fail("chain", f"the last three axes miss each other by {miss:.3g} m", "must meet in one point",
                  remedy="use kinematics.inverse.solve_inverse")
-        if np.linalg.norm(np.cross(directions[1], directions[2])) > PARALLEL:
+        if np.linalg.norm(np.cross(directions[1], directions[2])) > PARALLEL_TOLERANCE:
             fail("chain", "axes 2 and 3 are not parallel", "this closed form needs them parallel",
                  remedy="use kinematics.inverse.solve_inverse")
         return cls(chain, directions, places, centre)
@@ -99,17 +99,20 @@ class SphericalWrist:
 
         turn_at_singular : angle of joint 4, rad, where a straight wrist leaves it arbitrary. The list is empty where the wrist
         centre is out of reach. Names as of `branch_name`.
+
+        The three shoulder, elbow and wrist equations are solved in turn (Paden-Kahan subproblems, see the module), at most two
+        solutions each: eight branches.
         """
         goal = floats("target", target, (4, 4))
         centre = goal[:3, :3] @ self.centre + goal[:3, 3]
         branches = []
-        for shoulder, first in enumerate(self._shoulder(centre)):
-            inner = self._moved_back(0, first, centre)
-            for elbow, (second, third) in enumerate(self._elbow(inner)):
+        for shoulder, first in enumerate(self._shoulder_angles(centre)):
+            shoulder_centre = self._move_back(0, first, centre)
+            for elbow, (second, third) in enumerate(self._elbow_angles(shoulder_centre)):
                 turn = goal[:3, :3]
                 for axis, angle in ((0, first), (1, second), (2, third)):
                     turn = self._turn(axis, -angle) @ turn
-                for wrist, (angles, note) in enumerate(self._wrist(turn, turn_at_singular)):
+                for wrist, (angles, note) in enumerate(self._wrist_angles(turn, turn_at_singular)):
                     joints = [first, second, third, *angles]
                     branches.append(self._branch(self._name(joints, (shoulder, elbow, wrist)), joints, note))
         return branches
@@ -134,8 +137,11 @@ class SphericalWrist:
 
     @cached_property
     def _plane(self) -> tuple[float, complex, complex, float, float]:
-        """Of the plane across axes 2 and 3, its real axis forward (u x w), turned about u: forward distance from axis 1 to axis
-        2, upper and lower arm, the sense of axis 3, and the side of the wrist centre at rest."""
+        """Arm in the plane across axes 2 and 3 as complex numbers, the real axis forward (u x w), angles about u.
+
+        Forward distance from axis 1 to axis 2, upper and lower arm (m), the sense of axis 3, and the forward distance of the
+        wrist centre at the reference pose.
+        """
         u, w = self.directions[1], self.directions[0]
         forward = np.cross(u, w)
         forward = forward / np.linalg.norm(forward)
@@ -153,12 +159,12 @@ class SphericalWrist:
         return math.atan2(float(w4 @ self._crosses[4][0] @ w6), float(w4 @ w6 - (w4 @ w5) * (w5 @ w6)))
 
     def _name(self, angles: Sequence[float], numbers: tuple[int, int, int]) -> str:
-        """Name of joint angles; the numbers of the solutions decide where two of them meet."""
+        """Return the branch name of joint angles (6,); `numbers` of the solutions decide where two of them meet."""
         start, upper, lower, sense, home = self._plane
         turned = cmath.exp(1j * angles[1])
         elbow, wrist = upper * turned, (upper + lower * cmath.exp(1j * sense * angles[2])) * turned
-        here = start + wrist.real
-        facing = here if abs(here) > 1e-12 else 0.5 - numbers[0]
+        forward_distance = start + wrist.real
+        facing = forward_distance if abs(forward_distance) > 1e-12 else 0.5 - numbers[0]
         # The elbow above the line from shoulder to wrist, of an arm that leans the way it faces; the sign against the line
         # itself is kept where the wrist passes over axis 2, at which "above" changes though no axis turns round.
         side = (elbow.conjugate() * wrist).imag
@@ -172,90 +178,93 @@ class SphericalWrist:
     def _branch(self, name: str, angles: list[float], note: str) -> ArmBranch:
         joint = np.arctan2(np.sin(angles), np.cos(angles))
         # Joint angles back to axes, which may be coupled; each axis by whole turns into its limits.
-        back, rest = self._decoupling
-        positions = back @ joint + rest
-        positions = np.array([_within(v, axis.lower, axis.upper) for v, axis in zip(positions, self.chain.driven_axes,
-                                                                                    strict=True)])
-        good = all(axis.lower - 1e-9 <= v <= axis.upper + 1e-9
-                   for v, axis in zip(positions, self.chain.driven_axes, strict=True))
-        return ArmBranch(name, positions, good, note)
+        joints_to_axes, reference_positions = self._decoupling
+        positions = joints_to_axes @ joint + reference_positions
+        positions = np.array([_wrap_into_limits(v, axis.lower, axis.upper) for v, axis in zip(positions, self.chain.driven_axes,
+                                                                                              strict=True)])
+        is_within = all(axis.lower - 1e-9 <= v <= axis.upper + 1e-9
+                        for v, axis in zip(positions, self.chain.driven_axes, strict=True))
+        return ArmBranch(name, positions, is_within, note)
 
     @cached_property
     def _decoupling(self) -> tuple[FloatArray, FloatArray]:
         """Positions of the axes per joint angle (6, 6), and at rest."""
         coupling = self.chain.coupling[self._step_of_joint]
-        return np.linalg.inv(coupling), np.array([axis.rest for axis in self.chain.driven_axes])
+        return np.linalg.inv(coupling), np.array([axis.reference_position for axis in self.chain.driven_axes])
 
-    def _moved_back(self, axis: int, angle: float, point: FloatArray) -> FloatArray:
+    def _move_back(self, axis: int, angle: float, point: FloatArray) -> FloatArray:
         return self._turn(axis, -angle) @ (point - self.places[axis]) + self.places[axis]
 
-    def _shoulder(self, centre: FloatArray) -> list[float]:
-        """Angles of axis 1 for which the wrist centre keeps its distance along axes 2 and 3."""
+    def _shoulder_angles(self, centre: FloatArray) -> list[float]:
+        """Return the angles of axis 1 for which the wrist centre keeps its distance along axes 2 and 3."""
         w, u = self.directions[0], self.directions[1]
         reach = centre - self.places[0]
         distance = u @ (self.centre - self.places[0])
         # u . R(-t) r = distance
         along = (u @ w) * (w @ reach)
         cosine, sine = float(u @ reach - along), float(-u @ self._crosses[0][0] @ reach)
-        return _linear(cosine, sine, float(distance - along))
+        return _solve_linear_angle(cosine, sine, float(distance - along))
 
-    def _elbow(self, inner: FloatArray) -> Iterator[tuple[float, float]]:
-        """Angles of axes 2 and 3 that bring the wrist centre to a place."""
+    def _elbow_angles(self, target_centre: FloatArray) -> Iterator[tuple[float, float]]:
+        """Yield the angles of axes 2 and 3 that bring the wrist centre to a place."""
         u, cross = self.directions[1], self._crosses[1][0]
         sense = float(np.sign(self.directions[2] @ u))
         a = _across(self.places[2] - self.places[1], u)
         b = _across(self.centre - self.places[2], u)
-        c = _across(inner - self.places[1], u)
+        c = _across(target_centre - self.places[1], u)
         # |a + R(t3) b| = |c|, both turning about u.
         constant = (c @ c - a @ a - b @ b) / 2
-        for angle in _linear(float(a @ b), float(a @ cross @ b), float(constant)):
+        for angle in _solve_linear_angle(float(a @ b), float(a @ cross @ b), float(constant)):
             moved = a + self._turn(1, angle) @ b
             yield float(math.atan2((cross @ moved) @ c, moved @ c)), sense * angle
 
-    def _wrist(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[tuple[float, float, float], str]]:
-        """Angles of the last three axes for the rotation that is left to them."""
+    def _wrist_angles(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[tuple[float, float, float], str]]:
+        """Yield the angles of the last three axes that make a rotation (3, 3), and a note where they are singular."""
         w4, w5, w6 = self.directions[3:]
         goal = turn @ w6
         along = (w4 @ w5) * (w5 @ w6)
-        for fifth in _linear(float(w4 @ w6 - along), float(w4 @ self._crosses[4][0] @ w6), float(w4 @ goal - along)):
+        # w4 . R5 w6 = w4 . goal gives joint 5; R4 turns R5 w6 onto the goal about w4; the rest is a turn about w6.
+        for fifth in _solve_linear_angle(float(w4 @ w6 - along), float(w4 @ self._crosses[4][0] @ w6),
+                                         float(w4 @ goal - along)):
             bent = self._turn(4, fifth) @ w6
-            flat, seen = _across(bent, w4), _across(goal, w4)
+            bent_across, goal_across = _across(bent, w4), _across(goal, w4)
             note = ""
-            if flat @ flat < SINGULAR**2:
+            if bent_across @ bent_across < STRAIGHT_WRIST_TOLERANCE**2:
                 fourth, note = turn_at_singular, "singular wrist: joints 4 and 6 turn about one line, joint 4 is arbitrary"
             else:
-                fourth = float(math.atan2((self._crosses[3][0] @ flat) @ seen, flat @ seen))
-            rest = self._turn(4, -fifth) @ self._turn(3, -fourth) @ turn
+                fourth = float(math.atan2((self._crosses[3][0] @ bent_across) @ goal_across, bent_across @ goal_across))
+            remaining = self._turn(4, -fifth) @ self._turn(3, -fourth) @ turn
             probe = _across(np.eye(3)[int(np.argmin(np.abs(w6)))], w6)
-            sixth = float(math.atan2((self._crosses[5][0] @ probe) @ (rest @ probe), probe @ rest @ probe))
+            sixth = float(math.atan2((self._crosses[5][0] @ probe) @ (remaining @ probe), probe @ remaining @ probe))
             yield (fourth, fifth, sixth), note
 
 
-def _linear(cosine: float, sine: float, constant: float) -> list[float]:
-    """Angles t with cosine cos t + sine sin t = constant: two, one where they meet, none out of reach."""
+def _solve_linear_angle(cosine: float, sine: float, constant: float) -> list[float]:
+    """Return the angles t with cosine cos t + sine sin t = constant: two, one where they meet, none out of reach."""
     size = math.hypot(cosine, sine)
     if size < 1e-14:
         return [0.0] if abs(constant) < 1e-12 else []
     ratio = constant / size
-    if abs(ratio) > 1 + REACH:
+    if abs(ratio) > 1 + COSINE_TOLERANCE:
         return []
-    middle, apart = math.atan2(sine, cosine), math.acos(min(max(ratio, -1.0), 1.0))
-    return [middle + apart, middle - apart] if apart > 1e-12 else [middle]
+    middle, half_angle = math.atan2(sine, cosine), math.acos(min(max(ratio, -1.0), 1.0))
+    return [middle + half_angle, middle - half_angle] if half_angle > 1e-12 else [middle]
 
 
 def _across(vector: FloatArray, unit: FloatArray) -> FloatArray:
+    """Return the part of a vector perpendicular to a unit vector, (3,)."""
     return vector - unit * float(unit @ vector)
 
 
-def _within(value: float, lower: float, upper: float) -> float:
-    """The value nearest to zero that is within limits after whole turns; the one within half a turn where none is."""
+def _wrap_into_limits(value: float, lower: float, upper: float) -> float:
+    """Return an angle changed by whole turns: of those within limits the nearest to zero, else the one within half a turn."""
     turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)]
     inside = [v for v in turns if lower - 1e-9 <= v <= upper + 1e-9]
     return min(inside or turns, key=abs)
 
 
 def _meeting_point(directions: FloatArray, places: FloatArray) -> tuple[FloatArray, float]:
-    """Point nearest to three lines, m, and its largest distance to them."""
+    """Return the point nearest to three lines by least squares (m) and its largest distance to them."""
     projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     point = np.linalg.lstsq(projectors.reshape(-1, 3), (projectors @ places[..., None]).reshape(-1), rcond=None)[0]
     return point, float(np.linalg.norm((projectors @ (point - places)[..., None])[..., 0], axis=-1).max())

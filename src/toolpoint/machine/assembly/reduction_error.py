@@ -16,7 +16,7 @@ from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
 from toolpoint.machine.parts.model import Machine
-from toolpoint.substructuring.reach import REACH, SURE
+from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO, MIN_TRUSTED_REACH_RATIO
 
 Described = TypeVar("Described", ElasticDescription, SolidBody)
 WHAT = "reduction of elastic bodies"
@@ -51,7 +51,7 @@ def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, m
 
 def beyond_bands(machine: Machine, frequency: FloatArray) -> tuple[Doubt, ...]:
     """Return a doubt about natural frequencies (Hz) above what a body of elements or matrices was reduced for."""
-    sure = {name: float(kind.band) if kind is body.beam else kind.band * REACH / SURE
+    sure = {name: float(kind.band) if kind is body.beam else kind.band * DEFAULT_REACH_RATIO / MIN_TRUSTED_REACH_RATIO
             for name, body in machine.description.bodies.items()
             for kind in (body.elastic, body.solid, body.beam, body.matrices) if kind is not None}
     if not sure:

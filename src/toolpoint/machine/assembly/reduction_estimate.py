@@ -25,8 +25,8 @@ from toolpoint.machine.assembly.system import loop_basis, mass_matrix
 from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.spatial import transform as tf
-from toolpoint.substructuring.estimate import COARSE, bound_errors
-from toolpoint.substructuring.reach import SURE
+from toolpoint.substructuring.estimate import MAX_TRUSTED_ERROR, bound_errors
+from toolpoint.substructuring.reach import MIN_TRUSTED_REACH_RATIO
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 STILL = 1e-6  # of the highest frequency asked for: below, a mode is a motion without stiffness
@@ -55,7 +55,7 @@ class ReductionEstimate(NotebookText):
     @property
     def is_sure(self) -> np.ndarray:
         """Whether each estimate is to be believed."""
-        return (self.frequency <= self.sure_to) & (self.error <= COARSE)
+        return (self.frequency <= self.sure_to) & (self.error <= MAX_TRUSTED_ERROR)
 
     def __repr__(self) -> str:
         sure = self.is_sure
@@ -100,7 +100,7 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
     count = min(modes, len(squares))
     frequency = omega[:count] / (2 * np.pi)
     held = frequency > STILL * frequency.max(initial=0.0)
-    return ReductionEstimate(frequency, np.where(held, error[:count], 0.0), reach / SURE,
+    return ReductionEstimate(frequency, np.where(held, error[:count], 0.0), reach / MIN_TRUSTED_REACH_RATIO,
                              mesh_errors(machine, omega[:count], vectors[:, :count]))
 
 

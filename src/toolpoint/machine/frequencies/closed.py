@@ -32,7 +32,7 @@ class _Arrays:
     balls: IndexArray
     scale: FloatArray
     start: FloatArray
-    hand: float
+    determinant_sign: float
 
 
 def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray, BoolArray]:
@@ -49,7 +49,7 @@ def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray
     goals = chain.driven_values(chain.positions(poses))[:, :arrays.passive[0]]
     values, settled = np.empty((len(goals), len(chain.steps))), np.zeros(len(goals), bool)
     closed_kernel.settle_poses(arrays.tree, arrays.ways, arrays.loops, arrays.passive, arrays.balls, arrays.scale,
-                               arrays.start, np.ascontiguousarray(goals), arrays.hand, values, settled)
+                               arrays.start, np.ascontiguousarray(goals), arrays.determinant_sign, values, settled)
     _check_limits(chain, poses, values, settled)
     size = parts[2].size
     mass, stiffness = np.empty((_CHUNK, size, size)), np.empty((_CHUNK, size, size))
@@ -109,7 +109,7 @@ def _arrays(chain: ClosedChain) -> _Arrays:
                  np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.ascontiguousarray(closure.weights),
                  np.ascontiguousarray(closure.signs))
     start = np.array(chain.start)
-    hand = float(closure.hand(closure.evaluate(start, {})[1])[0])
+    hand = float(closure.determinant_sign(closure.evaluate(start, {})[1])[0])
     return _Arrays(tree, np.array([step.way for step in chain.steps]), described, np.array(chain.passive_steps),
                    np.array(chain.balls, np.int64).reshape(-1, 3), np.array(closure.scale), start[0].copy(), hand)
 

@@ -21,7 +21,7 @@ from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
-from toolpoint.substructuring.reach import REACH
+from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
 from toolpoint.substructuring.reduction import Reduction, reduce
 
 # Bending wave number times element length at the highest free mode that is kept: frequencies there are 3e-6 too high.
@@ -153,7 +153,8 @@ def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, 
     places = [0.0]
     for a, b in pairwise(np.sort(stops)):
         at = int(np.searchsorted(ends, (a + b) / 2)) - 1
-        count = max(2, int(np.ceil((b - a) * _wave_number(sections[at], REACH * description.band) / FINE))) if fine else 1
+        count = max(2, int(np.ceil((b - a) * _wave_number(sections[at],
+                                                          DEFAULT_REACH_RATIO * description.band) / FINE))) if fine else 1
         places += np.linspace(a, b, count + 1)[1:].tolist()
         owners += [names[at]] * count
     return np.array(places), tuple(owners)

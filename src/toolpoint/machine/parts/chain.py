@@ -31,7 +31,7 @@ def build_chain(description: MachineDescription, order: Sequence[str], laws: Map
     parents = tuple(links[joint.parent] for joint in tree)
     frames = np.array([frame(joint.frame) for joint in tree]).reshape(-1, 4, 4)
     axes = tuple(Axis(name, tuple(Drive(order.index(drive.joint), drive.direction, drive.factor) for drive in axis.moved),
-                      *axis.limits, rest=axis.at_reference) for name, axis in description.axes.items())
+                      *axis.limits, reference_position=axis.at_reference) for name, axis in description.axes.items())
     loops = {name: joint for name, joint in description.joints.items() if joint.closes_loop}
     if not loops and description.task is None:
         return TreeChain(parents, frames, axes)
@@ -109,7 +109,7 @@ def _task(description: MachineDescription, links: Mapping[str, int]) -> tuple[Ta
     task = Task(links[point.body], at, np.array(description.tool_axis), part.axes,
                 {name: coordinate.coordinate for name, coordinate in part.coordinates.items()})
     rest = task.read(np.broadcast_to(np.eye(4), (1, len(links) - 1, 4, 4)))
-    axes = tuple(Axis(name, (), *coordinate.limits, rest=float(rest[coordinate.coordinate][0]),
+    axes = tuple(Axis(name, (), *coordinate.limits, reference_position=float(rest[coordinate.coordinate][0]),
                       turns=coordinate.coordinate in ANGLES) for name, coordinate in part.coordinates.items())
     return task, axes
 

@@ -21,7 +21,7 @@ from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form, s
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
-from toolpoint.substructuring.reach import REACH, SURE
+from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO, MIN_TRUSTED_REACH_RATIO
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import table_positions, tabulate
 
@@ -84,7 +84,7 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
     rigid = model.rigid_motion()
     body = LargeBody(*model.node_matrices(), csc_array(hstack([place.columns for place in places.values()])), rigid,
                      repeats=np.concatenate(repeats), coordinates=model.dof_places,
-                     beside=csc_array(hstack([place.beside for place in places.values()])))
+                     estimate_loads=csc_array(hstack([place.beside for place in places.values()])))
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(place.centre, places[name].columns.T @ reduction.vectors) if isinstance(place, Patch)
             else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
@@ -146,14 +146,14 @@ def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
 
 
 def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
-    table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, high=place.high,
+    table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, position_max=place.high,
                                   step=place.step, name=name)
     return Interface(place.patch.centre, None, table, place.along)
 
 
 def _note(reduction: Reduction, size: int) -> str:
-    sure = f"natural frequencies to {reduction.reach / SURE:.4g} Hz can be relied on" if reduction.reach else (
-        "which free modes are among the shapes is not known")
+    sure = (f"natural frequencies to {reduction.reach / MIN_TRUSTED_REACH_RATIO:.4g} Hz can be relied on"
+            if reduction.reach else "which free modes are among the shapes is not known")
     return f"elastic, reduced from {size} to {reduction.size} coordinates by {reduction.method}; {sure}"
 
 
@@ -172,4 +172,4 @@ def _described_place(part: PatchDescription) -> Patch | SlidingPatch:
 
 def reliable_to(description: ElasticDescription | SolidBody) -> float:
     """Return the frequency (Hz) up to which no free mode of a described body can be missing."""
-    return description.band * REACH / SURE
+    return description.band * DEFAULT_REACH_RATIO / MIN_TRUSTED_REACH_RATIO

@@ -12,7 +12,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.stability.result import ROUGH
+from toolpoint.cutting.stability.result import DOUBTFUL_ERROR_FRACTION
 from toolpoint.studies.cuts.limit_spread import LimitSpread
 from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.text_table import text_table
@@ -74,14 +74,14 @@ class ChatterMap(NotebookText):
             return ()
         known = np.isfinite(self.limit) & (self.limit > 0)
         share = np.where(known, self.error / np.where(known, self.limit, 1.0), 0.0)
-        rough = int((share > ROUGH).sum())
+        rough = int((share > DOUBTFUL_ERROR_FRACTION).sum())
         if not rough:
             return ()
         *place, way, at = (int(k) for k in np.unravel_index(int(share.argmax()), share.shape))
         where = (f"{pose_words(self.pose(place), self.angles)}, feed at {angle_words(self.feed_angles[way])}, "
                  f"{self.speeds[at]:.0f} rev/min")
-        why = (f"the stated error is more than {100 * ROUGH:g} % of the limit at {rough} of {share.size} charted cuts, "
-               f"{100 * share.max():.0f} % at {where}")
+        why = (f"the stated error is more than {100 * DOUBTFUL_ERROR_FRACTION:g} % of the limit at {rough} of "
+               f"{share.size} charted cuts, {100 * share.max():.0f} % at {where}")
         return (Doubt("limits", why, "take the lower end there, or look at that pose with lobes", figure=float(share.max())),)
 
     @property

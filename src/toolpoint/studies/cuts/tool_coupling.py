@@ -21,7 +21,7 @@ from toolpoint.studies.cuts.lobes_study import END_OF_SEARCH, LobesStudy, chart_
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 from toolpoint.studies.text_table import text_table
 from toolpoint.substructuring.gauge import identify_base
-from toolpoint.substructuring.receptance import DRAWS, SLOPES, PlaneReceptance, couple_tool, plane_receptance
+from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, SLOPES, PlaneReceptance, couple_tool, plane_receptance
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Dof, Frf, frequency_response
 
@@ -107,7 +107,7 @@ class ToolCoupling(NotebookText):
 
 
 def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, calibration: float = CALIBRATION,
-                     draws: int = DRAWS, generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
+                     draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
     """Return the spindle's receptance in every plane in which the gauge was struck.
 
     noise : standard deviation of the responses as a share of each, where they state no variance; without it the scatter of
@@ -142,7 +142,7 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
     return [plane_receptance(frf.noted(note), point, plane) for plane in SLOPES]
 
 
-def bases_of_responses(frf: Frf, point: str, *, draws: int = DRAWS, generator: np.random.Generator | None = None
+def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None
                        ) -> list[PlaneReceptance]:
     """Return the receptance of a point that was measured or computed with its rotations, in the planes that are there."""
     planes = [plane for plane in SLOPES if Dof(point, f"+{plane}") in frf.outputs]

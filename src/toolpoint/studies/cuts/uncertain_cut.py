@@ -23,7 +23,7 @@ from toolpoint.cutting.advice.probability import (
     modal_parameters,
     probability,
 )
-from toolpoint.cutting.cut.problem import MISSING
+from toolpoint.cutting.cut.problem import MISSING_BAND_WORDS
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.tip_doubts import withheld_words
 from toolpoint.studies.execute import Progress
@@ -129,7 +129,8 @@ def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncerta
     if withheld:
         names = ["best cut of the chart"] + ["best cut with 95 % certainty", "next test cut"] * (sampled is not None)
         return [[name, "-", "-", withheld_words(withheld)] for name in names]
-    remark = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
+    remark = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING_BAND_WORDS in note
+                                                                            for note in chart.notes) else ""
     contradicted = bool(contradictions(sampled, uncertainty.cuts))
     if contradicted:
         remark = f"doubtful, as {CONTRADICTED}: {remark}"

@@ -32,7 +32,7 @@ class ArmReach:
         self.branch, self.choice = branch, BranchChoice.parsed(branch)
         self.axes = arm.chain.driven_axes
         self.names = [axis.name for axis in self.axes]
-        self._rest = np.array([axis.rest for axis in self.axes])
+        self._rest = np.array([axis.reference_position for axis in self.axes])
         self._known: dict[tuple[int, ...], list[ArmBranch]] = {}
 
     def branches(self, place: FloatArray, fourth: float = 0.0) -> list[ArmBranch]:

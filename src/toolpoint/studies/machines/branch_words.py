@@ -18,7 +18,7 @@ def name_branches(machine: Machine, poses: Mapping[str, FloatArray]) -> tuple[st
     if arm is None:
         return ()
     size = max((np.size(v) for v in poses.values()), default=1)
-    rows = np.stack([np.broadcast_to(np.ravel(poses.get(axis.name, axis.rest)), (size,))
+    rows = np.stack([np.broadcast_to(np.ravel(poses.get(axis.name, axis.reference_position)), (size,))
                      for axis in arm.chain.driven_axes], axis=1)
     return tuple(arm.branch_name(row) for row in rows)
 

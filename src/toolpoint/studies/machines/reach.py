@@ -84,7 +84,7 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
         fail("direction", "length 0", "must not be zero")
     goal = goal / np.linalg.norm(goal)
     solver = place_solver(machine, pair, goal, turn=turn, branch=branch)
-    last = {axis.name: axis.rest for axis in machine.chain.driven_axes} | dict(start or {})
+    last = {axis.name: axis.reference_position for axis in machine.chain.driven_axes} | dict(start or {})
     poses: list[Pose | None] = []
     names, reasons = [], []
     for place in at:
@@ -130,7 +130,7 @@ def arm_of(machine: Machine) -> SphericalWrist | None:
         return None
     axes = tuple(Axis(axis.name,
                       tuple(Drive(joints.index(drive.joint), drive.direction, drive.factor) for drive in axis.drives),
-                      axis.lower, axis.upper, axis.rest, axis.turns) for axis in chain.driven_axes)
+                      axis.lower, axis.upper, axis.reference_position, axis.turns) for axis in chain.driven_axes)
     try:
         return SphericalWrist.of(TreeChain(tuple(range(-1, 5)), chain.frames[joints], axes))
     except ToolpointError:

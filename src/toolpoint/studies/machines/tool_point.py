@@ -25,7 +25,7 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import ELASTIC
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
-from toolpoint.substructuring.reach import REACH
+from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
 from toolpoint.vibration.damped_modes import solve_as_damped
 from toolpoint.vibration.frequency_response import condense_above
@@ -134,7 +134,7 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
 
 def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str, FloatArray]:
     """Return a sequence of poses as one batch: every axis that a pose names, at rest where another does not."""
-    rest = {axis.name: axis.rest for axis in machine.chain.axes}
+    rest = {axis.name: axis.reference_position for axis in machine.chain.axes}
     names = dict.fromkeys(name for pose in poses for name in pose)
     return {name: np.array([float(pose.get(name, rest.get(name, 0.0))) for pose in poses]) for name in names}
 
@@ -277,7 +277,7 @@ def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
     bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC
              if getattr(body, kind) is not None]
-    return condense_above(modes, REACH * min(bands)) if bands else modes
+    return condense_above(modes, DEFAULT_REACH_RATIO * min(bands)) if bands else modes
 
 
 def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0,

@@ -14,7 +14,7 @@ from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.arms.branch_choice import BranchChoice
-from toolpoint.kinematics.singularity import SINGULAR, nearest_singularity, pose_condition
+from toolpoint.kinematics.singularity import SINGULAR_CONDITION_NUMBER, nearest_singularity, pose_condition
 from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravity_force
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
@@ -158,7 +158,7 @@ def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: 
 
 
 def _singular_words(machine: Machine, each: ReachedPose) -> str:
-    if each.condition >= SINGULAR:
+    if each.condition >= SINGULAR_CONDITION_NUMBER:
         return "this pose is singular"
     if each.singular is None:
         return "none along an axis"

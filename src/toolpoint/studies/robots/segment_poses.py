@@ -39,7 +39,7 @@ class SegmentFollower:
             fail("direction", "length 0", "must not be zero")
         self.solver = place_solver(machine, pair, goal / np.linalg.norm(goal), turn=turn, branch=branch)
         axes = machine.chain.driven_axes
-        self.rest = {axis.name: axis.rest for axis in axes}
+        self.rest = {axis.name: axis.reference_position for axis in axes}
         self.rotary = [axis.name for axis in axes if axis.is_rotary]
 
     def follow(self, places: FloatArray) -> SegmentPoses:

@@ -17,9 +17,9 @@ from toolpoint.cutting.cut.problem import MillingProblem
 Frozen = Callable[[float, float, float], FloatArray]
 
 
-def helical_nodes(problem: MillingProblem, depth: float, density: float, *, least: int, second_direction: bool) -> ArcNodes:
-    r"""Nodes for the mean matrix over the height, :math:`\bar A(\xi) = 1/\Lambda \int_0^\Lambda k n^T d\lambda` in closed
-    form, :math:`\Lambda = 2 \tan\beta\, d/D` the lag of the edge; every entry and exit of tip and top is a break."""
+def helical_nodes(problem: MillingProblem, depth: float, density: float, *, nodes_min: int, second_direction: bool) -> ArcNodes:
+    r"""Return the nodes for the mean matrix over the height, :math:`\bar A(\xi) = 1/\Lambda \int_0^\Lambda k n^T d\lambda` in
+    closed form, :math:`\Lambda = 2 \tan\beta\, d/D` the lag of the edge; every entry and exit of tip and top is a break."""
     tool, arc = problem.tool, problem.engagement
     pitch = 2 * np.pi / tool.teeth
     lag = 2 * abs(float(np.tan(tool.helix[0]))) * depth / tool.diameter
@@ -31,20 +31,22 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, *, leas
         teeth = np.flatnonzero(reach < arc.arc + lag)
         if teeth.size == 0 or b - a < 1e-9:
             continue
-        x, w, rising = gauss(least + int(np.ceil(density * (b - a))))
+        x, w, rising = gauss(nodes_min + int(np.ceil(density * (b - a))))
         angle, half = a + (b - a) * (1 + x) / 2, (b - a) / 2
-        matrix = _mean(problem.coefficients, arc.entry, arc.arc, lag, angle[:, None] + pitch * teeth, problem.plane.size)
+        matrix = _mean_over_height(problem.coefficients, arc.entry, arc.arc, lag, angle[:, None] + pitch * teeth,
+                                   problem.plane.size)
         rows.append(_Arc(angle, half * w, half * rising, matrix))
-    return _assembled(rows, 2 if second_direction else 1)
+    return _assemble_nodes(rows, 2 if second_direction else 1)
 
 
-def _mean(material: CuttingCoefficients, entry: float, arc: float, lag: float, u: FloatArray, size: int) -> FloatArray:
-    """Mean of k n^T over the height summed over teeth whose tips are u past entry, shape (n, size, size)."""
-    low, high = np.maximum(u - lag, 0.0), np.minimum(u, arc)
+def _mean_over_height(material: CuttingCoefficients, entry: float, arc: float, lag: float, u: FloatArray,
+                      size: int) -> FloatArray:
+    """Return the mean of k n^T over the height summed over teeth whose tips are u past entry, shape (n, size, size)."""
+    lower, upper = np.maximum(u - lag, 0.0), np.minimum(u, arc)
     total = np.zeros((u.shape[0], size, size))
     for i, j in np.ndindex(u.shape):
-        if high[i, j] > low[i, j]:
-            a, b = entry + float(low[i, j]), entry + float(high[i, j])
+        if upper[i, j] > lower[i, j]:
+            a, b = entry + float(lower[i, j]), entry + float(upper[i, j])
             total[i] += mean_matrix(material, a, b, teeth=1, size=size) * (2 * np.pi / lag)
     return total
 
@@ -58,17 +60,17 @@ class _Arc(NamedTuple):
     force: FloatArray
 
 
-def _assembled(rows: Sequence[_Arc], ways: int) -> ArcNodes:
+def _assemble_nodes(rows: Sequence[_Arc], ways: int) -> ArcNodes:
     angle = np.concatenate([np.tile(row.angle, ways) for row in rows])
     weight = np.concatenate([np.tile(row.weight, ways) for row in rows])
     force = np.concatenate([np.concatenate([row.force[:, :, way] for way in range(ways)]) for row in rows])
     chip = np.concatenate([np.repeat(np.eye(row.force.shape[1])[:ways], row.angle.size, axis=0) for row in rows])
     size = [ways * row.angle.size for row in rows]
-    at = np.concatenate([[0], np.cumsum(size)])
-    partial = np.zeros((at[-1], at[-1]))
+    offsets = np.concatenate([[0], np.cumsum(size)])
+    partial = np.zeros((offsets[-1], offsets[-1]))
     for i, row in enumerate(rows):
-        block = slice(at[i], at[i + 1])
-        partial[block, :at[i]] = weight[None, :at[i]]
+        block = slice(offsets[i], offsets[i + 1])
+        partial[block, :offsets[i]] = weight[None, :offsets[i]]
         partial[block, block] = np.tile(row.rising, (ways, ways))
     return ArcNodes(angle, weight, partial, np.ascontiguousarray(chip), np.ascontiguousarray(force))
 
@@ -85,15 +87,15 @@ class _Boundary(NamedTuple):
 class _Cell(NamedTuple):
     """Depths between which the count changes, and the counts at both."""
 
-    low: float
-    high: float
+    lower: float
+    upper: float
     below: int
     above: int
 
 
 def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: FloatArray) -> list[_Boundary]:
-    """Boundary points of one speed from the counts at the levels (first at depth zero, 0): rows (depth, theta, change,
-    error), each the depth at which a boundary of the frozen shape is the shape's own depth."""
+    """Return the boundary points of one speed from the counts at the levels (first at depth zero, 0): each is the depth at
+    which a boundary of the frozen shape is the shape's own depth."""
     rows: list[_Boundary] = []
     stack = [_Cell(a, b, int(m), int(n)) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts)) if m != n]
     while stack:
@@ -103,7 +105,7 @@ def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: Floa
         if point is not None and abs(n - m) >= abs(int(point.change)) and (n - m) * point.change > 0:
             rows.append(point)
             if n - m != int(point.change):
-                stack += _rest(frozen, speed, cell, point)
+                stack += _remaining_cells(frozen, speed, cell, point)
             continue
         if b - a < 1e-6 * b:
             rows.append(_Boundary((a + b) / 2, np.pi / 2, n - m, b - a))
@@ -114,21 +116,21 @@ def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: Floa
     return rows
 
 
-def _rest(frozen: Frozen, speed: float, cell: _Cell, point: _Boundary) -> list[_Cell]:
-    low, high = point.depth * (1 - 1e-5), point.depth * (1 + 1e-5)
-    before, after = count_at(frozen, speed, low), count_at(frozen, speed, high)
-    parts = (_Cell(cell.low, low, cell.below, before), _Cell(high, cell.high, after, cell.above))
-    return [part for part in parts if part.below != part.above and part.high > part.low]
+def _remaining_cells(frozen: Frozen, speed: float, cell: _Cell, point: _Boundary) -> list[_Cell]:
+    lower, upper = point.depth * (1 - 1e-5), point.depth * (1 + 1e-5)
+    count_below, count_above = count_at(frozen, speed, lower), count_at(frozen, speed, upper)
+    parts = (_Cell(cell.lower, lower, cell.below, count_below), _Cell(upper, cell.upper, count_above, cell.above))
+    return [part for part in parts if part.below != part.above and part.upper > part.lower]
 
 
 def count_at(frozen: Frozen, speed: float, depth: float) -> int:
-    """Number of unstable multipliers at this depth."""
+    """Return the number of unstable multipliers at this depth."""
     rows = frozen(depth, speed, depth)
     return int(rows[rows[:, 0] <= depth, 2].sum())
 
 
 def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> _Boundary | None:
-    r"""Secant iteration for d = (boundary of the shape frozen at d), None where it leaves the cell.
+    r"""Solve d = (boundary of the shape frozen at d) by the secant rule; None where it leaves the cell.
 
     With R(s) the boundary of the shape frozen at s, the growth G(w, s) changes along s = w by :math:`G_w (1 - R')`: where the
     boundary moves faster than the depth, a multiplier that leaves the circle of the frozen shape enters that of the cut.

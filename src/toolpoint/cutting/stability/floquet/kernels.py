@@ -21,7 +21,7 @@ MAX_NODES = 1500
 
 @nb.njit(cache=True, nogil=True)
 def turning_at(period, omega, w_max, poles):
-    """One speed's `Turning`."""
+    """Return the `Turning` of one speed."""
     factors = np.empty(poles.size, np.complex128)
     for r in range(poles.size):
         factors[r] = np.exp(poles[r] * period)
@@ -30,7 +30,7 @@ def turning_at(period, omega, w_max, poles):
 
 @nb.njit(cache=True, nogil=True, fastmath=False)
 def green_at(turning, nodes):
-    """The Green matrix's parts at one speed: all of it that does not depend on theta."""
+    """Return the parts of the Green matrix at one speed that do not depend on theta."""
     period, omega, poles = turning.period, turning.omega, turning.poles
     pairs, weight, partial, angle = nodes.pairs, nodes.weight, nodes.partial, nodes.angle
     n, q = poles.size, angle.size
@@ -38,7 +38,7 @@ def green_at(turning, nodes):
     direct = nodes.static.copy()
     for r in range(n):
         s = poles[r]
-        whole = np.exp(s * period)
+        period_factor = np.exp(s * period)
         rise, fall = np.empty(q, np.complex128), np.empty(q, np.complex128)
         split = -s.real * period < 300.0  # else the factors of e^{s (ti - tj)} would overflow
         for i in range(q):
@@ -49,7 +49,7 @@ def green_at(turning, nodes):
             for j in range(q):
                 e = rise[i] * fall[j] if split else np.exp(s * ((angle[i] - angle[j]) / omega))
                 x = pairs[r, i, j] * e / omega
-                y = weight[j] * x * whole
+                y = weight[j] * x * period_factor
                 wrapped[r, 0, i * q + j], wrapped[r, 1, i * q + j] = y.real, y.imag
                 if partial[i, j] != 0.0:
                     direct[i, j] += 2.0 * partial[i, j] * x.real
@@ -83,11 +83,11 @@ def fill_hill(nu, theta, turning, green, out):
     """Write the truncated Hill matrix of modes into out (MultiFrequency)."""
     poles, residues, fourier, static = green.lines.poles, green.lines.residues, green.lines.fourier, green.direct
     ways = residues.shape[1]
-    top = (out.shape[0] // ways - 1) // 2
+    order_max = (out.shape[0] // ways - 1) // 2
     centre = (fourier.shape[0] - 1) // 2
     scale = turning.w_max * (1.0 - nu)
     value = np.zeros((ways, ways), np.complex128)
-    for l in range(-top, top + 1):
+    for l in range(-order_max, order_max + 1):
         s = 1j * (theta + 2 * math.pi * l) / turning.period
         for c in range(ways):
             for b in range(ways):
@@ -98,9 +98,9 @@ def fill_hill(nu, theta, turning, green, out):
             for c in range(ways):
                 for b in range(ways):
                     value[c, b] += residues[r, c, b] * x + np.conj(residues[r, c, b]) * y
-        column = (l + top) * ways
-        for k in range(-top, top + 1):
-            row = (k + top) * ways
+        column = (l + order_max) * ways
+        for k in range(-order_max, order_max + 1):
+            row = (k + order_max) * ways
             for i in range(ways):
                 for b in range(ways):
                     total = 0.0 + 0.0j
@@ -111,7 +111,7 @@ def fill_hill(nu, theta, turning, green, out):
 
 @nb.njit(cache=True, nogil=True)
 def size_of(nodes):
-    """Size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
+    """Return the size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
     lines = nodes.lines
     if lines.poles.size == 0:
         return nodes.angle.size
@@ -120,7 +120,7 @@ def size_of(nodes):
 
 @nb.njit(cache=True, nogil=True)
 def room_of(nodes):
-    """Room for the determinant of a set of nodes."""
+    """Return work space for the determinant of a set of nodes."""
     q = size_of(nodes)
     return Room(np.empty((q, q), np.complex128), np.zeros((q + 1, q + 1), np.complex128))
 
@@ -130,18 +130,18 @@ def hessenberg(a):
     """Reduce a to upper Hessenberg form in place by stabilised elimination (a similarity)."""
     n = a.shape[0]
     for m in range(1, n - 1):
-        best, at = abs(a[m, m - 1]), m
+        best, pivot_row = abs(a[m, m - 1]), m
         for i in range(m + 1, n):
             size = abs(a[i, m - 1])
             if size > best:
-                best, at = size, i
+                best, pivot_row = size, i
         if best == 0.0:
             continue
-        if at != m:
+        if pivot_row != m:
             for j in range(m - 1, n):
-                a[at, j], a[m, j] = a[m, j], a[at, j]
+                a[pivot_row, j], a[m, j] = a[m, j], a[pivot_row, j]
             for i in range(n):
-                a[i, at], a[i, m] = a[i, m], a[i, at]
+                a[i, pivot_row], a[i, m] = a[i, m], a[i, pivot_row]
         pivot = 1.0 / a[m, m - 1]
         for i in range(m + 1, n):
             y = a[i, m - 1] * pivot
@@ -155,7 +155,7 @@ def hessenberg(a):
 
 @nb.njit(cache=True, nogil=True)
 def polynomial(h, p, coefficient):
-    """Coefficients of det(I + s h), h upper Hessenberg, by the recurrence over leading minors; returns the degree."""
+    """Write the coefficients of det(I + s h), h upper Hessenberg, by the recurrence over leading minors; return the degree."""
     n = h.shape[0]
     p[0, 0] = 1.0
     for k in range(1, n + 1):
@@ -185,7 +185,7 @@ def polynomial(h, p, coefficient):
 
 @nb.njit(cache=True, nogil=True)
 def horner(c, degree, s):
-    """Value and derivative of the polynomial at s."""
+    """Return the value and derivative of the polynomial at s."""
     value, slope = c[degree], 0.0 + 0.0j
     for d in range(degree - 1, -1, -1):
         slope = slope * s + value
@@ -209,7 +209,7 @@ def node(theta, turning, green, room, coefficient):
 
 @nb.njit(cache=True, nogil=True)
 def root(c, degree, guess):
-    """Newton's root of the polynomial near a guess."""
+    """Return Newton's root of the polynomial near a guess."""
     s = guess
     for _ in range(30):
         value, slope = horner(c, degree, s)
@@ -226,7 +226,7 @@ def root(c, degree, guess):
 
 @nb.njit(cache=True, nogil=True)
 def polish(within, theta, guess, turning, green, room, c):
-    """Crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule inside two thetas."""
+    """Return a crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule between two thetas."""
     theta_a, theta_b = within
     span = theta_b - theta_a
     t0 = theta

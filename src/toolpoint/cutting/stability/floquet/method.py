@@ -13,10 +13,10 @@ from toolpoint.cutting.cut.arc import ArcNodes, breaks, straight_nodes
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
-from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, SEEN, ArcSet, HillLines, ScanMemory
+from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, POLE_STATE, ArcSet, HillLines, ScanMemory
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.levels import depth_levels, spacing_note
-from toolpoint.cutting.stability.method import TURNING, Problem, refuse_overdamped, require_milling
+from toolpoint.cutting.stability.method import TURNING_REASON, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
@@ -25,11 +25,11 @@ STATUS = ("complete", "the largest depths of some speeds are beyond double preci
           "some boundary points were bracketed only: see their error")
 
 
-LARGEST = 700  # rows of the matrix
+MAX_FLOQUET_ROWS = 700  # rows of the matrix
 # Decay of a real pole in a tooth period, as an exponent, up to which the determinant is right (found to 29, wrong at 53).
-STEEPEST_DECAY = 30.0
-ATTEMPTS = 5  # with more and more arc nodes
-EASY = 1e-4  # share of the tolerance below which a near problem is tried with fewer arc nodes
+MAX_FLOQUET_DECAY = 30.0
+MAX_NODE_ATTEMPTS = 5  # with more and more arc nodes
+EASY_TOLERANCE_FRACTION = 1e-4  # share of the tolerance below which a near problem is tried with fewer arc nodes
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,11 @@ class FloquetDeterminant:
         problem, warm = require_milling(self, problem), warm or WarmStart()
         if not problem.plane.is_modal:
             return HillDeterminant().solve(problem, speeds, depth_max)
-        refuse_overdamped("FloquetDeterminant", problem, speeds, most=STEEPEST_DECAY)
+        refuse_overdamped("FloquetDeterminant", problem, speeds, decay_max=MAX_FLOQUET_DECAY)
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
         warm.fit(problem, depth_max)
-        groups = [self._group(problem, speeds, group, depth_max, warm) for group in _alike(problem, speeds)]
+        groups = [self._group(problem, speeds, group, depth_max, warm) for group in _group_speeds(problem, speeds)]
         index, depth, theta, change, error = (np.concatenate(column) for column in zip(*(columns for columns, _ in groups)))
         frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
         state = max(state for _, state in groups)
@@ -103,7 +103,7 @@ class FloquetDeterminant:
                          notes=(*problem.notes, self._note(depth_max)), search=STATUS[state])
 
     def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
+        """Return the chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
         inside = depth_levels(problem, depth_max, 20, power=2.0)
         levels = np.concatenate([[0.0], inside])
         rows, state = [], 0
@@ -124,59 +124,62 @@ class FloquetDeterminant:
     def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float,
                warm: WarmStart) -> tuple[tuple[Array, ...], int]:
         plane = problem.plane_at(float(speeds[group[0]]))
-        density = 1.05 * _highest(plane) / (2 * np.pi * speeds[group].min() / 60)
-        rest, least, parts, state = group, self.nodes, [], 0
-        for attempt in range(ATTEMPTS):
-            final = attempt == ATTEMPTS - 1
-            now = rest if final else np.array([i for i in rest if warm.attempts.get(float(speeds[i]), 0) <= attempt], int)
+        density = 1.05 * _highest_omega(plane) / (2 * np.pi * speeds[group].min() / 60)
+        remaining, nodes_min, parts, state = group, self.nodes, [], 0
+        for attempt in range(MAX_NODE_ATTEMPTS):
+            final = attempt == MAX_NODE_ATTEMPTS - 1
+            now = remaining if final else np.array([i for i in remaining if warm.attempts.get(float(speeds[i]), 0) <= attempt],
+                                                   int)
             if now.size:
-                done, part, state_now, easy = self._attempt(problem, plane, speeds, now, depth_max, density, least, warm, final)
+                is_solved, part, state_now, easy = self._attempt(problem, plane, speeds, now, depth_max, density,
+                                                                 nodes_min, warm, final)
                 warm.keep_attempts(speeds[now], np.maximum(attempt - easy, 0))
                 parts.append(part)
                 state = max(state, state_now)
-                rest = np.setdiff1d(rest, now[done])
-            density, least = 1.3 * density, least + 4
+                remaining = np.setdiff1d(remaining, now[is_solved])
+            density, nodes_min = 1.3 * density, nodes_min + 4
         return tuple(np.concatenate(c) for c in zip(*parts)), state
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
-                 density: float, least: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
-        n, second = speeds[group], _second(plane)
+                 density: float, nodes_min: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
+        n, second = speeds[group], _vibrates_along_y(plane)
 
-        def arc_set(density: float, least: int) -> ArcSet:
-            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=density, least=least,
+        def arc_set(density: float, nodes_min: int) -> ArcSet:
+            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=density,
+                                   nodes_min=nodes_min,
                                    second_direction=second,
                                    size=plane.size)
-            _affordable(nodes, float(n.min()))
+            _check_affordable(nodes, float(n.min()))
             return green_set(nodes, plane)
 
-        sets = arc_set(density, least), arc_set(1.15 * density, least + 3)
+        sets = arc_set(density, nodes_min), arc_set(1.15 * density, nodes_min + 3)
         points, number, status = self.scan(problem, plane, n, sets=sets, depth_max=depth_max, warm=warm)
-        tight, easy = (np.array([_tight(points[i, :number[i]], share * self.tolerance) for i in range(n.size)])
-                       for share in (1.0, EASY))
-        done = np.ones(n.size, bool) if final else tight
-        at = np.nonzero((np.arange(points.shape[1]) < number[:, None]) & done[:, None])
-        p = points[at]
-        part = (group[at[0]], p["s"] * depth_max, p["theta"], p["change"].astype(int), p["error"] * depth_max)
-        return done, part, int(status[done].max(initial=0)), easy
+        tight, easy = (np.array([_is_within_tolerance(points[i, :number[i]], share * self.tolerance) for i in range(n.size)])
+                       for share in (1.0, EASY_TOLERANCE_FRACTION))
+        is_solved = np.ones(n.size, bool) if final else tight
+        places = np.nonzero((np.arange(points.shape[1]) < number[:, None]) & is_solved[:, None])
+        p = points[places]
+        part = (group[places[0]], p["s"] * depth_max, p["theta"], p["change"].astype(int), p["error"] * depth_max)
+        return is_solved, part, int(status[is_solved].max(initial=0)), easy
 
     def scan(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, *, sets: tuple[ArcSet, ArcSet],
              depth_max: float, warm: WarmStart | None = None) -> tuple[Array, Array, Array]:
         """Return boundary points (n_speeds, MAX_POINTS) of `POINT`, their number and the status of every speed."""
         from toolpoint.cutting.stability.floquet.kernels import MAX_POINTS
-        from toolpoint.cutting.stability.floquet.nodes import MOST_KEPT
+        from toolpoint.cutting.stability.floquet.nodes import MAX_KEPT_NODES
         from toolpoint.cutting.stability.floquet.scan import scan_many
 
-        kept, poles, most = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
-        empty = ScanMemory(np.zeros(kept), np.array((0, -1), NUMBERS), np.zeros(poles, SEEN), np.zeros(most, POINT))
+        kept, poles, points_max = (0, 0, 0) if warm is None else (MAX_KEPT_NODES, plane.poles.size, MAX_POINTS)
+        empty = ScanMemory(np.zeros(kept), np.array((0, -1), NUMBERS), np.zeros(poles, POLE_STATE), np.zeros(points_max, POINT))
         memory = (warm or WarmStart()).begin(n, empty)
         points = np.zeros((n.size, MAX_POINTS), POINT)
-        number, status, top = scan_many(
+        number, status, resolved = scan_many(
             problem.tooth_period(n), 2 * np.pi * n / 60, depth_max, plane.poles, sets,
             (np.arange(1, self.levels + 1) / self.levels) ** 2, self.base, points, memory)
         if warm is not None:
             warm.keep(n, memory)
-        for i in np.flatnonzero(top < 1).tolist():
-            _cap(points[i], number, i, float(top[i]))
+        for i in np.flatnonzero(resolved < 1).tolist():
+            _end_at_resolved(points[i], number, i, float(resolved[i]))
         return points, number, status
 
 
@@ -185,58 +188,59 @@ class Frozen:
 
     def __init__(self, method: FloquetDeterminant, problem: MillingProblem, speed: float) -> None:
         self.method, self.problem, self.plane = method, problem, problem.plane_at(speed)
-        self.density = 1.05 * _highest(self.plane) / (2 * np.pi * speed / 60)
+        self.density = 1.05 * _highest_omega(self.plane) / (2 * np.pi * speed / 60)
         self.state = 0
 
-    def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
-        method, least = self.method, self.method.nodes
+    def __call__(self, depth: float, speed: float, depth_max: float) -> FloatArray:
+        method, nodes_min = self.method, self.method.nodes
         for attempt in range(4):
-            coarse, fine = (green_set(helical_nodes(self.problem, depth, d, least=n, second_direction=_second(self.plane)),
+            coarse, fine = (green_set(helical_nodes(self.problem, depth, d, nodes_min=n,
+                                                    second_direction=_vibrates_along_y(self.plane)),
                                       self.plane)
-                            for d, n in ((self.density, least), (1.15 * self.density, least + 3)))
+                            for d, n in ((self.density, nodes_min), (1.15 * self.density, nodes_min + 3)))
             points, number, status = method.scan(self.problem, self.plane, np.array([speed]), sets=(coarse, fine),
-                                                 depth_max=top)
+                                                 depth_max=depth_max)
             rows = points[0, :number[0]]
-            if _tight(rows, method.tolerance) or attempt == 3:
+            if _is_within_tolerance(rows, method.tolerance) or attempt == 3:
                 break
-            least += 4
+            nodes_min += 4
         self.state = max(self.state, int(status[0]))
         rows = np.sort(rows, order="s")
-        return np.stack([top * rows["s"], rows["theta"], rows["change"], top * rows["error"]], axis=1)
+        return np.stack([depth_max * rows["s"], rows["theta"], rows["change"], depth_max * rows["error"]], axis=1)
 
 
-def _cap(points: Array, number: Array, i: int, top: float) -> None:
-    """Where the scan could not resolve the depths above s = top, take them as unstable and state the whole gap as error."""
+def _end_at_resolved(points: Array, number: Array, i: int, resolved: float) -> None:
+    """Take depths above s = `resolved`, which the scan could not resolve, as unstable, with the whole gap as error."""
     if points["change"][:number[i]].sum() > 0 or number[i] >= points.size:
         return
-    points[number[i]] = (max(top, 1e-9), np.pi / 2, 2, 1 - top, 0)
+    points[number[i]] = (max(resolved, 1e-9), np.pi / 2, 2, 1 - resolved, 0)
     number[i] += 1
 
 
-def _affordable(nodes: ArcNodes, speed: float) -> None:
+def _check_affordable(nodes: ArcNodes, speed: float) -> None:
     """Refuse matrices that would take minutes a speed, with the remedy."""
     size = nodes.angle.size
-    if size > LARGEST:
+    if size > MAX_FLOQUET_ROWS:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
-             f"must be at most {LARGEST}", remedy="leave out the modes far above the chatter band, raise the "
+             f"must be at most {MAX_FLOQUET_ROWS}", remedy="leave out the modes far above the chatter band, raise the "
              "least speed, or use ZeroOrder()")
 
 
-def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, least: int) -> int:
-    """Rows of the first matrix that modes need at this speed."""
-    density = 1.05 * _highest(plane) / (2 * np.pi * speed / 60)
+def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, nodes_min: int) -> int:
+    """Return the rows of the first matrix that modes need at this speed."""
+    density = 1.05 * _highest_omega(plane) / (2 * np.pi * speed / 60)
     ends = breaks(problem.engagement, problem.tool.teeth)
-    count = sum(least + int(np.ceil(density * (b - a))) for a, b in pairwise(ends))
+    count = sum(nodes_min + int(np.ceil(density * (b - a))) for a, b in pairwise(ends))
     several = problem.engagement.arc > 2 * np.pi / problem.tool.teeth
-    return 2 * count if several and _second(plane) else count
+    return 2 * count if several and _vibrates_along_y(plane) else count
 
 
-def _second(plane: PlaneDynamics) -> bool:
+def _vibrates_along_y(plane: PlaneDynamics) -> bool:
     """Whether the tool can vibrate along y."""
     return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]))
 
 
-def _tight(points: Array, tolerance: float) -> bool:
+def _is_within_tolerance(points: Array, tolerance: float) -> bool:
     """Whether all points where stability itself changes (the count leaves or reaches zero) are within the tolerance."""
     order = np.argsort(points["s"])
     s, change, error = points["s"][order], points["change"][order], points["error"][order]
@@ -246,21 +250,22 @@ def _tight(points: Array, tolerance: float) -> bool:
 
 
 def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> ArcSet:
-    """Return what the kernels need of a set of nodes."""
+    """Return a set of nodes as the kernels read it."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
     none = HillLines(np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex))
     return ArcSet(np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none)
 
 
-def _highest(plane: PlaneDynamics) -> float:
-    """Highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic flexibility."""
+def _highest_omega(plane: PlaneDynamics) -> float:
+    """Return the highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic
+    flexibility."""
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
 
 
-def _alike(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
-    """Groups of speeds that can share nodes: within a factor of 1.3 in speed; each apart if the response depends on it."""
+def _group_speeds(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
+    """Return groups of speeds that share nodes: within a factor of 1.3; each alone where the response depends on the speed."""
     if problem.depends_on_speed:
         return [np.array([i]) for i in range(speeds.size)]
     level = np.floor(np.log(speeds / speeds.min()) / np.log(1.3)).astype(int)
@@ -272,31 +277,31 @@ def chatter_frequency(problem: MillingProblem, speeds: FloatArray, theta: FloatA
     out = np.empty(theta.size)
     for start in range(0, theta.size, chunk):
         part = slice(start, start + chunk)
-        out[part] = _strongest(problem, speeds[part], theta[part])
+        out[part] = _strongest_harmonic(problem, speeds[part], theta[part])
     return out
 
 
-def _strongest(problem: MillingProblem, speeds: FloatArray, theta: FloatArray) -> FloatArray:
+def _strongest_harmonic(problem: MillingProblem, speeds: FloatArray, theta: FloatArray) -> FloatArray:
     if theta.size == 0:
         return theta
     period = problem.tooth_period(speeds)
-    top = int(np.ceil(1.3 * problem.plane.span[1] * period.max())) + 2
-    f = (theta[:, None] / (2 * np.pi) + np.arange(-min(top, 400), min(top, 400) + 1)) / period[:, None]
+    order_max = int(np.ceil(1.3 * problem.plane.span[1] * period.max())) + 2
+    f = (theta[:, None] / (2 * np.pi) + np.arange(-min(order_max, 400), min(order_max, 400) + 1)) / period[:, None]
     if problem.depends_on_speed:
-        size = np.array([_size(problem.plane_at(float(n)), row) for n, row in zip(speeds, f)])
+        size = np.array([_response_size(problem.plane_at(float(n)), row) for n, row in zip(speeds, f)])
     else:
-        size = _size(problem.plane, f)
+        size = _response_size(problem.plane, f)
     return np.abs(f[np.arange(theta.size), np.argmax(size, axis=1)])
 
 
-def _size(plane: PlaneDynamics, f: FloatArray) -> FloatArray:
+def _response_size(plane: PlaneDynamics, f: FloatArray) -> FloatArray:
     return np.linalg.norm(plane.response(np.abs(f)), axis=(-2, -1))
 
 
 def refusal(problem: Problem) -> str | None:
     """Return why a cut has no single delay with a matrix in proportion to depth, and which method to use; None where it has."""
     if isinstance(problem, TurningProblem):
-        return TURNING
+        return TURNING_REASON
     remedy = "use method=PanelArnoldi() or Collocation(), or leave it out"
     if not problem.tool.is_regular:
         return f"unequal pitch or helix; must have teeth of equal pitch and helix ({remedy})"

@@ -1,4 +1,4 @@
-"""Compiled theta nodes of FloquetDeterminant: those to begin with, cold or warm, and those worth keeping for a neighbour."""
+"""Compiled theta nodes of FloquetDeterminant: the first ones, cold or warm, and those kept for a neighbouring problem."""
 
 # mypy: ignore-errors
 # numba reads these functions; their argument types are in the docstrings of their callers.
@@ -11,16 +11,16 @@ import numpy as np
 
 from toolpoint.cutting.stability.sorting import sort
 
-LARGEST_STEP = 0.3624  # cosine of 1.2 rad
-KEPT_STEP = 0.6216  # cosine of 0.9 rad: room for the change from one chart to the next
-BENT = 0.3  # a node is dropped where the values of its neighbours, joined by a line, miss its own by less than this share
-WIDE = 0.3  # half width, rad, that the even base resolves
-MOST_KEPT = 250
-FAR = 0.2  # share of poles that may have moved
+LARGEST_STEP_COSINE = 0.3624  # cosine of 1.2 rad
+KEPT_STEP_COSINE = 0.6216  # cosine of 0.9 rad: room for the change from one chart to the next
+MAX_BEND_RATIO = 0.3  # of a value: distance from the line between its neighbours up to which a node is dropped
+MAX_NARROW_HALF_WIDTH = 0.3  # rad: wider resonances are resolved by the even base
+MAX_KEPT_NODES = 250  # theta nodes kept for a near problem
+MAX_MOVED_POLE_FRACTION = 0.2  # of the poles: where more have moved, a cold start is cheaper
 
 
 @nb.njit(cache=True, nogil=True)
-def plain_step(a, b, cosine=LARGEST_STEP):
+def plain_step(a, b, cosine=LARGEST_STEP_COSINE):
     """Whether the phase step from a to b is below 1.2 rad (or another angle's cosine)."""
     dot = a.real * b.real + a.imag * b.imag
     size = (a.real * a.real + a.imag * a.imag) * (b.real * b.real + b.imag * b.imag)
@@ -28,8 +28,8 @@ def plain_step(a, b, cosine=LARGEST_STEP):
 
 
 @nb.njit(cache=True, nogil=True)
-def first_bad(a, b, usable, last, cosine=LARGEST_STEP):
-    """The first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
+def first_bad(a, b, usable, last, cosine=LARGEST_STEP_COSINE):
+    """Return the first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
     for l in range(usable):
         end = complex(b[l].real, 0.0) if last else b[l]
         if not plain_step(a[l], end, cosine):
@@ -49,29 +49,31 @@ def loops(nodes, turning, hint_s, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
-    """Sorted theta nodes to begin with.
+def first_nodes(base, hint_w, hint_s, loop, period, kept_nodes, last_poles):
+    """Return the sorted theta nodes of a first scan.
 
-    Cold (`before` empty): an even base, and nodes about every sharp pole's own theta. Warm: the nodes kept of a near problem,
-    and those about the poles that since they were last looked at have moved by half their half width, changed their width by
-    a quarter or their loop by a third; the even base again where such a pole is not sharp. seen (poles,): `SEEN` of each
-    pole when last looked at; brought up to date.
+    Cold (`kept_nodes` empty): an even base, and nodes about every sharp pole's own theta. Warm: the nodes kept of a near
+    problem, and those about the poles that since they were last looked at have moved by half their half width, changed their
+    width by a quarter or their loop by a third; the even base again where such a pole is not sharp.
+
+    base : intervals of the even base; hint_w, hint_s (poles,) float64 : damped frequency and decay, rad/s; loop (poles,)
+    complex128; period : s; kept_nodes (n,) float64 : rad; last_poles (poles,) `POLE_STATE` when last looked at; updated.
     """
-    warm = before.size > 0
-    even = not warm
-    out = np.empty(before.size + base + 1 + 5 * hint_w.size)
-    n = before.size
+    warm = kept_nodes.size > 0
+    use_base = not warm
+    out = np.empty(kept_nodes.size + base + 1 + 5 * hint_w.size)
+    n = kept_nodes.size
     for i in range(n):
-        out[i] = before[i]
+        out[i] = kept_nodes[i]
     for r in range(hint_w.size):
         half = hint_s[r] * period
         t = (hint_w[r] * period) % (2 * math.pi)
-        if warm and is_near(seen[r], t, half, loop[r]):
+        if warm and is_near(last_poles[r], t, half, loop[r]):
             continue
-        if seen.shape[0] > 0:
-            seen[r].theta, seen[r].half, seen[r].loop = t, half, loop[r]
-        if half > WIDE:
-            even = True
+        if last_poles.shape[0] > 0:
+            last_poles[r].theta, last_poles[r].half, last_poles[r].loop = t, half, loop[r]
+        if half > MAX_NARROW_HALF_WIDTH:
+            use_base = True
             continue
         for x in (-3.0, -1.0, 0.0, 1.0, 3.0):
             y = (t + x * half) % (2 * math.pi)
@@ -79,7 +81,7 @@ def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
                 y = 2 * math.pi - y
             out[n] = y
             n += 1
-    if even:
+    if use_base:
         for i in range(base + 1):
             out[n] = math.pi * i / base
             n += 1
@@ -94,23 +96,23 @@ def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
 
 
 @nb.njit(cache=True, nogil=True)
-def are_far(hint_w, hint_s, loop, period, seen):
+def are_far(hint_w, hint_s, loop, period, last_poles):
     """Whether most poles are no longer as they were when last looked at: then a cold start is cheaper."""
     moved = 0
     for r in range(hint_w.size):
-        if not is_near(seen[r], (hint_w[r] * period) % (2 * math.pi), hint_s[r] * period, loop[r]):
+        if not is_near(last_poles[r], (hint_w[r] * period) % (2 * math.pi), hint_s[r] * period, loop[r]):
             moved += 1
-    return moved > FAR * hint_w.size
+    return moved > MAX_MOVED_POLE_FRACTION * hint_w.size
 
 
 @nb.njit(cache=True, nogil=True)
-def is_near(seen, t, half, loop):
+def is_near(last_pole, t, half, loop):
     """Whether a pole is still much as it was when nodes were last laid about it."""
-    gap = abs(t - seen.theta)
+    gap = abs(t - last_pole.theta)
     gap = min(gap, 2 * math.pi - gap)
-    change = abs(loop - seen.loop)
-    return (gap <= 0.5 * min(half, seen.half) and abs(half - seen.half) <= 0.25 * seen.half
-            and change <= 0.3 * abs(seen.loop) + 0.1)
+    change = abs(loop - last_pole.loop)
+    return (gap <= 0.5 * min(half, last_pole.half) and abs(half - last_pole.half) <= 0.25 * last_pole.half
+            and change <= 0.3 * abs(last_pole.loop) + 0.1)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -120,7 +122,7 @@ def keep_nodes(theta, order, used, at_levels, usable, base, out):
     A pole whose loop is not yet an encirclement bends the values: nodes that show it stay, and no gap is wider than two
     intervals of the base. Returns their number, 0 where there are too many.
     """
-    if used > MOST_KEPT:
+    if used > MAX_KEPT_NODES:
         return 0
     out[0] = theta[order[0]]
     number, a = 1, 0
@@ -140,7 +142,7 @@ def straight(theta, order, a, b, used, at_levels, usable):
     """Whether the nodes between places a and b can be left out."""
     va, vb = at_levels[order[a]], at_levels[order[b]]
     last = b == used - 1
-    if first_bad(va, vb, usable, last, KEPT_STEP) >= 0:
+    if first_bad(va, vb, usable, last, KEPT_STEP_COSINE) >= 0:
         return False
     ta, tb = theta[order[a]], theta[order[b]]
     for k in range(a + 1, b):
@@ -149,6 +151,6 @@ def straight(theta, order, a, b, used, at_levels, usable):
         for l in range(usable):
             line = va[l] * (1 - part) + vb[l] * part
             gap = v[l] - line
-            if gap.real**2 + gap.imag**2 > BENT * BENT * (line.real**2 + line.imag**2):
+            if gap.real**2 + gap.imag**2 > MAX_BEND_RATIO * MAX_BEND_RATIO * (line.real**2 + line.imag**2):
                 return False
     return True

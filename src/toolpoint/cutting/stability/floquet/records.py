@@ -1,4 +1,4 @@
-"""What the compiled kernels of FloquetDeterminant read and write, by name."""
+"""Records that the compiled kernels of FloquetDeterminant read and write."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 # A boundary point: s = depth over the largest, theta, change of the count, error of s, ds/dtheta (zero where not known).
 POINT = np.dtype([("s", float), ("theta", float), ("change", float), ("error", float), ("slope", complex)])
 # A pole as it was when theta nodes were last laid about it: its theta, half width (rad) and loop.
-SEEN = np.dtype([("theta", float), ("half", float), ("loop", complex)])
+POLE_STATE = np.dtype([("theta", float), ("half", float), ("loop", complex)])
 # How many theta nodes and boundary points a near problem left; -1 where none are known.
 NUMBERS = np.dtype([("nodes", np.int64), ("points", np.int64)])
 # Two depths (as s) with the counts there, between which a boundary lies.
-CELL = np.dtype([("low", float), ("high", float), ("n_low", np.int64), ("n_high", np.int64)])
+CELL = np.dtype([("lower", float), ("upper", float), ("n_lower", np.int64), ("n_upper", np.int64)])
 
 
 class HillLines(NamedTuple):
@@ -75,10 +75,10 @@ class ThetaTable(NamedTuple):
 
 
 class ScanMemory(NamedTuple):
-    """What a near problem left, brought up to date by a scan: theta nodes, `NUMBERS`, poles as last seen (`SEEN`), boundary
-    points (`POINT`); of no length where nothing is to be kept. With a leading axis over speeds outside the kernels."""
+    """Results of a near problem, updated by a scan: theta nodes, `NUMBERS`, poles as last seen (`POLE_STATE`), boundary points
+    (`POINT`); of no length where nothing is to be kept. With a leading axis over speeds outside the kernels."""
 
     nodes: FloatArray
     numbers: Array
-    seen: Array
-    known: Array
+    poles: Array
+    points: Array

@@ -17,8 +17,6 @@ import numba as nb
 import numpy as np
 
 from toolpoint.cutting.stability.floquet.counts import (
-    BEFORE,
-    BEYOND,
     add_flips,
     count_at,
     counts_of,
@@ -41,11 +39,12 @@ from toolpoint.cutting.stability.floquet.kernels import (
 from toolpoint.cutting.stability.floquet.nodes import are_far, first_bad, first_nodes, keep_nodes, loops
 from toolpoint.cutting.stability.floquet.records import CELL, ScanMemory, ThetaTable
 from toolpoint.cutting.stability.floquet.track import track
+from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
 
 
 @nb.njit(cache=True, nogil=True)
 def values_at(c, degree, levels, out):
-    """Polynomial at all levels."""
+    """Write the polynomial at all levels."""
     for l in range(levels.size):
         s = levels[l]
         re, im = c[degree].real, c[degree].imag
@@ -65,7 +64,7 @@ def insert(order, used, new, place):
 
 @nb.njit(cache=True, nogil=True)
 def real_root(c, degree, a, b):
-    """Root of the real part between a and b by bisection (its sign differs there)."""
+    """Return the root of the real part between a and b by bisection (its sign differs there)."""
     fa = horner(c, degree, a)[0].real
     for _ in range(200):
         m = 0.5 * (a + b)
@@ -81,14 +80,14 @@ def real_root(c, degree, a, b):
 
 @nb.njit(cache=True, nogil=True)
 def scan(turning, coarse, fine, levels, base, points, memory):
-    """Boundary points of one speed.
+    """Solve for the boundary points of one speed.
 
     coarse, fine : `ArcSet`; the points are solved on the coarse one, and again on the fine one, their change is the error.
     levels : depths s at which the count is taken; base : theta intervals before refinement; points (MAX_POINTS,) of `POINT`
     are written; memory : `ScanMemory` of this speed. Returns (number of points, status, largest s resolved): status 0 good, 1
     not resolved to s = 1, 2 points ran out, 3 a point unpolished.
     """
-    numbers, seen = memory.numbers, memory.seen
+    numbers, last_poles = memory.numbers, memory.poles
     warm = memory.nodes.size > 0
     size = turning.poles.size
     hint_w, hint_s, loop = np.empty(size), np.empty(size), np.zeros(size, np.complex128)
@@ -96,16 +95,16 @@ def scan(turning, coarse, fine, levels, base, points, memory):
         hint_w[r], hint_s[r] = abs(turning.poles[r].imag), -turning.poles[r].real
     if warm:  # nodes and points of the pose before say where to look; poles that moved far make them worthless
         loops(coarse, turning, hint_s, loop)
-        if are_far(hint_w, hint_s, loop, turning.period, seen):
+        if are_far(hint_w, hint_s, loop, turning.period, last_poles):
             numbers[0].nodes, numbers[0].points = 0, -1
     green, room = green_at(turning, coarse), room_of(coarse)
-    start = first_nodes(base, hint_w, hint_s, loop, turning.period, memory.nodes[:numbers[0].nodes].copy(), seen)
+    start = first_nodes(base, hint_w, hint_s, loop, turning.period, memory.nodes[:numbers[0].nodes].copy(), last_poles)
     columns = room.work.shape[0] + 1
     table = ThetaTable(np.empty(MAX_NODES), np.zeros(MAX_NODES, np.int64), np.empty((MAX_NODES, columns), np.complex128),
                        np.zeros(MAX_NODES, np.int64))
     at_levels = np.empty((MAX_NODES, levels.size), np.complex128)
     used, usable, status = lay_nodes(table, start, at_levels, levels, turning, green, room)
-    top = levels[usable - 1] if usable > 0 else 0.0
+    resolved = levels[usable - 1] if usable > 0 else 0.0
     if warm:
         kept = keep_nodes(table.theta, table.order, used, at_levels, usable, base, memory.nodes)
         numbers[0].nodes = kept if status == 0 else 0
@@ -114,7 +113,7 @@ def scan(turning, coarse, fine, levels, base, points, memory):
     number = -1
     if warm and numbers[0].points >= 0 and status == 0:
         # Followed points count only if they explain the counts at every level; else all is looked for anew.
-        number = track(memory.known[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
+        number = track(memory.points[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
         if number >= 0 and not explain_counts(points[:number], counts, depths, table, used):
             number = -1
     if number < 0:
@@ -125,8 +124,8 @@ def scan(turning, coarse, fine, levels, base, points, memory):
     if warm:
         numbers[0].points = number if status == 0 else -1
         for p in range(number):
-            memory.known[p] = points[p]
-    return number, status, top
+            memory.points[p] = points[p]
+    return number, status, resolved
 
 
 @nb.njit(cache=True, nogil=True)
@@ -167,18 +166,18 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
     theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
     stack = np.empty(400, CELL)
-    top, number, status = 0, 0, 0
+    size, number, status = 0, 0, 0
     s0, n0 = 0.0, 0
     for l in range(levels.size):
         if counts[l] != n0:
-            top = put_cell(stack, top, s0, n0, levels[l], counts[l])
+            size = put_cell(stack, size, s0, n0, levels[l], counts[l])
         s0, n0 = levels[l], counts[l]
-    while top > 0:
-        top -= 1
-        a, na, b, n_b = stack[top].low, stack[top].n_low, stack[top].high, stack[top].n_high
+    while size > 0:
+        size -= 1
+        a, na, b, n_b = stack[size].lower, stack[size].n_lower, stack[size].upper, stack[size].n_upper
         if na == n_b:
             continue
-        if number >= MAX_POINTS or top > 380 or used >= MAX_NODES - 1:
+        if number >= MAX_POINTS or size > 380 or used >= MAX_NODES - 1:
             status = 2
             break
         m = 0.5 * (a + b)
@@ -186,14 +185,14 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
         if (n_b - na) % 2 != 0:  # an odd change is a flip: D(pi, s) is real and changes its sign
             flip = order[used - 1]
             s = real_root(c[flip], degree[flip], a, b)
-            low, _ = count_at(table, used, s * (1 - 1e-9))
-            high, _ = count_at(table, used, s * (1 + 1e-9))
-            if (high - low) % 2 == 0 or abs(high - low) > 2:
-                high, low = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
-            put_point(points, number, s, math.pi, high - low, 0.0)
+            count_below, _ = count_at(table, used, s * (1 - 1e-9))
+            count_above, _ = count_at(table, used, s * (1 + 1e-9))
+            if (count_above - count_below) % 2 == 0 or abs(count_above - count_below) > 2:
+                count_above, count_below = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
+            put_point(points, number, s, math.pi, count_above - count_below, 0.0)
             number += 1
-            top = split(stack, top, (a, na), (s * (1 - 1e-9), low), BEFORE, table, used)
-            top = split(stack, top, (s * (1 + 1e-9), high), (b, n_b), BEYOND, table, used)
+            size = split(stack, size, (a, na), (s * (1 - 1e-9), count_below), FRACTIONS_BELOW_ROOT, table, used)
+            size = split(stack, size, (s * (1 + 1e-9), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
             continue
         ta, tb = theta[order[place]], theta[order[place + 1]]
         end = tb
@@ -204,30 +203,30 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
             t = 2 * math.pi - t
         inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
         if inside:
-            at = 0
-            while at < used - 1 and theta[order[at + 1]] <= t:
-                at += 1
-            if theta[order[at]] == t or at >= used - 1:
+            position = 0
+            while position < used - 1 and theta[order[position + 1]] <= t:
+                position += 1
+            if theta[order[position]] == t or position >= used - 1:
                 inside = False
         if inside:
             theta[used] = t
             degree[used] = node(t, turning, green, room, c[used])
-            insert(order, used, used, at)
+            insert(order, used, used, position)
             used += 1
-            low, _ = count_at(table, used, s * (1 - 1e-7))
-            high, _ = count_at(table, used, s * (1 + 1e-7))
-            put_point(points, number, s, t, high - low if high - low != sense else sense, 0.0)
+            count_below, _ = count_at(table, used, s * (1 - 1e-7))
+            count_above, _ = count_at(table, used, s * (1 + 1e-7))
+            put_point(points, number, s, t, count_above - count_below if count_above - count_below != sense else sense, 0.0)
             number += 1
-            top = split(stack, top, (a, na), (s * (1 - 1e-7), low), BEFORE, table, used)
-            top = split(stack, top, (s * (1 + 1e-7), high), (b, n_b), BEYOND, table, used)
+            size = split(stack, size, (a, na), (s * (1 - 1e-7), count_below), FRACTIONS_BELOW_ROOT, table, used)
+            size = split(stack, size, (s * (1 + 1e-7), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
             continue
         if b - a < 1e-7 * b:
             put_point(points, number, m, 0.5 * (ta + tb), n_b - na, b - a)
             number += 1
             status = 3
             continue
-        top = put_cell(stack, top, a, na, m, nm)
-        top = put_cell(stack, top, m, nm, b, n_b)
+        size = put_cell(stack, size, a, na, m, nm)
+        size = put_cell(stack, size, m, nm, b, n_b)
     return number, status
 
 
@@ -257,14 +256,15 @@ def improve(points, fine, turning):
 
 @nb.njit(cache=True, nogil=True)
 def scan_many(periods, omegas, w_max, poles, sets, levels, base, points, memory):
-    """Scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over speeds.
+    """Return the scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
+    speeds.
 
     Returns (number of points, status, largest s resolved) of every speed.
     """
-    number, status, top = np.zeros(periods.size, np.int64), np.zeros(periods.size, np.int64), np.zeros(periods.size)
+    number, status, resolved = np.zeros(periods.size, np.int64), np.zeros(periods.size, np.int64), np.zeros(periods.size)
     coarse, fine = sets
     for i in range(periods.size):
         turning = turning_at(periods[i], omegas[i], w_max, poles)
-        memory_of_speed = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.seen[i], memory.known[i])
-        number[i], status[i], top[i] = scan(turning, coarse, fine, levels, base, points[i], memory_of_speed)
-    return number, status, top
+        memory_of_speed = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.poles[i], memory.points[i])
+        number[i], status[i], resolved[i] = scan(turning, coarse, fine, levels, base, points[i], memory_of_speed)
+    return number, status, resolved

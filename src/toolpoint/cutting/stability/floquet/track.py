@@ -11,12 +11,12 @@ import numpy as np
 
 from toolpoint.cutting.stability.floquet.kernels import green_at, node, put_point, room_of, root
 
-ROUNDING = 2e-10  # relative, of the determinant
+DETERMINANT_ROUNDING = 2e-10  # relative, of the determinant
 
 
 @nb.njit(cache=True, nogil=True)
 def follow(theta, guess, slope, turning, green, room, c):
-    """Crossing near (theta, guess) by the secant rule on Im s: (theta, s, ds/dtheta, whether it is there).
+    """Return the crossing near (theta, guess) by the secant rule on Im s: (theta, s, ds/dtheta, whether it is there).
 
     slope : ds/dtheta to begin with, zero where it is not known.
     """
@@ -45,19 +45,19 @@ def follow(theta, guess, slope, turning, green, room, c):
 
 
 @nb.njit(cache=True, nogil=True)
-def track(known, coarse, coarse_room, coarse_c, fine, turning, points):
+def track(previous, coarse, coarse_room, coarse_c, fine, turning, points):
     """Follow the known points to this problem on the fine nodes; the change on the coarse ones is the error.
 
     coarse : Green matrix of the coarse nodes, with room for its determinant; fine : the other set of nodes. Returns the number
     of points below s = 1, -1 where one got lost.
     """
-    if known.shape[0] == 0:
+    if previous.shape[0] == 0:
         return 0
     green, room = green_at(turning, fine), room_of(fine)
     c = np.zeros(room.work.shape[0] + 1, np.complex128)
     number = 0
-    for k in range(known.shape[0]):
-        s, t, slope, change = known[k].s, known[k].theta, known[k].slope, known[k].change
+    for k in range(previous.shape[0]):
+        s, t, slope, change = previous[k].s, previous[k].theta, previous[k].slope, previous[k].change
         if t == math.pi:
             degree = node(t, turning, green, room, c)
             value = root(c, degree, complex(s, 0.0))
@@ -80,7 +80,7 @@ def track(known, coarse, coarse_room, coarse_c, fine, turning, points):
         shift = gap.real if t == math.pi else gap.real - slope.real / slope.imag * gap.imag
         if not abs(shift) < 0.1 * s:
             return -1
-        put_point(points, number, s, t, change, abs(shift) + ROUNDING * s)
+        put_point(points, number, s, t, change, abs(shift) + DETERMINANT_ROUNDING * s)
         points[number].slope = slope
         number += 1
     return number

@@ -32,13 +32,13 @@ class HillCut:
     """The force of the edges as a Fourier series over one period of the rotation.
 
     The force on the tool is -(now r + C/v drag r' - sum_q late_q r(t - delay_q)); coefficient h of each belongs to
-    exp(i h 2 pi t/T), h from -top to top, `top` in the middle.
+    exp(i h 2 pi t/T), h from -order_max to order_max, h = 0 in the middle.
 
     Parameters
     ----------
-    now, drag : (2 top + 1, d, d) complex
+    now, drag : (2 order_max + 1, d, d) complex
         N/m and m.
-    late : (2 top + 1, delays, d, d) complex
+    late : (2 order_max + 1, delays, d, d) complex
     delay : (delays,) floats
         rad of rotation. Where delays change along an edge these are the nodes of an interpolation of exp(-i nu delay).
     teeth : int
@@ -52,7 +52,7 @@ class HillCut:
     teeth: int
 
     def scaled(self, factor: float) -> HillCut:
-        """The same shape with the force multiplied (a plain edge is linear in depth)."""
+        """Return the same shape with the force multiplied (a plain edge is linear in depth)."""
         return HillCut(factor * self.now, factor * self.drag, factor * self.late, self.delay, self.teeth)
 
 
@@ -62,29 +62,29 @@ def is_plain(problem: MillingProblem) -> bool:
 
 
 def periods(problem: MillingProblem) -> int:
-    """Periods of the cut in a revolution."""
+    """Return the number of periods of the cut in a revolution."""
     return problem.tool.teeth if problem.tool.is_regular else 1
 
 
-def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
-    """Return the Fourier coefficients of the cut at this depth up to order `top` of the period."""
+def hill_cut(problem: MillingProblem, depth: float, order_max: int) -> HillCut:
+    """Return the Fourier coefficients of the cut at this depth up to order `order_max` of the period."""
     tool, number = problem.tool, periods(problem)
-    order = number * np.arange(top + 1)
+    order = number * np.arange(order_max + 1)
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
     d = problem.plane.size
-    present, drag = np.zeros((top + 1, d, d), complex), np.zeros((top + 1, d, d), complex)
+    present, drag = np.zeros((order_max + 1, d, d), complex), np.zeros((order_max + 1, d, d), complex)
     delay, late = [], []
-    for part in _parts(problem, depth, float(np.abs(slope).max()), int(order[-1])):
+    for part in _edge_slices(problem, depth, float(np.abs(slope).max()), int(order[-1])):
         waves = _arc_waves(part, order)
         cut, push = (np.einsum("shk,skab->shab", waves, c[..., :d, :d]) for c in _directions(problem, part.kappa))
-        every = np.ones((1, part.height.size))
+        ones = np.ones((1, part.height.size))
         for j in range(tool.teeth):
             turned = part.length[:, None] * np.exp(-1j * order * (start[j] + slope[j] * part.height[:, None]))
-            present += _over_height(every, turned, cut)[0]
-            drag += _over_height(every, turned, push)[0]
-            ahead = (start[j] - start[j - 1]) % TURN + (slope[j] - slope[j - 1]) * part.height
-            for nodes, share in _delays(ahead, TURN / tool.teeth if number > 1 else None, top):
+            present += _over_height(ones, turned, cut)[0]
+            drag += _over_height(ones, turned, push)[0]
+            edge_delay = (start[j] - start[j - 1]) % TURN + (slope[j] - slope[j - 1]) * part.height
+            for nodes, share in _delays(edge_delay, TURN / tool.teeth if number > 1 else None, order_max):
                 delay.append(nodes)
                 late.append(_over_height(share, turned, cut))
     if not late:  # the tip stays beyond the walls of the work
@@ -96,17 +96,17 @@ def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
 
 
 @lru_cache(maxsize=64)
-def range_of_forces(problem: MillingProblem, top: int) -> ComplexArray:
-    """Orthonormal basis of all forces that a plain cut can have, harmonics -top .. top, shape (harmonics d, rank).
+def range_of_forces(problem: MillingProblem, order_max: int) -> ComplexArray:
+    """Return an orthonormal basis of all forces of a plain cut, harmonics -order_max .. order_max, shape (harmonics d, rank).
 
     A force acts only while an edge cuts and, where one edge cuts at a time, along one direction: the range of the Toeplitz
     matrix of sum k k^T. It depends on the cut and the number of harmonics alone: neighbouring speeds share it.
     """
-    d, order = problem.plane.size, periods(problem) * np.arange(2 * top + 1)
-    part = _parts(problem, 1.0, 0.0, 0)[0]
-    t, n, back = _vectors(part.kappa)
+    d, order = problem.plane.size, periods(problem) * np.arange(2 * order_max + 1)
+    part = _edge_slices(problem, 1.0, 0.0, 0)[0]
+    t, n, minus_m = _vectors(part.kappa)
     kt, kn, ka = problem.coefficients.cutting / np.linalg.norm(problem.coefficients.cutting)
-    force = kt * t + kn * n + ka * back
+    force = kt * t + kn * n + ka * minus_m
     square = _product(force, force)
     if problem.process_damping > 0:
         push = n + problem.damping_friction * t
@@ -114,53 +114,54 @@ def range_of_forces(problem: MillingProblem, top: int) -> ComplexArray:
     waves = np.einsum("shk,skab->hab", _arc_waves(part, order), square[..., :d, :d])
     start = np.concatenate([[0.0], np.cumsum(problem.tool.pitch)[:-1]])
     series = _mirrored(np.exp(-1j * order[:, None] * start).sum(1)[:, None, None] * waves)
-    l = np.arange(2 * top + 1)
-    blocks = series[l[:, None] - l[None, :] + 2 * top]
+    l = np.arange(2 * order_max + 1)
+    blocks = series[l[:, None] - l[None, :] + 2 * order_max]
     size, basis = np.linalg.eigh(blocks.transpose(0, 2, 1, 3).reshape(d * l.size, d * l.size))
     return np.ascontiguousarray(basis[:, size > 1e-14 * size[-1]])
 
 
 def _mirrored(half: ComplexArray) -> ComplexArray:
-    """Series of a real function from its orders 0 .. top."""
+    """Return the series of a real function from its orders 0 .. top."""
     return np.concatenate([half[:0:-1].conj(), half])
 
 
 def _over_height(share: FloatArray, turned: ComplexArray, cut: ComplexArray) -> ComplexArray:
-    """Sums over slices of share (sums, slices) times turned (slices, orders) times cut (slices or one, orders, d, d)."""
+    """Sum over slices: share (sums, slices) times turned (slices, orders) times cut (slices or one, orders, d, d)."""
     if cut.shape[0] == 1:
         return (share @ turned)[..., None, None] * cut[0]
     terms = turned[..., None, None] * cut
     return (share @ terms.reshape(terms.shape[0], -1)).reshape(share.shape[0], *terms.shape[1:])
 
 
-def _delays(ahead: FloatArray, single: float | None, top: int) -> list[tuple[FloatArray, FloatArray]]:
-    """(delays, share of every slice in each): one delay where it is the same at all heights, else nodes between the least and
-    the largest, apart for each turn that an edge falls behind."""
+def _delays(edge_delay: FloatArray, single: float | None, order_max: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Return (delays, share of every slice in each): one delay where it is the same at all heights, else nodes between the
+    least and the largest, separately for each turn that an edge falls behind."""
     if single is not None:
-        return [(np.array([single]), np.ones((1, ahead.size)))]
-    turns = np.floor((ahead + 1e-9) / TURN)
+        return [(np.array([single]), np.ones((1, edge_delay.size)))]
+    turns = np.floor((edge_delay + 1e-9) / TURN)
     out: list[tuple[FloatArray, FloatArray]] = []
     for turn in np.unique(turns):
-        there = turns == turn
-        delay = ahead[there] - TURN * turn
+        same_turn = turns == turn
+        delay = edge_delay[same_turn] - TURN * turn
         delay = np.where(delay < 1e-9, TURN, delay)
-        low, high = float(delay.min()), float(delay.max())
-        half = (high - low) / 2
-        number = 1 if half < 1e-13 else 10 + int(np.ceil(0.8 * top * half))
-        nodes = (low + high) / 2 + half * np.cos(np.pi * (np.arange(number) + 0.5) / number)
-        share = np.zeros((number, ahead.size))
-        share[:, there] = 1.0 if number == 1 else lagrange((nodes - low - half) / half, (delay - low - half) / half).T
+        delay_min, delay_max = float(delay.min()), float(delay.max())
+        half = (delay_max - delay_min) / 2
+        number = 1 if half < 1e-13 else 10 + int(np.ceil(0.8 * order_max * half))
+        nodes = (delay_min + delay_max) / 2 + half * np.cos(np.pi * (np.arange(number) + 0.5) / number)
+        share = np.zeros((number, edge_delay.size))
+        share[:, same_turn] = 1.0 if number == 1 else lagrange((nodes - delay_min - half) / half,
+                                                               (delay - delay_min - half) / half).T
         out.append((nodes, share))
     return out
 
 
-def _parts(problem: MillingProblem, depth: float, slope: float, highest: int) -> list[Slices]:
-    """Rounded part and cylinder of the edge up to a height, with as many Gauss slices as orders up to `highest` ask for."""
+def _edge_slices(problem: MillingProblem, depth: float, slope: float, highest: int) -> list[Slices]:
+    """Return rounded part and cylinder of the edge up to a height, with as many Gauss slices as orders up to `highest` need."""
     tool, arc, c = problem.tool, problem.engagement, problem.tool.corner_radius
     parts = []
     if c > 0:
-        top = float(np.arccos(max(-1.0, 1 - min(depth, c) / c)))
-        kappa, width = _rounded(problem, top, 30 + int(np.ceil(0.4 * highest * (1 + slope * c))))
+        kappa_max = float(np.arccos(max(-1.0, 1 - min(depth, c) / c)))
+        kappa, width = _corner_nodes(problem, kappa_max, 30 + int(np.ceil(0.4 * highest * (1 + slope * c))))
         radius = tool.radius - c + c * np.sin(kappa)
         entry, leave = arc.at_radius(tool.radius / np.maximum(radius, 1e-9 * tool.radius))
         keep = leave > entry
@@ -174,21 +175,21 @@ def _parts(problem: MillingProblem, depth: float, slope: float, highest: int) ->
     return parts
 
 
-def _rounded(problem: MillingProblem, top: float, number: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights in kappa from 0 to `top`: pieces end where a wall of the work leaves the tool's reach, and nodes crowd
-    there, where entry and exit go with the square root."""
+def _corner_nodes(problem: MillingProblem, kappa_max: float, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights in kappa from 0 to `kappa_max`: pieces end where a wall of the work leaves the tool's reach, and
+    nodes crowd there, where entry and exit go with the square root."""
     tool, arc, c = problem.tool, problem.engagement, problem.tool.corner_radius
     sine = (tool.radius * np.abs(np.cos([arc.entry, arc.exit])) - (tool.radius - c)) / c
     marks = np.arcsin(sine[(sine > 1e-9) & (sine < 1 - 1e-12)])
-    ends = np.unique(np.concatenate([[0.0, top], marks[marks < top]]))
+    ends = np.unique(np.concatenate([[0.0, kappa_max], marks[marks < kappa_max]]))
     x, w, _ = gauss(number)
-    at, rate = np.sin(np.pi * (1 + x) / 4) ** 2, np.pi / 4 * np.sin(np.pi * (1 + x) / 2)
-    nodes = np.concatenate([a + (b - a) * at for a, b in pairwise(ends)])
+    fraction, rate = np.sin(np.pi * (1 + x) / 4) ** 2, np.pi / 4 * np.sin(np.pi * (1 + x) / 2)
+    nodes = np.concatenate([a + (b - a) * fraction for a, b in pairwise(ends)])
     return nodes, np.concatenate([(b - a) * w * rate for a, b in pairwise(ends)])
 
 
 def _arc_waves(part: Slices, order: Array) -> ComplexArray:
-    """1/2 pi times the integral of exp(-i (order - k) phi) over the arc, k = -2 .. 2, shape (slices, orders, 5)."""
+    """Return 1/2 pi times the integral of exp(-i (order - k) phi) over the arc, k = -2 .. 2, shape (slices, orders, 5)."""
     p = order[:, None] - np.arange(-2, 3)
     a, b = part.entry[:, None, None], part.leave[:, None, None]
     safe = np.where(p == 0, 1, p)
@@ -197,7 +198,7 @@ def _arc_waves(part: Slices, order: Array) -> ComplexArray:
 
 
 def _vectors(kappa: FloatArray) -> tuple[ComplexArray, ...]:
-    """t, n and -m of `coefficients.edge_matrix` as series in exp(i q phi), q = -1, 0, 1; each (slices, q, component)."""
+    """Return t, n and -m of `coefficients.edge_matrix` as series in exp(i q phi), q = -1, 0, 1; each (slices, q, component)."""
     sine, cosine = np.array([0.5j, 0, -0.5j]), np.array([0.5, 0, 0.5])
     unit, zero = np.array([0.0, 1, 0]), np.zeros(3)
     sk, ck = np.sin(kappa)[:, None, None], np.cos(kappa)[:, None, None]
@@ -209,7 +210,7 @@ def _vectors(kappa: FloatArray) -> tuple[ComplexArray, ...]:
 
 
 def _product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Series of the dyad of two vectors, exp(i k phi), k = -2 .. 2, shape (slices, 5, 3, 3)."""
+    """Return the series of the dyad of two vectors, exp(i k phi), k = -2 .. 2, shape (slices, 5, 3, 3)."""
     out = np.zeros((left.shape[0], 5, 3, 3), complex)
     for p in range(3):
         for q in range(3):
@@ -218,7 +219,7 @@ def _product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
 
 
 def _directions(problem: MillingProblem, kappa: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """k n^T (Pa) and the process damping's (n + mu t) n^T as series."""
-    t, n, back = _vectors(kappa)
+    """Return k n^T (Pa) and the process damping's (n + mu t) n^T as series."""
+    t, n, minus_m = _vectors(kappa)
     kt, kn, ka = problem.coefficients.cutting
-    return _product(kt * t + kn * n + ka * back, n), _product(n + problem.damping_friction * t, n)
+    return _product(kt * t + kn * n + ka * minus_m, n), _product(n + problem.damping_friction * t, n)

@@ -15,18 +15,17 @@ import numpy as np
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
-from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
+from toolpoint.cutting.stability.result import REAL_ANGLE_TOLERANCE, StabilityChart, assemble_chart
 
 if TYPE_CHECKING:
     from toolpoint.cutting.stability.hill.system import HillSystem
 
 Row = tuple[float, float, float, int, float]
 
-LARGEST_LED = 400  # rows of the matrix up to which points are led: a second a point beyond
-MIXED_FLOOR = 5e-4  # of a depth: what the lines between which viscous beside structural damping is interpolated leave
-FARTHEST = 0.3  # share of a depth by which a point may move and still be the same point
-REAL_ANGLE = 1e-6  # rad from 0 or pi within which a multiplier is real
-UNREFINED_SAFETY = 1.5  # on the estimate where a point cannot be led
+MAX_LED_ROWS = 400  # rows of the matrix up to which points are led: a second a point beyond
+MIXED_DAMPING_ERROR = 5e-4  # of a depth: what the lines between which viscous beside structural damping is interpolated leave
+MAX_DEPTH_SHIFT_RATIO = 0.3  # share of a depth by which a point may move and still be the same point
+UNREFINED_SAFETY_FACTOR = 1.5  # on the estimate where a point cannot be led
 NOTE = "structural damping: boundary points led from its equivalent in time to the response itself by Hill's determinant"
 
 
@@ -40,9 +39,9 @@ def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> Stabilit
     rows: list[tuple[float, ...]] = []
     estimated = 0
     for i in np.unique(chart.index).tolist():
-        led = _led(problem, chart, i)
+        led = _lead_points(problem, chart, i)
         if led is None:
-            led = [_unmoved(problem, chart, p) for p in chart.points(i).tolist()]
+            led = [_keep_point(problem, chart, p) for p in chart.points(i).tolist()]
             estimated += len(led)
         rows += [(i, *row) for row in led if row[0] <= chart.depth_max]
     note = NOTE if not estimated else f"{NOTE}; {estimated} of {len(rows)} points stay, their errors hold how far they may move"
@@ -51,54 +50,54 @@ def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> Stabilit
                           search=chart.search)
 
 
-def _led(problem: MillingProblem, chart: StabilityChart, index: int) -> list[Row] | None:
+def _lead_points(problem: MillingProblem, chart: StabilityChart, index: int) -> list[Row] | None:
     """Return the points of a speed on the response itself, None where Hill's determinant cannot be had."""
     from toolpoint.cutting.stability.hill.system import HillSystem  # brings the compiler, which few callers need
 
     speed = float(chart.speeds[index])
     plane = problem.plane_at(speed).with_modal_residual()
     response = HarmonicResponse.of(plane, HillDeterminant().reach, problem.tool.teeth * speed / 60)
-    if problem.speed_variation is not None or HillSystem.rows(problem, speed, response) > LARGEST_LED:
+    if problem.speed_variation is not None or HillSystem.rows(problem, speed, response) > MAX_LED_ROWS:
         return None
     system = HillSystem(problem, speed, response)
     rows = []
     for p in chart.points(index).tolist():
         row = _root_near(system, chart, p)
         if row is None:
-            return _solved_anew(problem, speed, chart.depth_max)
+            return _solve_again(problem, speed, chart.depth_max)
         rows.append(row)
     return rows
 
 
 def _root_near(system: HillSystem, chart: StabilityChart, point: int) -> Row | None:
-    """Return (depth, theta, frequency, change, error) of the root that a point leads to, None where it leads to no such."""
+    """Return (depth, theta, frequency, change, error) of the root that a point leads to, None where there is no such root."""
     start, theta, change = float(chart.depth[point]), float(chart.theta[point]), int(chart.change[point])
-    nearest = np.pi * round(theta / np.pi)
-    is_real = abs(theta - nearest) < REAL_ANGLE
-    root = system.root(nearest if is_real else theta, start, real=is_real)
-    if root is None or root.change != change or abs(root.depth - start) > FARTHEST * start:
+    real_angle = np.pi * round(theta / np.pi)
+    is_real = abs(theta - real_angle) < REAL_ANGLE_TOLERANCE
+    root = system.root(real_angle if is_real else theta, start, real=is_real)
+    if root is None or root.change != change or abs(root.depth - start) > MAX_DEPTH_SHIFT_RATIO * start:
         return None
     angle, depth, error = system.corrected(root)
     return (depth, min(abs(angle), 2 * np.pi - angle), float(chart.frequency[point]), change,
-            float(chart.error[point]) + error + _floor(system.problem) * depth)
+            float(chart.error[point]) + error + _mixed_error(system.problem) * depth)
 
 
-def _solved_anew(problem: MillingProblem, speed: float, depth_max: float) -> list[Row] | None:
+def _solve_again(problem: MillingProblem, speed: float, depth_max: float) -> list[Row] | None:
     method = HillDeterminant()
     if method.refuses(problem):
         return None
     fresh = method.solve(problem, np.array([speed]), depth_max)
     return list(zip(fresh.depth.tolist(), fresh.theta.tolist(), fresh.frequency.tolist(), fresh.change.tolist(),
-                    (fresh.error + _floor(problem) * fresh.depth).tolist(), strict=True))
+                    (fresh.error + _mixed_error(problem) * fresh.depth).tolist(), strict=True))
 
 
-def _floor(problem: MillingProblem) -> float:
-    return 0.0 if problem.plane.deviation is None else MIXED_FLOOR
+def _mixed_error(problem: MillingProblem) -> float:
+    return 0.0 if problem.plane.deviation is None else MIXED_DAMPING_ERROR
 
 
-def _unmoved(problem: MillingProblem, chart: StabilityChart, point: int) -> Row:
+def _keep_point(problem: MillingProblem, chart: StabilityChart, point: int) -> Row:
     depth, theta, frequency, error = (float(getattr(chart, name)[point]) for name in ("depth", "theta", "frequency", "error"))
-    return depth, theta, frequency, int(chart.change[point]), error + UNREFINED_SAFETY * _estimate(problem, chart, point)
+    return depth, theta, frequency, int(chart.change[point]), error + UNREFINED_SAFETY_FACTOR * _estimate(problem, chart, point)
 
 
 def _estimate(problem: MillingProblem, chart: StabilityChart, point: int) -> float:

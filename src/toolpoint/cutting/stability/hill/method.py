@@ -12,12 +12,13 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.hill.fourier import is_plain
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 from toolpoint.cutting.stability.levels import depth_levels, spacing_note
-from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
+from toolpoint.cutting.stability.method import TURNING_REASON, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
-LARGEST, LARGEST_SHAPED = 700, 500  # rows of the matrix of a plain cut, and of one whose shape depends on depth
-FINER = 10  # search levels of a plain cut, whose eigenvalues serve every depth, over those of a shaped one
+MAX_PLAIN_ROWS = 700  # rows of the matrix of a plain cut: more take minutes a speed
+MAX_SHAPED_ROWS = 500  # rows of the matrix of a cut whose shape depends on depth
+PLAIN_LEVEL_FACTOR = 10  # search levels of a plain cut, whose eigenvalues serve every depth, over those of a shaped one
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class HillDeterminant:
     def refuses(self, problem: Problem) -> str | None:
         """Return why not: turning and spindle-speed variation; it takes every other cut, on modes or measured lines."""
         if isinstance(problem, TurningProblem):
-            return TURNING
+            return TURNING_REASON
         if problem.speed_variation is not None:
             return ("spindle-speed variation; delays must be constant in time (identify modes where the dynamics are "
                     "measured, and use PanelArnoldi() or Collocation())")
@@ -99,7 +100,7 @@ class HillDeterminant:
             plane = problem.plane_at(speed).with_modal_residual()
             notes = tuple(dict.fromkeys((*notes, *plane.notes)))
             response = HarmonicResponse.of(plane, self.reach, problem.tool.teeth * speed / 60)
-            _affordable(problem, response, speed)
+            _check_affordable(problem, response, speed)
             search = HillSearch(HillSystem(problem, speed, response), self.base, levels)
             for depth, theta, change, error in search.rows():
                 rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
@@ -110,7 +111,7 @@ class HillDeterminant:
 
     def _levels(self, problem: MillingProblem, depth_max: float) -> FloatArray:
         if is_plain(problem):
-            return depth_levels(problem, depth_max, FINER * self.levels, power=2.0)
+            return depth_levels(problem, depth_max, PLAIN_LEVEL_FACTOR * self.levels, power=2.0)
         return depth_levels(problem, depth_max, self.levels, power=1.5)
 
     def _note(self, problem: MillingProblem, levels: FloatArray) -> str:
@@ -121,12 +122,12 @@ class HillDeterminant:
                 f"{spacing_note(levels)}")
 
 
-def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:
+def _check_affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:
     """Refuse matrices that would take minutes a speed, with the remedy."""
     from toolpoint.cutting.stability.hill.system import HillSystem
 
-    size, most = HillSystem.rows(problem, speed, response), LARGEST if is_plain(problem) else LARGEST_SHAPED
-    if size > most:
+    size, rows_max = HillSystem.rows(problem, speed, response), MAX_PLAIN_ROWS if is_plain(problem) else MAX_SHAPED_ROWS
+    if size > rows_max:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times period)",
-             f"must be at most {most}", remedy="leave out the modes or FRF lines far above the chatter band, raise the least "
-             "speed, or identify modes and use PanelArnoldi()")
+             f"must be at most {rows_max}", remedy="leave out the modes or FRF lines far above the chatter band, raise the "
+             "least speed, or identify modes and use PanelArnoldi()")

@@ -1,4 +1,4 @@
-r"""What the noise of a measured FRF does to a boundary point: first-order propagation from every line to the depth.
+r"""Noise of a measured FRF in a boundary point: first-order propagation from every line to the depth.
 
 A root moves by :math:`\mathrm{Re}\,\kappa \sum_k l_k^T \delta G(i\omega_k) p_k` where the response changes by :math:`\delta G`.
 With G interpolated between lines whose noise is complex, circular and independent from line to line, of variance
@@ -18,11 +18,11 @@ from toolpoint.cutting.stability.hill.interpolation import interpolation
 
 NORMAL_95 = 1.96  # standard deviations
 # Of sixth order: a resonance four lines wide leaves 0.6 %; of fourth, as long.
-DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
-LOWER = np.array([0.0, 1.0, -4.0, 6.0, -4.0, 1.0, 0.0])
-ALIKE = 2.0  # ratio of the two estimates up to which they see noise: what is curved shows more in the lower one
-SMOOTHED = 9  # lines over which the scatter is averaged
-FEWEST = 2 * SMOOTHED
+SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+FOURTH_DIFFERENCE = np.array([0.0, 1.0, -4.0, 6.0, -4.0, 1.0, 0.0])
+MAX_SCATTER_RATIO = 2.0  # ratio of the two estimates up to which they see noise: what is curved shows more in the lower one
+SCATTER_LINE_COUNT = 9  # lines over which the scatter is averaged
+MIN_SCATTER_LINES = 2 * SCATTER_LINE_COUNT
 
 
 def line_variance(plane: PlaneDynamics) -> FloatArray:
@@ -34,10 +34,10 @@ def line_variance(plane: PlaneDynamics) -> FloatArray:
     if plane.variance is not None:
         return plane.variance
     _, values = plane.lines
-    if values.shape[0] < FEWEST:
+    if values.shape[0] < MIN_SCATTER_LINES:
         return np.zeros(values.shape)
-    variance = _scatter(values, DIFFERENCE)
-    certain = _scatter(values, LOWER) <= ALIKE * variance
+    variance = _scatter(values, SIXTH_DIFFERENCE)
+    certain = _scatter(values, FOURTH_DIFFERENCE) <= MAX_SCATTER_RATIO * variance
     # Where the two differ the curve itself is seen: lines too far apart. Noise there is at most that of the lines elsewhere.
     return np.where(certain, variance, np.minimum(variance, variance[certain].max(initial=0.0)))
 
@@ -48,16 +48,16 @@ def _scatter(values: ComplexArray, difference: FloatArray) -> FloatArray:
     rough = sum(c * values[k:values.shape[0] - 2 * half + k] for k, c in enumerate(difference.tolist()))
     power = np.abs(rough) ** 2 / float((difference**2).sum())
     sums = np.cumsum(np.concatenate([np.zeros((1, *power.shape[1:])), power]), axis=0)
-    first = np.clip(np.arange(values.shape[0]) - half - SMOOTHED // 2, 0, power.shape[0] - SMOOTHED)
-    return np.asarray((sums[first + SMOOTHED] - sums[first]) / SMOOTHED)
+    first = np.clip(np.arange(values.shape[0]) - half - SCATTER_LINE_COUNT // 2, 0, power.shape[0] - SCATTER_LINE_COUNT)
+    return np.asarray((sums[first + SCATTER_LINE_COUNT] - sums[first]) / SCATTER_LINE_COUNT)
 
 
 def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *, influence: ComplexArray, factor: complex,
-                   less: slice | None = None) -> float:
+                   left_out: slice | None = None) -> float:
     """Return the variance of a root's depth, m^2, by the noise of the lines.
 
     hz (n,) : frequencies of the harmonics, of either sign; influence (n, d, d) : change of the vanishing eigenvalue by G there;
-    factor : kappa; less : lines left out, to get the variance of the change that leaving them out makes.
+    factor : kappa; left_out : lines left out, to get the variance of the change that leaving them out makes.
     """
     line = plane.lines[0]
     inside = (np.abs(hz) >= line[0]) & (np.abs(hz) <= line[-1])
@@ -65,17 +65,18 @@ def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *
     # A response at -f is the conjugate of that at f, and the real part is that of the conjugate too.
     terms = np.where(negative[:, None, None], terms.conj(), terms)
     total = np.zeros((line.size, *terms.shape[1:]), complex)
-    _add(total, line, f, terms, slice(None), 1.0 if less is None else -1.0)
-    if less is not None:
-        _add(total, line, f, terms, less, 1.0)
+    _add_contributions(total, line, f, terms, slice(None), 1.0 if left_out is None else -1.0)
+    if left_out is not None:
+        _add_contributions(total, line, f, terms, left_out, 1.0)
     if np.array_equal(plane.lines[1][:, 0, 0], plane.lines[1][:, 1, 1]):  # one measurement stands for both directions
         total[:, 0, 0] += total[:, 1, 1]
         total[:, 1, 1] = 0.0
     return float(0.5 * (np.abs(total) ** 2 * variance).sum())
 
 
-def _add(total: ComplexArray, line: FloatArray, f: FloatArray, terms: ComplexArray, lines: slice, sign: float) -> None:
+def _add_contributions(total: ComplexArray, line: FloatArray, f: FloatArray, terms: ComplexArray, lines: slice,
+                       sign: float) -> None:
     """Add to every line what it contributes through the interpolation at f from these lines."""
     kept = np.arange(line.size)[lines]
-    at, weight = interpolation(line[lines], f)
-    np.add.at(total, kept[at], sign * weight[:, :, None, None] * terms[:, None])
+    indices, weight = interpolation(line[lines], f)
+    np.add.at(total, kept[indices], sign * weight[:, :, None, None] * terms[:, None])

@@ -1,4 +1,4 @@
-"""HarmonicResponse: a response at the harmonics of a cut, from a measured FRF or modes, and how far it may be trusted."""
+"""HarmonicResponse: a response at the harmonics of a cut, from a measured FRF or modes, and the parts of its error."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.stability.hill.interpolation import interpolate
 from toolpoint.cutting.stability.hill.noise import line_variance
 
-UPPER = 0.1  # upper share of a measured band that is left out for the stated error
-FADE = 0.03  # upper share of the band over which the response goes to zero: a harmonic that vanished at once would leave a jump
-HINTS = 40
-EVERY = slice(None)
-TEETH = 4  # tooth passings beyond the highest mode
+UPPER_BAND_FRACTION = 0.1  # of a measured band: its upper part, left out for the stated error
+# Of the band: its upper part, over which the response fades to zero. A harmonic that vanished at once would leave a jump.
+FADE_BAND_FRACTION = 0.03
+MAX_RESONANCE_HINTS = 40  # resonances of a measured response about which theta nodes are laid
+ALL_LINES = slice(None)
+HARMONICS_BEYOND_MODES = 4  # tooth passings beyond the highest mode
 
 
 @dataclass(frozen=True, eq=False)
 class HarmonicResponse:
-    """Receptance at any frequency up to `top`, zero beyond: modes exactly, a measured FRF by the cubic through four lines.
+    """Receptance at any frequency up to `frequency_max`, zero beyond: modes exactly, a measured FRF by the cubic through four
+    lines.
 
     A measured response is zero below its first line too."""
 
     plane: PlaneDynamics
-    top: float
-    low: float
+    frequency_max: float
+    frequency_min: float
     variance: FloatArray | None = None  # of the lines of a measured FRF
 
     @classmethod
@@ -34,18 +36,19 @@ class HarmonicResponse:
         """Return the response; modes are taken up to `reach` times the highest frequency that matters and four times the tooth
         passing frequency `tooth` (Hz) further, which the entries and exits of the edges ask for."""
         if plane.is_modal:
-            return cls(plane, reach * highest(plane) + TEETH * tooth, 0.0)
-        low, top = plane.span
-        return cls(plane, top, low, line_variance(plane))
+            return cls(plane, reach * highest(plane) + HARMONICS_BEYOND_MODES * tooth, 0.0)
+        frequency_min, frequency_max = plane.span
+        return cls(plane, frequency_max, frequency_min, line_variance(plane))
 
     def at(self, hz: FloatArray) -> ComplexArray:
         """Return G at these frequencies (Hz, of either sign), shape (n, d, d)."""
         f = np.abs(hz)
-        fade = np.sin(np.pi / 2 * np.clip((self.top - f) / (FADE * (self.top - self.low)), 0.0, 1.0)) ** 2
-        return np.where((f >= self.low) & (f <= self.top), fade, 0.0)[:, None, None] * self.whole(hz)
+        fade = np.sin(np.pi / 2 * np.clip((self.frequency_max - f)
+                                          / (FADE_BAND_FRACTION * (self.frequency_max - self.frequency_min)), 0.0, 1.0)) ** 2
+        return np.where((f >= self.frequency_min) & (f <= self.frequency_max), fade, 0.0)[:, None, None] * self.whole(hz)
 
-    def whole(self, hz: FloatArray, lines: slice = EVERY) -> ComplexArray:
-        """The response without its limits; of a measured FRF from these lines."""
+    def whole(self, hz: FloatArray, lines: slice = ALL_LINES) -> ComplexArray:
+        """Return the response without the limits of its band; of a measured FRF from these lines."""
         if self.plane.is_modal:
             return self.plane.response(hz)
         f, values = self.plane.lines
@@ -53,51 +56,53 @@ class HarmonicResponse:
         return np.where(hz[:, None, None] < 0, value.conj(), value)
 
     def beyond(self, hz: FloatArray) -> ComplexArray:
-        """What is faded out or above the top: of modes exactly, of a measured FRF a mass line through its last twentieth."""
+        """Return the faded part and the response above `frequency_max`: of modes exactly, of a measured FRF a mass line through
+        its last twentieth."""
         if self.plane.is_modal:
             return self.plane.response(hz) - self.at(hz)
-        above = (np.abs(hz) > self.top)[:, None, None]
+        above = (np.abs(hz) > self.frequency_max)[:, None, None]
         f, values = self.plane.lines
-        last = f >= self.top - 0.05 * (self.top - self.low)
+        last = f >= self.frequency_max - 0.05 * (self.frequency_max - self.frequency_min)
         line = (f[last, None, None] ** 2 * values[last]).mean(0).real
-        faded = np.where((np.abs(hz) >= self.low)[:, None, None], self.whole(hz) - self.at(hz), 0.0)
-        return np.where(above, line / np.maximum(np.abs(hz), self.top)[:, None, None] ** 2, faded)
+        faded = np.where((np.abs(hz) >= self.frequency_min)[:, None, None], self.whole(hz) - self.at(hz), 0.0)
+        return np.where(above, line / np.maximum(np.abs(hz), self.frequency_max)[:, None, None] ** 2, faded)
 
     def upper(self, hz: FloatArray) -> ComplexArray:
-        """The upper tenth of the band."""
-        edge = self.top - UPPER * (self.top - self.low)
+        """Return the response in the upper tenth of the band, zero elsewhere."""
+        edge = self.frequency_max - UPPER_BAND_FRACTION * (self.frequency_max - self.frequency_min)
         return np.where((np.abs(hz) > edge)[:, None, None], self.at(hz), 0.0)
 
     def below(self, hz: FloatArray) -> ComplexArray:
-        """What may lie below a measured band: the real part at its first line."""
+        """Return the possible response below a measured band: the real part at its first line."""
         if self.plane.is_modal:
             return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
-        return np.where((np.abs(hz) < self.low)[:, None, None], self.plane.lines[1][0].real + 0j, 0.0)
+        return np.where((np.abs(hz) < self.frequency_min)[:, None, None], self.plane.lines[1][0].real + 0j, 0.0)
 
     def between(self, hz: FloatArray, first: int) -> ComplexArray:
-        """Change of the interpolation with every other line from the `first` on; of fine lines fifteen times its error."""
+        """Return the change of the interpolation with every other line from the `first` on; of fine lines fifteen times its
+        error."""
         if self.plane.is_modal or self.plane.lines[0].size < 8:
             return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
-        inside = ((np.abs(hz) <= self.top) & (np.abs(hz) >= self.low))[:, None, None]
+        inside = ((np.abs(hz) <= self.frequency_max) & (np.abs(hz) >= self.frequency_min))[:, None, None]
         return np.where(inside, self.whole(hz, slice(first, None, 2)) - self.whole(hz), 0.0)
 
     def hints(self) -> tuple[FloatArray, FloatArray]:
-        """Frequencies of the resonances and their half widths, Hz."""
+        """Return the frequencies of the resonances and their half widths, Hz."""
         if self.plane.is_modal:
             return np.abs(self.plane.poles.imag) / (2 * np.pi), -self.plane.poles.real / (2 * np.pi)
         f, values = self.plane.lines
         size = np.linalg.norm(values, axis=(1, 2))
-        at = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
-        at = at[np.argsort(-size[at])][:HINTS]
-        return f[at], np.array([_half_width(size, f, i) for i in at.tolist()])
+        peaks = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
+        peaks = peaks[np.argsort(-size[peaks])][:MAX_RESONANCE_HINTS]
+        return f[peaks], np.array([_half_width(size, f, i) for i in peaks.tolist()])
 
 
 def highest(plane: PlaneDynamics) -> float:
-    """Highest frequency (Hz) of a mode with at least a thousandth of the largest dynamic flexibility."""
+    """Return the highest frequency (Hz) of a mode with at least a thousandth of the largest dynamic flexibility."""
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max()) / (2 * np.pi)
 
 
-def _half_width(size: Array, f: FloatArray, at: int) -> float:
-    below = np.flatnonzero(size[at:] < 0.7 * size[at])
-    return float(f[min(at + (below[0] if below.size else 1), f.size - 1)] - f[at]) or float(f[1] - f[0])
+def _half_width(size: Array, f: FloatArray, peak: int) -> float:
+    below = np.flatnonzero(size[peak:] < 0.7 * size[peak])
+    return float(f[min(peak + (below[0] if below.size else 1), f.size - 1)] - f[peak]) or float(f[1] - f[0])

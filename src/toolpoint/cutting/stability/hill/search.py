@@ -10,23 +10,23 @@ import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.stability.hill.system import HillSystem, Root
+from toolpoint.cutting.stability.result import REAL_ANGLE_TOLERANCE
 
-WILD = 1.2  # rad: larger phase steps are halved
-DIP = 2.0  # larger steps of the logarithm of its modulus are halved too: a dip may hide a turn
-NARROW = 1e-6  # rad: least theta interval; a step that stays wild is a jump where the band begins or ends
-MOST = 900  # theta nodes
-PARTS = 4  # of a cell, for the signs at theta = 0 and pi
-SMALLEST = 1e-3  # share of the largest depth below which nothing hidden is looked for
-REAL = 1e-6  # rad: a root this near to 0 or pi is a fold or flip
-UNLIKELY = 1e-4  # relative width of a bracket in which Newton's method should long have found the root
+MAX_PHASE_STEP = 1.2  # rad: larger phase steps are halved
+MAX_LOG_STEP = 2.0  # larger steps of the logarithm of its modulus are halved too: a dip may hide a turn
+MIN_THETA_INTERVAL = 1e-6  # rad: least theta interval; a step that stays wild is a jump where the band begins or ends
+MAX_THETA_NODES = 900  # theta nodes
+SIGN_PARTS = 4  # of a cell, for the signs at theta = 0 and pi
+MIN_HIDDEN_DEPTH_RATIO = 1e-3  # share of the largest depth below which nothing hidden is looked for
+UNSOLVED_BRACKET_RATIO = 1e-4  # relative width of a bracket in which Newton's method should long have found the root
 Row = tuple[float, float, int, float]  # depth, theta, change, error
 
 
 class _CountCell(NamedTuple):
     """Depths between which the count may change, and the counts at both."""
 
-    low: float
-    high: float
+    lower: float
+    upper: float
     below: int
     above: int
 
@@ -42,10 +42,11 @@ class Phase:
         while i < len(self.theta) - 1:
             a, b = self.theta[i], self.theta[i + 1]
             step = _steps(self.value[i + 1] - self.value[i])
-            if (np.abs(step.imag).max() < WILD and np.abs(step.real).max() < DIP) or b - a < NARROW:
+            if (np.abs(step.imag).max() < MAX_PHASE_STEP
+                and np.abs(step.real).max() < MAX_LOG_STEP) or b - a < MIN_THETA_INTERVAL:
                 i += 1
                 continue
-            if len(self.theta) >= MOST:
+            if len(self.theta) >= MAX_THETA_NODES:
                 self.complete = False
                 break
             self.theta.insert(i + 1, (a + b) / 2)
@@ -53,21 +54,21 @@ class Phase:
 
 
 def _steps(difference: ComplexArray) -> ComplexArray:
-    """Differences of logarithms with the phase in -pi .. pi."""
+    """Return the differences of logarithms with the phase in -pi .. pi."""
     return difference.real + 1j * ((difference.imag + np.pi) % (2 * np.pi) - np.pi)
 
 
 def count_encirclements(theta: list[float], value: ComplexArray) -> tuple[int, tuple[float, float]]:
-    """(unstable multipliers, theta interval of the largest phase step) from the determinant's logarithm at the nodes."""
+    """Return (unstable multipliers, theta interval of the largest phase step) from the determinant's logarithm at the nodes."""
     return _counts(theta, value[:, None])[0]
 
 
 def _counts(theta: list[float], table: ComplexArray) -> list[tuple[int, tuple[float, float]]]:
-    """Counts and intervals of every column."""
+    """Return the counts and intervals of every column."""
     step = _steps(np.diff(table, axis=0)).imag
-    at = np.argmax(np.abs(step), axis=0).tolist()
+    largest = np.argmax(np.abs(step), axis=0).tolist()
     unstable = np.round(-step.sum(axis=0) / np.pi).astype(int).tolist()
-    return [(n, (theta[k], theta[k + 1])) for n, k in zip(unstable, at, strict=True)]
+    return [(n, (theta[k], theta[k + 1])) for n, k in zip(unstable, largest, strict=True)]
 
 
 class PlainCount:
@@ -84,18 +85,18 @@ class PlainCount:
         self.theta, self.complete = phase.theta, phase.complete
         self.eigenvalues = np.array([eigenvalues[t] for t in self.theta])
         table = np.array(phase.value)
-        self.known = dict(zip(levels.tolist(), _counts(self.theta, table), strict=True))
+        self.known_counts = dict(zip(levels.tolist(), _counts(self.theta, table), strict=True))
 
     def __call__(self, depth: float) -> tuple[int, tuple[float, float]]:
-        if depth in self.known:
-            return self.known[depth]
+        if depth in self.known_counts:
+            return self.known_counts[depth]
         return count_encirclements(self.theta, _log_product(np.asarray(1 + depth * self.eigenvalues, complex)))
 
     def add(self, theta: float) -> None:
-        """Take a root's theta as a node: close to it the determinant turns by half a circle within a hair."""
-        at = int(np.searchsorted(self.theta, theta))
-        self.theta.insert(at, theta)
-        self.eigenvalues = np.insert(self.eigenvalues, at, self.system.eigenvalues(theta), axis=0)
+        """Take a root's theta as a node."""
+        index = int(np.searchsorted(self.theta, theta))
+        self.theta.insert(index, theta)
+        self.eigenvalues = np.insert(self.eigenvalues, index, self.system.eigenvalues(theta), axis=0)
 
 
 class ShapedCount:
@@ -103,14 +104,14 @@ class ShapedCount:
 
     def __init__(self, system: HillSystem, start: FloatArray) -> None:
         self.system, self.start, self.complete = system, start, True
-        self.known: dict[float, tuple[int, tuple[float, float]]] = {}
+        self.known_counts: dict[float, tuple[int, tuple[float, float]]] = {}
 
     def __call__(self, depth: float) -> tuple[int, tuple[float, float]]:
-        if depth not in self.known:
+        if depth not in self.known_counts:
             phase = Phase(self.start, lambda t: np.array([self.system.logarithm(t, depth)]))
             self.complete &= phase.complete
-            self.known[depth] = count_encirclements(phase.theta, np.array(phase.value)[:, 0])
-        return self.known[depth]
+            self.known_counts[depth] = count_encirclements(phase.theta, np.array(phase.value)[:, 0])
+        return self.known_counts[depth]
 
     def add(self, theta: float) -> None:
         """Take a root's theta as a node."""
@@ -118,23 +119,24 @@ class ShapedCount:
 
 
 def _logarithm(eigenvalues: ComplexArray, depths: FloatArray) -> ComplexArray:
-    """log prod(1 + depth eigenvalue) at these depths."""
+    """Return log prod(1 + depth eigenvalue) at these depths."""
     return _log_product(1 + depths[:, None] * eigenvalues[None, :])
 
 
 def _log_product(factors: ComplexArray) -> ComplexArray:
-    """Logarithm of the product along the last axis, its phase up to whole turns: one logarithm for every eight factors.
+    """Return the logarithm of the product along the last axis, its phase up to whole turns: one logarithm for every eight
+    factors.
 
     Eight, as factors are far from 1e38 each, so that no product leaves the range of the numbers; logarithms of all factors
     were half the time of a chart.
     """
-    whole = factors.shape[-1] // 8 * 8
-    parts = factors[..., :whole].reshape(*factors.shape[:-1], whole // 8, 8).prod(axis=-1)
-    return np.asarray(np.log(parts + 1e-300).sum(-1) + np.log(factors[..., whole:].prod(axis=-1) + 1e-300), complex)
+    grouped = factors.shape[-1] // 8 * 8
+    parts = factors[..., :grouped].reshape(*factors.shape[:-1], grouped // 8, 8).prod(axis=-1)
+    return np.asarray(np.log(parts + 1e-300).sum(-1) + np.log(factors[..., grouped:].prod(axis=-1) + 1e-300), complex)
 
 
 def first_nodes(system: HillSystem, base: int) -> FloatArray:
-    """Even theta nodes and more where a narrow resonance turns the determinant."""
+    """Return even theta nodes, and more where a narrow resonance turns the determinant."""
     f, width = system.response.hints()
     spacing = np.pi / base
     around = []
@@ -153,49 +155,49 @@ class HillSearch:
 
     def __init__(self, system: HillSystem, base: int, levels: FloatArray) -> None:
         self.system, self.base, self.grid = system, base, levels
-        self.count = self._counting(base)
+        self.count = self._start_counts(base)
         self.bracketed = False
 
-    def _counting(self, base: int) -> PlainCount | ShapedCount:
+    def _start_counts(self, base: int) -> PlainCount | ShapedCount:
         start = first_nodes(self.system, base)
-        return PlainCount(self.system, start, self.grid) if self.system.plain else ShapedCount(self.system, start)
+        return PlainCount(self.system, start, self.grid) if self.system.is_linear else ShapedCount(self.system, start)
 
     @property
     def status(self) -> str:
-        """What of the search was not reached, else complete."""
+        """Part of the search that was not reached, else ``complete``."""
         if not self.count.complete:
             return "the phase of some depths was not resolved: lower depth_max"
         return "some boundary points were bracketed only: see their error" if self.bracketed else "complete"
 
     def rows(self) -> list[Row]:
-        """Boundary points up to the largest level; with more theta nodes where a count changes without a root: a turn of the
-        phase between two nodes was not seen."""
+        """Solve for the boundary points up to the largest level; with more theta nodes where a count changes without a root: a
+        turn of the phase between two nodes was not seen."""
         for base in (2 * self.base, 4 * self.base):
-            rows = self._solved_band(last=False)
+            rows = self._solve_band(last=False)
             if rows is not None:
                 return rows
-            self.count = self._counting(base)
-        return self._solved_band(last=True) or []
+            self.count = self._start_counts(base)
+        return self._solve_band(last=True) or []
 
-    def _solved_band(self, last: bool) -> list[Row] | None:
-        """Boundary points; None where a count changes without a root, unless it is the `last` attempt."""
+    def _solve_band(self, last: bool) -> list[Row] | None:
+        """Return boundary points; None where a count changes without a root, unless it is the `last` attempt."""
         stack = self._cells()
         rows: list[Row] = []
         while stack:
             cell = stack.pop()
             a, b, m, n = cell
-            root = self._hidden(a, b) if m == n else self._root(a, b, m, n)
+            root = self._hidden_root(a, b) if m == n else self._root(a, b, m, n)
             if root is not None:
                 rows += self._row(root)
                 if root.change != n - m:
-                    stack += self._rest(cell, root)
+                    stack += self._remaining_cells(cell, root)
             elif m == n:
                 continue
-            elif not last and b - a < UNLIKELY * b:
+            elif not last and b - a < UNSOLVED_BRACKET_RATIO * b:
                 return None
             elif b - a < 1e-7 * b:
                 self.bracketed = True
-                rows.append(self._jump(a, b, n - m))
+                rows.append(self._bracketed_row(a, b, n - m))
             else:
                 middle = (a + b) / 2
                 half = self.count(middle)[0]
@@ -203,55 +205,57 @@ class HillSearch:
         return rows
 
     def _cells(self) -> list[_CountCell]:
-        """Depths between which the count is looked at; a shaped cut's cells of equal counts too, for what may hide in them."""
-        turned = self._between_real_roots() if self.system.plain else self._turned()
+        """Return the depth cells of the search: those of unequal counts; of a shaped cut also equal ones, which may hide two
+        roots."""
+        turned = self._between_real_roots() if self.system.is_linear else self._depths_of_sign_changes()
         levels = [0.0, *sorted({*self.grid.tolist(), *turned})]
         counts = [0, *(self.count(w)[0] for w in levels[1:])]
         cells = [_CountCell(a, b, m, n) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts))]
-        return [c for c in cells if c.below != c.above or (not self.system.plain and c.low > 0)]
+        return [c for c in cells if c.below != c.above or (not self.system.is_linear and c.lower > 0)]
 
     def _between_real_roots(self) -> list[float]:
-        """Depths between the flips and folds of a plain cut, so that no two of them share a cell."""
+        """Return the depths between the flips and folds of a plain cut, so that no two of them share a cell."""
         assert isinstance(self.count, PlainCount)
         ends = self.count.eigenvalues[[0, -1]].ravel()
         real = ends[(np.abs(ends.imag) < 1e-9 * np.abs(ends)) & (ends.real < 0)].real
         roots = np.sort(-1 / real[-1 / real < self.grid[-1]])
         return ((roots[1:] + roots[:-1]) / 2).tolist()
 
-    def _turned(self) -> list[float]:
-        """Depths between the levels at which the sign of the determinant at theta = 0 or pi is not that of the level below."""
+    def _depths_of_sign_changes(self) -> list[float]:
+        """Return depths between the levels at which the determinant at theta = 0 or pi has another sign than at the level
+        below."""
         out = []
-        before = (1.0, 1.0)
+        signs_below = (1.0, 1.0)
         for a, b in pairwise([0.0, *self.grid.tolist()]):
-            parts = a + (b - a) * np.arange(1, PARTS + 1) / PARTS
+            parts = a + (b - a) * np.arange(1, SIGN_PARTS + 1) / SIGN_PARTS
             signs = [tuple(np.sign(self.system.sign(theta, w)) for theta in (0.0, np.pi)) for w in parts]
-            out += [float(w) for w, pair in zip(parts[:-1], signs) if pair != before]
-            before = signs[-1]
+            out += [float(w) for w, pair in zip(parts[:-1], signs) if pair != signs_below]
+            signs_below = signs[-1]
         return out
 
-    def _hidden(self, a: float, b: float) -> Root | None:
-        """A root in a cell whose ends have the same count, begun where the phase turns most at either end."""
-        if b - a < SMALLEST * self.grid[-1]:
+    def _hidden_root(self, a: float, b: float) -> Root | None:
+        """Return a root in a cell whose ends have the same count, begun where the phase turns most at either end."""
+        if b - a < MIN_HIDDEN_DEPTH_RATIO * self.grid[-1]:
             return None
         for depth in (b, a):
-            low, high = self.count(depth)[1]
-            root = self._settled(self.system.root((low + high) / 2, depth, within=(a, b)))
+            theta_min, theta_max = self.count(depth)[1]
+            root = self._settle(self.system.root((theta_min + theta_max) / 2, depth, within=(a, b)))
             if root is not None and a < root.depth < b and 0 <= root.theta <= np.pi:
                 return root
         return None
 
-    def _rest(self, cell: _CountCell, root: Root) -> list[_CountCell]:
-        """What is left of a cell on both sides of a root that does not explain all of its change."""
-        low, high = root.depth * (1 - 1e-6), root.depth * (1 + 1e-6)
+    def _remaining_cells(self, cell: _CountCell, root: Root) -> list[_CountCell]:
+        """Return the parts of a cell on both sides of a root that does not explain all of its change."""
+        lower, upper = root.depth * (1 - 1e-6), root.depth * (1 + 1e-6)
         if 0 < root.theta < np.pi:
             self.count.add(root.theta)
-        before, after = self.count(low)[0], self.count(high)[0]
-        parts = (_CountCell(cell.low, low, cell.below, before), _CountCell(high, cell.high, after, cell.above))
-        return [part for part in parts if part.below != part.above and part.high > part.low]
+        count_below, count_above = self.count(lower)[0], self.count(upper)[0]
+        parts = (_CountCell(cell.lower, lower, cell.below, count_below), _CountCell(upper, cell.upper, count_above, cell.above))
+        return [part for part in parts if part.below != part.above and part.upper > part.lower]
 
     def _root(self, a: float, b: float, m: int, n: int) -> Root | None:
-        """A root with a depth between a and b: real where the determinant changes its sign at 0 or pi, else from the theta
-        where the phase turns most."""
+        """Return a root with a depth between a and b: real where the determinant changes its sign at 0 or pi, else from the
+        theta where the phase turns most."""
         middle = (a + b) / 2
         if (n - m) % 2:
             for theta in (np.pi, 0.0):
@@ -259,46 +263,47 @@ class HillSearch:
                 if root is not None:
                     return root
             return None
-        low, high = self.count(middle)[1]
-        root = self._settled(self.system.root((low + high) / 2, middle))
+        theta_min, theta_max = self.count(middle)[1]
+        root = self._settle(self.system.root((theta_min + theta_max) / 2, middle))
         if root is None or not a < root.depth < b or not 0 <= root.theta <= np.pi or root.change * (n - m) <= 0:
             return None
         return root
 
-    def _settled(self, root: Root | None) -> Root | None:
-        """A root at theta = 0 or pi as the flip or fold that it is: one multiplier, not a pair."""
+    def _settle(self, root: Root | None) -> Root | None:
+        """Solve a root at theta = 0 or pi again as the flip or fold that it is: one multiplier, not a pair."""
         if root is None:
             return None
-        nearest = np.pi * round(root.theta / np.pi)
-        return root if abs(root.theta - nearest) > REAL else self.system.root(nearest, root.depth, real=True)
+        real_angle = np.pi * round(root.theta / np.pi)
+        return root if abs(root.theta - real_angle) > REAL_ANGLE_TOLERANCE else self.system.root(real_angle,
+                                                                                                 root.depth, real=True)
 
     def _real(self, theta: float, a: float, b: float) -> Root | None:
         from scipy.optimize import brentq
 
-        at = max(a, 1e-9 * b)
-        if (self.system.sign(theta, at) > 0) == (self.system.sign(theta, b) > 0):
+        lower = max(a, 1e-9 * b)
+        if (self.system.sign(theta, lower) > 0) == (self.system.sign(theta, b) > 0):
             return None
-        depth = float(brentq(lambda w: self.system.sign(theta, w), at, b, xtol=1e-6 * b, rtol=1e-6))
+        depth = float(brentq(lambda w: self.system.sign(theta, w), lower, b, xtol=1e-6 * b, rtol=1e-6))
         root = self.system.root(theta, depth, real=True)
-        return root if root is not None and at < root.depth < b else None
+        return root if root is not None and lower < root.depth < b else None
 
     def _row(self, root: Root) -> list[Row]:
-        """The point of a root, none where its correction takes it beyond the largest depth."""
+        """Return the row of a root, none where its correction takes it beyond the largest depth."""
         theta, depth, error = self.system.corrected(root)
         if abs(depth - root.depth) > 0.3 * root.depth:  # no first-order matter: the root stays, its error says so
             theta, depth = root.theta, root.depth
         theta = min(abs(theta), 2 * np.pi - theta)
         return [(depth, theta, root.change, error)] if depth <= self.grid[-1] else []
 
-    def _jump(self, a: float, b: float, change: int) -> Row:
-        """A point where Newton's method found no root: where the band begins the determinant jumps across zero."""
-        low, high = self.count((a + b) / 2)[1]
-        near = self.system.near((low + high) / 2, (a + b) / 2)
-        return (a + b) / 2, (low + high) / 2, change, b - a + self.system.corrected(near)[2] + 2 * near.step
+    def _bracketed_row(self, a: float, b: float, change: int) -> Row:
+        """Return the row of a bracket without a root: where the measured band begins, the determinant jumps across zero."""
+        theta_min, theta_max = self.count((a + b) / 2)[1]
+        state = self.system.near((theta_min + theta_max) / 2, (a + b) / 2)
+        return (a + b) / 2, (theta_min + theta_max) / 2, change, b - a + self.system.corrected(state)[2] + 2 * state.step
 
 
 def chatter_frequency(system: HillSystem, theta: float) -> float:
-    """Of all |theta/2 pi + k|/T the frequency with the largest response, Hz."""
+    """Return the chatter frequency, Hz: of all |theta/2 pi + k|/T the one with the largest response."""
     f: FloatArray = np.abs(system.hertz(theta, system.harmonics))
     size: Array = np.linalg.norm(system.response.at(f), axis=(1, 2))
     return float(f[np.argmax(size)])

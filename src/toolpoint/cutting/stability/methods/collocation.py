@@ -15,12 +15,12 @@ from toolpoint.cutting.cut.coefficients import chip_direction, edge_matrix
 from toolpoint.cutting.cut.modal_state import ModalState, plane_with_static
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
+from toolpoint.cutting.stability.method import MEASURED_REASON, TURNING_REASON, Problem, require_milling
 from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
-STEEPEST = 12.0  # decay within a panel, as an exponent
+MAX_COLLOCATION_DECAY = 12.0  # decay within a panel, as an exponent
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Collocation:
     tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
-        for name, low in (("nodes", 4), ("slices", 1), ("levels", 2)):
-            count(f"Collocation.{name}", getattr(self, name), low)
+        for name, minimum in (("nodes", 4), ("slices", 1), ("levels", 2)):
+            count(f"Collocation.{name}", getattr(self, name), minimum)
         positive("Collocation.tolerance", self.tolerance, 1e-2)
 
     def __str__(self) -> str:
@@ -65,8 +65,8 @@ class Collocation:
     def refuses(self, problem: Problem) -> str | None:
         """Return why not: turning and measured FRFs only; it takes every other cut."""
         if isinstance(problem, TurningProblem):
-            return TURNING
-        return None if problem.plane.is_modal else MEASURED
+            return TURNING_REASON
+        return None if problem.plane.is_modal else MEASURED_REASON
 
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
               ) -> StabilityChart:
@@ -95,8 +95,8 @@ class Cut:
         tool, arc = problem.tool, problem.engagement
         self.problem, self.omega = problem, 2 * np.pi * speed / 60
         self.variation = problem.speed_variation
-        alike = tool.is_regular and self.variation is None
-        self.pitch = 2 * np.pi / tool.teeth if alike else 2 * np.pi
+        is_tooth_periodic = tool.is_regular and self.variation is None
+        self.pitch = 2 * np.pi / tool.teeth if is_tooth_periodic else 2 * np.pi
         self.period = self.pitch if self.variation is None else 2 * np.pi * self.variation.revolutions
         length, rounded = tool.edge_length(depth), tool.corner_radius * np.pi / 2
         ends = [0.0, rounded, length] if 0 < rounded < length else [0.0, length]
@@ -105,9 +105,9 @@ class Cut:
         width = np.concatenate([(b - a) * w / 2 for a, b in pairwise(ends)])
         height, kappa, radius = tool.along_edge(middle)
         lag = tool.angles(height)  # (slices, teeth): angle behind tooth 0's tip
-        ahead = (np.roll(lag, 1, axis=1) - lag) % (2 * np.pi)
-        delay = np.where(ahead == 0, 2 * np.pi, 2 * np.pi - ahead)
-        if alike:
+        advance = (np.roll(lag, 1, axis=1) - lag) % (2 * np.pi)
+        delay = np.where(advance == 0, 2 * np.pi, 2 * np.pi - advance)
+        if is_tooth_periodic:
             lag, delay = lag[:, :1], np.full((middle.size, 1), self.pitch)
         self.lag, self.delay = lag.ravel(), delay.ravel()
         self.share, self.kappa = (np.repeat(v, lag.shape[1]) for v in (width, kappa))
@@ -116,39 +116,40 @@ class Cut:
         self.drag = problem.process_damping / tool.radius
 
     def clock(self, angle: FloatArray) -> FloatArray:
-        """Time at which the spindle has turned by `angle`, s."""
+        """Return the time at which the spindle has turned by `angle`, s."""
         if self.variation is None:
             return np.asarray(angle) / self.omega
         return self.variation.clock(np.asarray(angle), self.omega)
 
     def rate(self, angle: FloatArray) -> FloatArray:
-        """Seconds a radian at `angle`."""
+        """Return the seconds a radian at `angle`."""
         if self.variation is None:
             return np.full(np.shape(angle), 1 / self.omega)
         return 1 / (self.omega * self.variation.factor(np.asarray(angle)))
 
     def breaks(self) -> FloatArray:
-        """Break points of one period, rad: entries, exits, and the same one delay later."""
+        """Return the break points of one period, rad: entries, exits, and the same one delay later."""
         turns = 2 * np.pi * np.arange(max(1, round(self.period / (2 * np.pi))))
         first = np.concatenate([self.entry + self.lag, self.exit + self.lag])
         times = (first[:, None] + turns).ravel() % self.period
-        later = (times[:, None] + np.unique(np.round(self.delay, 12))[None, :]).ravel() % self.period
-        every = np.concatenate([[0.0, self.period], times, *([later] if self.delay.size <= 16 else [])])
-        every = np.unique(np.round(every / self.period, 11)) * self.period
+        images = (times[:, None] + np.unique(np.round(self.delay, 12))[None, :]).ravel() % self.period
+        ends = np.concatenate([[0.0, self.period], times, *([images] if self.delay.size <= 16 else [])])
+        ends = np.unique(np.round(ends / self.period, 11)) * self.period
         # No panel may look back into itself.
-        parts = np.maximum(1, np.ceil(np.diff(every) / (0.9 * self.delay.min() if self.delay.size > 1 else 9.0))).astype(int)
-        split = [a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(every[:-1], every[1:], parts)]
+        parts = np.maximum(1, np.ceil(np.diff(ends) / (0.9 * self.delay.min() if self.delay.size > 1 else 9.0))).astype(int)
+        split = [a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(ends[:-1], ends[1:], parts)]
         return np.concatenate([[0.0], *split])
 
     def elements(self, a: float, b: float) -> tuple[Array, FloatArray]:
-        """Elements (tooth and slice) in cut between a and b, and their angle when the spindle is at angle zero."""
+        """Return the elements (tooth and slice) in cut between a and b, and their angle when the spindle is at angle zero."""
         middle = (a + b) / 2
         phi = (middle - self.lag[:, None] + self.pitch * np.arange(round(2 * np.pi / self.pitch))) % (2 * np.pi)
-        at, turn = np.nonzero((phi > self.entry[:, None]) & (phi < self.exit[:, None]))
-        return at, phi[at, turn] - middle
+        element, turn = np.nonzero((phi > self.entry[:, None]) & (phi < self.exit[:, None]))
+        return element, phi[element, turn] - middle
 
     def matrices(self, phi: FloatArray, live: Array) -> tuple[FloatArray, FloatArray]:
-        """k n^T and the process damping's matrix times 1/rate of elements at angles, shape (elements, n, d, d), per metre."""
+        """Return k n^T and the process damping's matrix times 1/rate of elements at angles, shape (elements, n, d, d), per
+        metre."""
         d, kappa = self.ways, self.kappa[live][:, None]
         chip = np.concatenate([chip_direction(phi) * np.sin(kappa)[..., None],
                                np.broadcast_to(-np.cos(kappa), phi.shape)[..., None]], axis=-1)
@@ -169,23 +170,23 @@ class _Panel(NamedTuple):
     place: int
 
 
-def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
-    """Matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
+def _monodromy(plane: PlaneDynamics, cut: Cut, nodes_min: int) -> FloatArray:
+    """Return the matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
     system = ModalState(plane)
-    ends = _short(cut, cut.breaks(), float(-plane.poles.real.min()))
+    ends = _split_steep(cut, cut.breaks(), float(-plane.poles.real.min()))
     panels: list[_Panel] = []
-    at = 0
-    top = np.abs(plane.poles).max()
+    offset = 0
+    omega_max = np.abs(plane.poles).max()
     spans = np.diff(cut.clock(ends))
     live = [cut.elements(a, b) for a, b in pairwise(ends)]
-    counts = [least + int(np.ceil(1.3 * top * span)) for span in spans]
-    needed = _needed(cut, ends, live, counts)
+    counts = [nodes_min + int(np.ceil(1.3 * omega_max * span)) for span in spans]
+    needed = _panels_looked_into(cut, ends, live, counts)
     for place, (a, b) in enumerate(pairwise(ends)):
         elements, start = live[place]
         n = counts[place] if elements.size or needed[place] else 0
-        panels.append(_Panel(a, b, elements, start, n, at))
-        at += cut.ways * n
-    states, size = 2 * system.poles.size, at
+        panels.append(_Panel(a, b, elements, start, n, offset))
+        offset += cut.ways * n
+    states, size = 2 * system.poles.size, offset
     state: FloatArray = np.eye(states, states + size)
     past = np.concatenate([np.zeros((size, states)), np.eye(size)], axis=1)
     now = np.full((size, states + size), np.nan)
@@ -198,25 +199,25 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     return np.concatenate([state, now])
 
 
-def _short(cut: Cut, ends: FloatArray, decay: float) -> FloatArray:
-    """Ends of panels within which the fastest decay (1/s) is at most exp(-STEEPEST): backwards it would drown the rest."""
-    parts = np.maximum(1, np.ceil(decay * np.diff(cut.clock(ends)) / STEEPEST)).astype(int)
+def _split_steep(cut: Cut, ends: FloatArray, decay: float) -> FloatArray:
+    """Return ends of panels within which the fastest decay (1/s) is at most exp(-12): backwards it would drown the rest."""
+    parts = np.maximum(1, np.ceil(decay * np.diff(cut.clock(ends)) / MAX_COLLOCATION_DECAY)).astype(int)
     return np.concatenate([[0.0], *(a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(ends[:-1], ends[1:], parts))])
 
 
-def _needed(cut: Cut, ends: FloatArray, live: list[tuple[Array, FloatArray]], counts: list[int]) -> Array:
+def _panels_looked_into(cut: Cut, ends: FloatArray, live: list[tuple[Array, FloatArray]], counts: list[int]) -> Array:
     """Whether a panel that cuts looks back into each panel."""
     out = np.zeros(ends.size - 1, bool)
     for a, b, (elements, _), n in zip(ends[:-1], ends[1:], live, counts):
         if elements.size:
             angle = a + (b - a) / 2 * (1 + gauss(n)[0])
-            seen = _within(angle[:, None] - np.unique(cut.delay[elements]), cut.period)
-            out[np.unique(np.searchsorted(ends, seen, side="right") - 1)] = True
+            past_angles = _wrap_into_period(angle[:, None] - np.unique(cut.delay[elements]), cut.period)
+            out[np.unique(np.searchsorted(ends, past_angles, side="right") - 1)] = True
     return out
 
 
-def _within(angle: FloatArray, period: float) -> FloatArray:
-    """Angles of the past period moved into the present one."""
+def _wrap_into_period(angle: FloatArray, period: float) -> FloatArray:
+    """Move angles of the past period into the present one."""
     return np.clip(np.where(angle < 0, angle + period, angle), 0.0, np.nextafter(period, 0.0))
 
 
@@ -241,7 +242,8 @@ def _panel(system: ModalState, cut: Cut, panel: _Panel, state: FloatArray, past:
     present, damping = (share * cutting).sum(0), (share * drag).sum(0) * rate[:, None, None]
     memory = np.zeros((n, d, state.shape[1]))
     for e, element in enumerate(live):
-        memory += np.einsum("iab,ibm->iam", share[e] * cutting[e], _delayed(angle - cut.delay[element], cut, panels, past, now))
+        memory += np.einsum("iab,ibm->iam", share[e] * cutting[e],
+                            _delayed_vibration(angle - cut.delay[element], cut, panels, past, now))
     # F_i = -own_i r_i - damping_i r'_i + memory_i;  r = free + weight F;  r' = free' + weight' F
     big = np.einsum("iab,ijbc->iajc", present, weight)
     right = memory - np.einsum("iab,ibm->iam", present, free @ state)
@@ -257,17 +259,17 @@ def _panel(system: ModalState, cut: Cut, panel: _Panel, state: FloatArray, past:
     return system.step(end - begin) @ state + push @ force, rows
 
 
-def _delayed(angle: FloatArray, cut: Cut, panels: Sequence[_Panel], past: FloatArray, now: FloatArray) -> FloatArray:
-    """Vibration at past angles as maps of the initial data, by barycentric interpolation on its panel."""
+def _delayed_vibration(angle: FloatArray, cut: Cut, panels: Sequence[_Panel], past: FloatArray, now: FloatArray) -> FloatArray:
+    """Return the vibration at past angles as maps of the initial data, by barycentric interpolation on its panel."""
     # A panel may look back across the border of two: every angle is interpolated on its own panel, never extrapolated.
     border = np.array([panel.begin for panel in panels])
-    moved = _within(angle, cut.period)
+    moved = _wrap_into_period(angle, cut.period)
     on = np.searchsorted(border, moved, side="right") - 1
     out = np.empty((angle.size, cut.ways, now.shape[1]))
-    for p, before in {(int(p), bool(t < 0)) for p, t in zip(on, angle)}:
+    for p, is_past in {(int(p), bool(t < 0)) for p, t in zip(on, angle)}:
         a, b, _, _, n, place = panels[p]
-        at = (on == p) & ((angle < 0) == before)
-        rows = lagrange(gauss(n)[0], 2 * (moved[at] - a) / (b - a) - 1)
-        source = (past if before else now)[place:place + cut.ways * n].reshape(n, cut.ways, -1)
-        out[at] = np.einsum("ij,jcm->icm", rows, source)
+        selected = (on == p) & ((angle < 0) == is_past)
+        rows = lagrange(gauss(n)[0], 2 * (moved[selected] - a) / (b - a) - 1)
+        source = (past if is_past else now)[place:place + cut.ways * n].reshape(n, cut.ways, -1)
+        out[selected] = np.einsum("ij,jcm->icm", rows, source)
     return out

@@ -12,7 +12,7 @@ import scipy  # its rooms load on first use
 from toolpoint._check import ComplexArray, FloatArray, count, fail, positive
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
+from toolpoint.cutting.stability.method import MEASURED_REASON, TURNING_REASON, Problem, require_milling
 from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -72,7 +72,7 @@ class SemiDiscretization:
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""
-        a, b, c, mean, step = _stepped(problem, speed, self.intervals)
+        a, b, c, mean, step = _discretize(problem, speed, self.intervals)
         n, m = a.shape[0], self.intervals
         feedback = depth * np.einsum("ia,tab,bj->tij", b, mean, c)
         drive = depth * np.einsum("ia,tab->tib", b, mean)
@@ -80,11 +80,11 @@ class SemiDiscretization:
         block[:, :n, :n], block[:, :n, n:n + 2] = (a - feedback) * step, drive * step
         block[:, n:n + 2, n + 2:] = np.eye(2)
         e = scipy.linalg.expm(block)
-        now, later = e[:, :n, n:n + 2], e[:, :n, n + 2:]
+        hold, ramp = e[:, :n, n:n + 2], e[:, :n, n + 2:]
         if self.order == 0:
-            weights = [(now[i] / 2, now[i] / 2) for i in range(m)]
+            weights = [(hold[i] / 2, hold[i] / 2) for i in range(m)]
         else:
-            weights = [(now[i] - later[i], later[i]) for i in range(m)]
+            weights = [(hold[i] - ramp[i], ramp[i]) for i in range(m)]
         return _spectrum(n, m, c, lambda i, x, past: e[i, :n, :n] @ x + weights[i][0] @ past[0] + weights[i][1] @ past[1])
 
 
@@ -131,26 +131,26 @@ class FullDiscretization:
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""
-        a, b, c, mean, step = _stepped(problem, speed, self.intervals, sampled=True)
+        a, b, c, mean, step = _discretize(problem, speed, self.intervals, sampled=True)
         n, m = a.shape[0], self.intervals
         first, last = mean[:-1], mean[1:]
-        hold = _holds(a, step)
+        hold = _hold_integrals(a, step)
         # Product of two linear functions of u = s/dt: (1-u)^2, u(1-u) (both ways), u^2 weights.
         constant, ramp, square = hold
         start, mixed = constant - 2 * ramp + square, ramp - square
-        whole = scipy.linalg.expm(a * step)
+        transition = scipy.linalg.expm(a * step)
 
         def advance(i: int, x: FloatArray, past: Sequence[FloatArray]) -> FloatArray:
             at_start = depth * (start @ b @ first[i] + mixed @ b @ last[i])
             at_end = depth * (mixed @ b @ first[i] + square @ b @ last[i])
-            right = whole @ x - at_start @ (c @ x - past[0]) + at_end @ past[1]
+            right = transition @ x - at_start @ (c @ x - past[0]) + at_end @ past[1]
             return np.linalg.solve(np.eye(n) + at_end @ c, right)
 
         return _spectrum(n, m, c, advance)
 
 
-def _holds(a: FloatArray, step: float) -> list[FloatArray]:
-    """Integrals of e^{A (dt - s)} (s/dt)^k ds over one step, k = 0, 1, 2, from one exponential."""
+def _hold_integrals(a: FloatArray, step: float) -> list[FloatArray]:
+    """Return the integrals of e^{A (dt - s)} (s/dt)^k ds over one step, k = 0, 1, 2, from one exponential."""
     n = a.shape[0]
     block = np.zeros((4 * n, 4 * n))
     block[:n, :n] = a * step
@@ -162,18 +162,18 @@ def _holds(a: FloatArray, step: float) -> list[FloatArray]:
 
 def _refusal(problem: Problem) -> str | None:
     if isinstance(problem, TurningProblem):
-        return TURNING
+        return TURNING_REASON
     if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0 or problem.speed_variation:
         return ("unequal pitch, helix, process damping or speed variation; must have straight teeth of equal pitch "
                 "(use method=Collocation() or PanelArnoldi())")
     if problem.plane.size != 2 or problem.tool.corner_radius > 0:
         return "the direction z or a rounded edge; must be a cylindrical cut in the plane (use PanelArnoldi())"
-    return None if problem.plane.is_modal else MEASURED
+    return None if problem.plane.is_modal else MEASURED_REASON
 
 
-def _stepped(problem: MillingProblem, speed: float, intervals: int, sampled: bool = False
-             ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
-    """State matrices of the modes, and the cut's matrix averaged over (or sampled at the ends of) the intervals."""
+def _discretize(problem: MillingProblem, speed: float, intervals: int, sampled: bool = False
+                ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """Return the state matrices of the modes, and the cut's matrix averaged over (or sampled at the ends of) the intervals."""
     plane = modal_plane(problem.plane_at(speed))
     s, residue = plane.poles, plane.residues
     n = 2 * s.size
@@ -183,33 +183,33 @@ def _stepped(problem: MillingProblem, speed: float, intervals: int, sampled: boo
         u, size, v = np.linalg.svd(r)
         for i in range(2):
             if size[i] > 1e-13 * size[0]:
-                left, at = u[:, i] * size[i], slice(row, row + 2)
-                a[at, at] = [[pole.real, -pole.imag], [pole.imag, pole.real]]
-                c[:, at] = np.stack([2 * left.real, -2 * left.imag], axis=1)
-                b[at] = np.stack([v[i].real, v[i].imag])
+                left, rows = u[:, i] * size[i], slice(row, row + 2)
+                a[rows, rows] = [[pole.real, -pole.imag], [pole.imag, pole.real]]
+                c[:, rows] = np.stack([2 * left.real, -2 * left.imag], axis=1)
+                b[rows] = np.stack([v[i].real, v[i].imag])
                 row += 2
     period = float(problem.tooth_period(speed))
     pitch = 2 * np.pi / problem.tool.teeth
     ends = problem.engagement.entry + pitch * np.arange(intervals + 1) / intervals
-    mean = _sampled(problem, ends) if sampled else _averaged(problem, ends)
+    mean = _sample_matrices(problem, ends) if sampled else _average_matrices(problem, ends)
     return a[:row, :row], b[:row], c[:, :row], mean, period / intervals
 
 
-def _averaged(problem: MillingProblem, ends: FloatArray) -> FloatArray:
-    """Mean of sum_j k n^T over each interval of rotation, shape (intervals, 2, 2), exact."""
+def _average_matrices(problem: MillingProblem, ends: FloatArray) -> FloatArray:
+    """Return the mean of sum_j k n^T over each interval of rotation, shape (intervals, 2, 2), exact."""
     from toolpoint.cutting.cut.coefficients import mean_matrix
 
     pitch, arc = 2 * np.pi / problem.tool.teeth, problem.engagement
     total = np.zeros((ends.size - 1, 2, 2))
     for j in range(problem.tool.teeth):
         for i, (a, b) in enumerate(zip(ends[:-1] + j * pitch, ends[1:] + j * pitch)):
-            low, high = max(a, arc.entry), min(b, arc.exit)
-            if high > low:
-                total[i] += mean_matrix(problem.coefficients, low, high, teeth=1) * 2 * np.pi / (b - a)
+            start, end = max(a, arc.entry), min(b, arc.exit)
+            if end > start:
+                total[i] += mean_matrix(problem.coefficients, start, end, teeth=1) * 2 * np.pi / (b - a)
     return total
 
 
-def _sampled(problem: MillingProblem, ends: FloatArray) -> FloatArray:
+def _sample_matrices(problem: MillingProblem, ends: FloatArray) -> FloatArray:
     from toolpoint.cutting.cut.coefficients import chip_direction, force_direction
 
     pitch, arc = 2 * np.pi / problem.tool.teeth, problem.engagement
@@ -220,7 +220,7 @@ def _sampled(problem: MillingProblem, ends: FloatArray) -> FloatArray:
 
 
 def _spectrum(n: int, m: int, c: FloatArray, advance: Advance) -> ComplexArray:
-    """Eigenvalues of the map of (state, m past displacements), largest first."""
+    """Return the eigenvalues of the map of (state, m past displacements), largest first."""
     size = n + 2 * m
     x: FloatArray = np.eye(n, size)
     # Past displacements of one period, oldest first; the newest of them is the present state's.

@@ -1,4 +1,4 @@
-r"""Mode coupling without regeneration: stability of a cut whose force follows the present vibration only (robots)."""
+r"""Mode coupling without regeneration: stability of a cut whose force follows the present vibration alone (robots)."""
 
 from __future__ import annotations
 
@@ -52,24 +52,24 @@ def mode_coupling(problem: MillingProblem | TurningProblem, depth_max: float = 0
     matrix = np.diag([problem.stiffness, 0.0]) if isinstance(problem, TurningProblem) else problem.mean_matrix
     system = ModalState(modal_plane(problem.plane))
     poles, left, right = system.poles, system.left, system.right
-    every = np.concatenate([poles, poles.conj()])
+    all_poles = np.concatenate([poles, poles.conj()])
     output, drive = np.concatenate([left, left.conj()], axis=1), np.concatenate([right, right.conj()])
 
     def roots(depth: float) -> FloatArray:
-        return np.linalg.eigvals(np.diag(every) - depth * drive @ matrix @ output)
+        return np.linalg.eigvals(np.diag(all_poles) - depth * drive @ matrix @ output)
 
-    top = positive("depth_max", depth_max, 10.0)
-    grid = top * np.arange(1, count("levels", levels, 4) + 1) / levels
-    low = 0.0
+    depth_limit = positive("depth_max", depth_max, 10.0)
+    grid = depth_limit * np.arange(1, count("levels", levels, 4) + 1) / levels
+    stable_depth = 0.0
     for w in grid:
         if roots(w).real.max() > 0:
             break
-        low = w
+        stable_depth = w
     else:
         return ModeCoupling(float("inf"), float("nan"))
-    high = float(w)
+    unstable_depth = float(w)
     for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (low, middle) if roots(middle).real.max() > 0 else (middle, high)
-    s = roots(high)
-    return ModeCoupling(float(high), float(np.abs(s[np.argmax(s.real)].imag)) / (2 * np.pi))
+        middle = (stable_depth + unstable_depth) / 2
+        stable_depth, unstable_depth = (stable_depth, middle) if roots(middle).real.max() > 0 else (middle, unstable_depth)
+    s = roots(unstable_depth)
+    return ModeCoupling(float(unstable_depth), float(np.abs(s[np.argmax(s.real)].imag)) / (2 * np.pi))

@@ -82,12 +82,12 @@ class MultiFrequency:
 def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, harmonics: int) -> ArcSet:
     """Return what the kernels need of the truncated Hill matrix, in the form of `floquet.green_set`."""
     period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
-    top = int(np.ceil(plane.span[1] * period)) + harmonics
-    nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=4.0 * top, least=20,
+    order_max = int(np.ceil(plane.span[1] * period)) + harmonics
+    nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=4.0 * order_max, nodes_min=20,
                            second_direction=True, size=plane.size)
-    moves = np.any(plane.residues[:, 1:]) or np.any(plane.static[1:])
-    ways = plane.size if moves else 1
-    order = np.arange(-2 * top, 2 * top + 1)
+    moves_in_y = np.any(plane.residues[:, 1:]) or np.any(plane.static[1:])
+    ways = plane.size if moves_in_y else 1
+    order = np.arange(-2 * order_max, 2 * order_max + 1)
     wave = np.exp(-2j * np.pi * order[:, None] * nodes.angle / pitch) * nodes.weight / pitch
     fourier = np.einsum("kq,qa,qb->kab", wave, nodes.force[:, :ways], nodes.chip[:, :ways])
     poles = np.stack([plane.poles.real, plane.poles.imag], axis=1).ravel()

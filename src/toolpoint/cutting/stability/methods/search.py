@@ -50,24 +50,24 @@ def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: Flo
 
 
 def unstable(values: ComplexArray) -> int:
-    """Number of multipliers outside the unit circle."""
+    """Count the multipliers outside the unit circle."""
     return int(np.sum(np.abs(values) > 1))
 
 
 def _boundaries(problem: MillingProblem, speed: float, grid: FloatArray, multipliers: Multipliers,
                 tolerance: float) -> list[tuple[float, ...]]:
     counts = [unstable(multipliers(problem, speed, float(w))) for w in grid]
-    low, before, rows = 0.0, 0, []
-    for w, after in zip(grid, counts):
-        if (after > 0) != (before > 0):
-            rows.append(_boundary(problem, speed, (low, float(w)), after - before, multipliers, tolerance))
-        low, before = float(w), after
+    lower_depth, count_below, rows = 0.0, 0, []
+    for w, count_above in zip(grid, counts):
+        if (count_above > 0) != (count_below > 0):
+            rows.append(_boundary(problem, speed, (lower_depth, float(w)), count_above - count_below, multipliers, tolerance))
+        lower_depth, count_below = float(w), count_above
     return rows
 
 
 def _boundary(problem: MillingProblem, speed: float, bracket: tuple[float, float], change: int, multipliers: Multipliers,
               tolerance: float) -> tuple[float, ...]:
-    """Root of log(spectral radius) in the bracket (Brent), with type and frequency."""
+    """Solve log(spectral radius) = 0 in the bracket (Brent); return depth, theta, frequency, change and error."""
     from scipy.optimize import brentq
 
     a, b = bracket
@@ -91,7 +91,7 @@ def _boundary(problem: MillingProblem, speed: float, bracket: tuple[float, float
 
 
 def mean_period(problem: MillingProblem, speed: float) -> float:
-    """Period of the multipliers, s: tooth period, revolution, or (mean) period of the speed variation."""
+    """Return the period of the multipliers, s: tooth period, revolution, or (mean) period of the speed variation."""
     if problem.speed_variation is not None:
         angle = 2 * np.pi * problem.speed_variation.revolutions
         return float(problem.speed_variation.clock(np.array(angle), 2 * np.pi * speed / 60))

@@ -59,8 +59,8 @@ class ZeroOrder:
         """Return the chart; see `stability.chart`. It always begins cold."""
         require_suited(self, problem)
         parts = []
-        for group in _groups(problem, speeds):
-            parts.append(_solved(problem, speeds, group, depth_max, self.lines))
+        for group in _group_speeds(problem, speeds):
+            parts.append(_solve_group(problem, speeds, group, depth_max, self.lines))
         columns = [np.concatenate(c) for c in zip(*parts)]
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=self._notes(problem))
 
@@ -77,15 +77,15 @@ class ZeroOrder:
         return (*problem.notes, KNOWN_ERROR + helix, *pitch)
 
 
-def _groups(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> list[Array]:
-    """Speeds that share one response: all of them, or each apart where the response depends on the speed."""
-    apart = isinstance(problem, MillingProblem) and problem.depends_on_speed
+def _group_speeds(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> list[Array]:
+    """Return groups of speeds that share one response: all, or each alone where the response depends on the speed."""
+    depends_on_speed = isinstance(problem, MillingProblem) and problem.depends_on_speed
     damped = problem.process_damping > 0
-    return [np.array([i]) for i in range(speeds.size)] if apart or damped else [np.arange(speeds.size)]
+    return [np.array([i]) for i in range(speeds.size)] if depends_on_speed or damped else [np.arange(speeds.size)]
 
 
-def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group: Array, depth_max: float,
-            lines: int) -> tuple[Array, ...]:
+def _solve_group(problem: MillingProblem | TurningProblem, speeds: FloatArray, group: Array, depth_max: float,
+                 lines: int) -> tuple[Array, ...]:
     speed = float(speeds[group[0]])
     if isinstance(problem, TurningProblem):
         plane, teeth, matrix = problem.plane, 1, np.diag([problem.stiffness, *np.zeros(problem.plane.size - 1)])
@@ -94,25 +94,25 @@ def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group:
     else:
         plane, teeth, matrix, lag = problem.plane_at(speed), problem.tool.teeth, problem.mean_matrix, 0.0
     period = 60 / (teeth * speeds[group])
-    f = _lines(plane, lines, period)
+    f = _frequency_lines(plane, lines, period)
     curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
     branches = [_crossings(curves, f, branch, period, depth_max) for branch in (0, 1)]
-    at, depth, frequency, change = (np.concatenate(c) for c in zip(*branches))
-    theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[at])))
-    return group[at], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
+    speed_index, depth, frequency, change = (np.concatenate(c) for c in zip(*branches))
+    theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[speed_index])))
+    return group[speed_index], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
 
 
-def _lines(plane: PlaneDynamics, lines: int, period: FloatArray) -> FloatArray:
+def _frequency_lines(plane: PlaneDynamics, lines: int, period: FloatArray) -> FloatArray:
     if not plane.is_modal:
         f = plane.lines[0]
         return f[f > 0]
     centre, half = np.abs(plane.poles) / 2 / np.pi, -plane.poles.real / 2 / np.pi
     spread = np.sinh(np.linspace(-6, 6, max(31, lines // (2 * max(plane.poles.size, 1)))))
-    near = (centre[:, None] + half[:, None] * spread).ravel()
-    top = 2.5 * centre.max()
-    step = max(min(top / lines, 0.15 / period.max()), top / 40_000)
-    f = np.concatenate([near, np.arange(step, top, step)])
-    return np.unique(f[(f > 1e-3 * centre.min()) & (f < top)])
+    around_poles = (centre[:, None] + half[:, None] * spread).ravel()
+    frequency_max = 2.5 * centre.max()
+    step = max(min(frequency_max / lines, 0.15 / period.max()), frequency_max / 40_000)
+    f = np.concatenate([around_poles, np.arange(step, frequency_max, step)])
+    return np.unique(f[(f > 1e-3 * centre.min()) & (f < frequency_max)])
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class Curves:
     single: bool
 
     def eigenvalues(self, f: FloatArray) -> ComplexArray:
-        """Both eigenvalues at each frequency in Hz, shape (n, 2); of a one-direction cut its only one, twice.
+        """Return both eigenvalues at each frequency in Hz, shape (n, 2); of a one-direction cut its only one, twice.
 
         With z: on a cylinder vibration along z makes no chip, so the eigenvalues that are not zero are those of the part of
         -G A in the plane; K_a enters through the cross response with z.
@@ -145,22 +145,22 @@ class Curves:
         return np.stack([half + root, half - root], axis=-1)
 
     def inverse(self, f: FloatArray) -> ComplexArray:
-        """1/eigenvalue of both branches, sorted so that each is continuous along f, shape (n, 2)."""
+        """Return 1/eigenvalue of both branches, sorted so that each is continuous along f, shape (n, 2)."""
         values = self.eigenvalues(f)
         crossed = np.abs(values[1:, 0] - values[:-1, 1]) + np.abs(values[1:, 1] - values[:-1, 0])
         straight = np.abs(np.diff(values[:, 0])) + np.abs(np.diff(values[:, 1]))
         swapped = np.concatenate([[False], np.cumsum(straight > crossed) % 2 == 1])
         values[swapped] = values[swapped][:, ::-1]
-        return _inverted(values)
+        return _invert(values)
 
     def near(self, f: FloatArray, guess: ComplexArray) -> ComplexArray:
-        """1/eigenvalue nearest to a guess."""
-        values = _inverted(self.eigenvalues(f))
+        """Return the 1/eigenvalue nearest to a guess."""
+        values = _invert(self.eigenvalues(f))
         pick = np.argmin(np.where(np.isnan(values), np.inf, np.abs(values - guess[:, None])), axis=1)
         return values[np.arange(f.size), pick]
 
     def depth(self, inverse: ComplexArray, f: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
-        """Real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve."""
+        """Return the real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve."""
         drag = 2 * np.pi * f * self.lag
         square, linear = np.abs(inverse) ** 2, inverse.real + inverse.imag * drag
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -181,18 +181,19 @@ class Curves:
         return np.where((side[1] - side[0]).imag > 0, -2, 2)
 
 
-def _inverted(values: ComplexArray) -> ComplexArray:
+def _invert(values: ComplexArray) -> ComplexArray:
     zero = np.abs(values) <= 1e-13 * np.abs(values).max(initial=0.0)
     return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
 
 
 def _crossings(curves: Curves, f: FloatArray, branch: int, period: FloatArray,
                depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
-    """Crossings of one branch with every speed: place of the speed, depth, frequency, change of the unstable count."""
+    """Return the crossings of one branch with every speed: place of the speed, depth, frequency, change of the unstable
+    count."""
     inverse = curves.inverse(f)[:, branch]
     w, e = curves.depth(inverse, f, branch)
-    low = np.fmin(w[:-1], w[1:])
-    both = np.flatnonzero(np.isfinite(w[:-1]) & np.isfinite(w[1:]) & (low <= 3 * depth_max))
+    lower_depth = np.fmin(w[:-1], w[1:])
+    both = np.flatnonzero(np.isfinite(w[:-1]) & np.isfinite(w[1:]) & (lower_depth <= 3 * depth_max))
     if both.size == 0:
         return np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int)
     a = f[both] * period[:, None] - e[both] / (2 * np.pi)
@@ -203,14 +204,14 @@ def _crossings(curves: Curves, f: FloatArray, branch: int, period: FloatArray,
     number = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
     lobe = np.repeat(first[s, i], repeat) + number
     s, i = np.repeat(s, repeat), np.repeat(i, repeat)
-    return _refined(curves, (f, inverse, both[i]), lobe, s, branch, period, depth_max)
+    return _refine_crossings(curves, (f, inverse, both[i]), lobe, s, branch, period, depth_max)
 
 
-def _refined(curves: Curves, bracket: tuple[FloatArray, ComplexArray, Array], lobe: FloatArray, s: Array, branch: int,
-             period: FloatArray, depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
+def _refine_crossings(curves: Curves, bracket: tuple[FloatArray, ComplexArray, Array], lobe: FloatArray, s: Array, branch: int,
+                      period: FloatArray, depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
     """Solve f T - e(f)/2 pi = lobe in each bracket by false position (Illinois)."""
-    f, inverse, at = bracket
-    x0, x1, v0, v1, t = f[at].copy(), f[at + 1].copy(), inverse[at], inverse[at + 1], period[s]
+    f, inverse, line = bracket
+    x0, x1, v0, v1, t = f[line].copy(), f[line + 1].copy(), inverse[line], inverse[line + 1], period[s]
 
     def gap(x: FloatArray, v: ComplexArray) -> FloatArray:
         return x * t - curves.depth(v, x, branch)[1] / (2 * np.pi) - lobe

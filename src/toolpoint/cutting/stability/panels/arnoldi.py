@@ -13,14 +13,13 @@ from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
 from toolpoint.cutting.stability.sorting import sort_by_size
 
-CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
-OVERFLOW = -1
+MAX_RESIDUAL_RATIO = 1e-4  # of a multiplier's distance from the unit circle: a level is judged when the residual is below it
+OVERFLOW_MARK = -1  # in place of a number of vectors, where the cut grows beyond double precision
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
 def sweep(basis, count, y, dots):
-    """Take from y its parts along the first `count` rows of a basis, all seen before any is taken; returns what is left of
-    its length."""
+    """Orthogonalise y against the first `count` rows of a basis (classical Gram-Schmidt); return the remaining length of y."""
     product(basis, y, y.size, dots[:count])
     for j in range(count):
         row, dot = basis[j], dots[j]
@@ -33,17 +32,17 @@ def sweep(basis, count, y, dots):
 
 
 @nb.njit(cache=True, nogil=True)
-def extend(basis, h, have, most, operator, weight):
-    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, `OVERFLOW` where the cut
-    grows beyond double precision.
+def extend(basis, h, have, vectors_max, operator, weight):
+    """Extend an Arnoldi basis (rows of `basis`) from `have` to `vectors_max` vectors; return their number, `OVERFLOW_MARK`
+    where the cut grows beyond double precision.
 
     weight : diagonal W of the similar map W^-1 U W whose basis this is (its multipliers are those of U); empty for U itself.
     """
     size = basis.shape[1]
     none = np.int64(0)  # of a type: a written zero would be compiled for apart
-    dots = np.empty(most)
+    dots = np.empty(vectors_max)
     weighted = np.empty(weight.size)
-    for k in range(have, most):
+    for k in range(have, vectors_max):
         y = basis[k + 1]
         if weight.size > 0:
             for i in range(size):
@@ -53,23 +52,23 @@ def extend(basis, h, have, most, operator, weight):
                 y[i] /= weight[i]
         else:
             advance(basis[k], y, operator)
-        whole = sweep(basis, none, y, dots)
-        if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
-            return OVERFLOW
-        before, norm = whole, whole
+        full_norm = sweep(basis, none, y, dots)
+        if not full_norm < 1e290:  # also not a number: the cut grows beyond double precision within one period
+            return OVERFLOW_MARK
+        previous_norm, norm = full_norm, full_norm
         for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
             norm = sweep(basis, k + 1, y, dots)
             for j in range(k + 1):
                 h[j, k] += dots[j]
-            if norm > 0.5 * before or norm < 1e-13 * whole:
+            if norm > 0.5 * previous_norm or norm < 1e-13 * full_norm:
                 break
-            before = norm
+            previous_norm = norm
         h[k + 1, k] = norm
-        if norm < 1e-13 * whole:  # an invariant subspace: what is left is rounding
+        if norm < 1e-13 * full_norm:  # an invariant subspace: what is left is rounding
             return k + 1
         for i in range(size):
             y[i] /= norm
-    return most
+    return vectors_max
 
 
 @nb.njit(cache=True, nogil=True)
@@ -102,31 +101,31 @@ def ritz(h, n, value, basis, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def lead(basis, h, vector, operator, weight, plan):
-    """Largest multipliers of a map by a basis that grows until the first is known; returns (their number in `basis`, all).
+def leading_eigenvalues(basis, h, vector, operator, weight, plan):
+    """Return (number of vectors used, multipliers, largest first) of a map; the basis grows until the first is known.
 
-    basis (most + 1, size) : its first row the start; h (most + 1, most) : room for the Hessenberg matrix; vector (size,) :
-    takes the Ritz vector of the first; plan : (accuracy, vectors before the first look, how many more after each), the
-    accuracy relative, negative where the distance from the unit circle is enough. Beyond double precision the number is
-    `OVERFLOW`, without multipliers.
+    basis (n + 1, size) float64 : its first row the start, n the most vectors; h (n + 1, n) float64 : room for the Hessenberg
+    matrix; vector (size,) float64 : takes the Ritz vector of the first; plan : (accuracy, vectors before the first look, how
+    many more after each), the accuracy relative, negative where the distance from the unit circle is enough. Beyond double
+    precision the number is `OVERFLOW_MARK`, without multipliers.
     """
-    accuracy, step, more = plan
-    most, have = h.shape[1], np.int64(0)  # of a type, as in `extend`
-    step = min(most, step)
+    accuracy, step, increment = plan
+    vectors_max, have = h.shape[1], np.int64(0)  # of a type, as in `extend`
+    step = min(vectors_max, step)
     while True:
         h[:step + 1, have:step] = 0.0
         h[have + 1:step + 1, :have] = 0.0
         now = extend(basis, h, have, step, operator, weight)
-        if now == OVERFLOW:
+        if now == OVERFLOW_MARK:
             return now, np.empty(0, np.complex128)
         values = eigenvalues(h[:now, :now])
         if np.isnan(values[0].real):
             values = np.linalg.eigvals(h[:now, :now].astype(np.complex128))
         sort_by_size(values)
-        top = values[0]
-        size, residual = abs(top), ritz(h, now, top, basis, vector)
+        leading = values[0]
+        size, residual = abs(leading), ritz(h, now, leading, basis, vector)
         good = residual < abs(accuracy) * max(size, 1e-3) or (
-            accuracy < 0 and residual < CLEAR * abs(size - 1) and residual < CLEAR * size)
-        if good or now < step or step == most:
+            accuracy < 0 and residual < MAX_RESIDUAL_RATIO * abs(size - 1) and residual < MAX_RESIDUAL_RATIO * size)
+        if good or now < step or step == vectors_max:
             return now, values
-        have, step = now, min(most, step + more)
+        have, step = now, min(vectors_max, step + increment)

@@ -1,4 +1,4 @@
-r"""The one-period map balanced by a diagonal similarity, for speeds so low that a cut lasts many vibrations.
+r"""Diagonal balance of the one-period map, for speeds so low that a cut lasts many vibrations.
 
 A cut of many vibrations amplifies along itself (each tooth's waves grow from entry to exit over those of the tooth before), and
 the free vibration after it decays by as much: at the stability limit one is the inverse of the other. The map of the plain
@@ -16,8 +16,8 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray
 
-PLAIN = 3.0  # decay between cuts, as an exponent, below which the map is taken as it is
-STEEPEST = 600.0  # as an exponent: double precision ends at 709
+MAX_UNBALANCED_DECAY = 3.0  # decay between cuts, as an exponent, below which the map is taken as it is
+MAX_BALANCE_EXPONENT = 600.0  # as an exponent: double precision ends at 709
 
 
 def decay_between_cuts(cutting: Array, border: FloatArray, slowest: float) -> float:
@@ -26,7 +26,7 @@ def decay_between_cuts(cutting: Array, border: FloatArray, slowest: float) -> fl
     cutting (p,): panels that cut; border (p + 1,): their ends, s; slowest: the mode's decay, rad/s.
     """
     free = float((border[1:] - border[:-1])[~cutting].sum())
-    return min(STEEPEST, free * slowest)
+    return min(MAX_BALANCE_EXPONENT, free * slowest)
 
 
 def balance(cutting: Array, border: FloatArray, time: FloatArray, *, exponent: float, size: int, states: int) -> FloatArray:

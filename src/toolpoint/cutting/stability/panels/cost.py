@@ -1,4 +1,4 @@
-"""What a speed of PanelArnoldi will cost, before it is begun: very low speeds ask for more nodes than anyone waits for."""
+"""Cost of a speed of PanelArnoldi, estimated before it begins: very low speeds need too many nodes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from toolpoint._check import fail
 from toolpoint.cutting.cut.modal_state import plane_with_static
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.methods.search import mean_period
-from toolpoint.cutting.stability.panels.balance import PLAIN
-from toolpoint.cutting.stability.panels.search import waves_of
+from toolpoint.cutting.stability.panels.balance import MAX_UNBALANCED_DECAY
+from toolpoint.cutting.stability.panels.search import MAX_BASIS_SIZE, waves_of
 
-LONGEST = 120.0  # s a speed beyond which nothing is begun
-LOOKS = 40  # depths at which multipliers are computed
-VECTORS, MOST_VECTORS = 50, 160  # of the Arnoldi basis: usual, and where a cut lasts many vibrations
-PANEL = 12  # nodes of a panel
-RATE = 1.5e9  # additions and multiplications a second, one core of 2024
+MAX_SECONDS_PER_SPEED = 120.0  # s a speed beyond which nothing is begun
+DEPTHS_PER_SPEED = 40  # depths at which multipliers are computed
+USUAL_BASIS_SIZE = 50  # vectors of the Arnoldi basis; `MAX_BASIS_SIZE` where a cut lasts many vibrations
+PANEL_NODE_COUNT = 12  # nodes of a panel
+OPERATION_RATE = 1.5e9  # additions and multiplications a second, one core of 2024
 
 
 def estimate_seconds(problem: MillingProblem, speed: float) -> float:
@@ -25,18 +25,18 @@ def estimate_seconds(problem: MillingProblem, speed: float) -> float:
     omega, period = 2 * np.pi * speed / 60, mean_period(problem, speed)
     arc = min(omega * period, 2 * problem.engagement.arc * (tool.teeth if not tool.is_regular else 1))
     free = period - problem.engagement.arc / omega
-    vectors = MOST_VECTORS if free * float((-plane.poles.real).min()) > 2 * PLAIN else VECTORS
+    vectors = MAX_BASIS_SIZE if free * float((-plane.poles.real).min()) > 2 * MAX_UNBALANCED_DECAY else USUAL_BASIS_SIZE
     pieces = (1 + 2 * tool.has_helix) * (1 + 4 * (tool.corner_radius > 0))
     unknowns = waves_of(plane, problem, speed) * arc * size
-    each = 3 * vectors + 2 * pieces * PANEL * size + 8 * modes
-    return float(LOOKS * vectors * unknowns * each / RATE)
+    each = 3 * vectors + 2 * pieces * PANEL_NODE_COUNT * size + 8 * modes
+    return float(DEPTHS_PER_SPEED * vectors * unknowns * each / OPERATION_RATE)
 
 
 def check_affordable(problem: MillingProblem, speed: float) -> None:
     """Refuse a speed that would take minutes, with the estimate and the remedy."""
     seconds = estimate_seconds(problem, speed)
-    if seconds > LONGEST:
+    if seconds > MAX_SECONDS_PER_SPEED:
         fail("speeds", f"{speed:g} rev/min takes about {seconds / 60:.0f} min (a tooth cuts through "
              f"{plane_with_static(problem).span[1] * mean_period(problem, speed):.0f} vibrations of the highest mode a period)",
-             f"must be at most {LONGEST / 60:.0f} min a speed",
+             f"must be at most {MAX_SECONDS_PER_SPEED / 60:.0f} min a speed",
              remedy="raise the least speed, leave out the modes far above the chatter band, or use ZeroOrder()")

@@ -8,43 +8,43 @@ import math
 import numba as nb
 import numpy as np
 
-SWEEPS = 40  # a row at most; usually about two
-ROUNDING = 2.0**-52
+MAX_QR_SWEEPS = 40  # a row at most; usually about two
+DOUBLE_EPSILON = 2.0**-52
 
 
 @nb.njit(cache=True, nogil=True)
 def eigenvalues(h):
-    """Eigenvalues of a real upper Hessenberg matrix, shape (n, n); all not a number where it holds one that is none or did not
-    converge.
+    """Return the eigenvalues of a real upper Hessenberg matrix, shape (n, n); all nan where an element is not finite or the
+    iteration did not converge.
 
     Implicit double-shift QR iteration (Francis, The Computer Journal 4 (1961) 265 and 4 (1962) 332) on the block that has
     not fallen apart yet.
     """
     n = h.shape[0]
-    a, values, top = np.empty((n, n)), np.empty(n, np.complex128), 0.0
+    a, values, largest = np.empty((n, n)), np.empty(n, np.complex128), 0.0
     for i in range(n):
         values[i] = math.nan
         for j in range(n):
             if not abs(h[i, j]) < math.inf:  # also not a number
-                top = math.inf
-            top = max(top, abs(h[i, j]))
-    if not 0 < top < math.inf:
-        return np.zeros(n, np.complex128) if top == 0 else values
+                largest = math.inf
+            largest = max(largest, abs(h[i, j]))
+    if not 0 < largest < math.inf:
+        return np.zeros(n, np.complex128) if largest == 0 else values
     for i in range(n):
         for j in range(n):
-            a[i, j] = h[i, j] / top
+            a[i, j] = h[i, j] / largest
     last, sweeps = n - 1, 0
     while last >= 0:
-        first = begun(a, last)
+        first = block_start(a, last)
         if first == last:
-            values[last] = top * a[last, last]
+            values[last] = largest * a[last, last]
             last, sweeps = last - 1, 0
         elif first == last - 1:
-            values[first], values[last] = pair(a, first, top)
+            values[first], values[last] = pair_eigenvalues(a, first, largest)
             last, sweeps = last - 2, 0
         else:
             sweeps += 1
-            if sweeps > SWEEPS:
+            if sweeps > MAX_QR_SWEEPS:
                 for i in range(n):
                     values[i] = math.nan
                 return values
@@ -53,37 +53,38 @@ def eigenvalues(h):
 
 
 @nb.njit(cache=True, nogil=True)
-def begun(a, last):
-    """First row of the block that ends at row `last`: where the element below the diagonal is rounding."""
+def block_start(a, last):
+    """Return the first row of the block that ends at row `last`: where the element below the diagonal is rounding."""
     for k in range(last, 0, -1):
-        beside = abs(a[k - 1, k - 1]) + abs(a[k, k])
-        if abs(a[k, k - 1]) <= ROUNDING * (beside if beside > 0 else 1.0):
+        neighbours = abs(a[k - 1, k - 1]) + abs(a[k, k])
+        if abs(a[k, k - 1]) <= DOUBLE_EPSILON * (neighbours if neighbours > 0 else 1.0):
             a[k, k - 1] = 0.0
             return k
     return 0
 
 
 @nb.njit(cache=True, nogil=True)
-def pair(a, k, top):
-    """Eigenvalues of the block of rows k and k + 1, times `top`."""
+def pair_eigenvalues(a, k, scale):
+    """Return the eigenvalues of the block of rows k and k + 1, times `scale`."""
     half, middle = 0.5 * (a[k, k] - a[k + 1, k + 1]), 0.5 * (a[k, k] + a[k + 1, k + 1])
     square = half * half + a[k, k + 1] * a[k + 1, k]
     if square < 0:
         root = math.sqrt(-square)
-        return complex(top * middle, top * root), complex(top * middle, -top * root)
+        return complex(scale * middle, scale * root), complex(scale * middle, -scale * root)
     root = half + math.copysign(math.sqrt(square), half)  # the farther one from the second diagonal element
     other = -a[k, k + 1] * a[k + 1, k] / root if root != 0 else 0.0
-    return complex(top * (a[k + 1, k + 1] + root), 0.0), complex(top * (a[k + 1, k + 1] + other), 0.0)
+    return complex(scale * (a[k + 1, k + 1] + root), 0.0), complex(scale * (a[k + 1, k + 1] + other), 0.0)
 
 
 @nb.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def sweep(a, first, last, number):
-    """One double-shift sweep over the block of rows first .. last, at least three."""
+    """Apply one double-shift sweep to the block of rows first .. last, at least three."""
     total = a[last - 1, last - 1] + a[last, last]
     product = a[last - 1, last - 1] * a[last, last] - a[last - 1, last] * a[last, last - 1]
     if number % 10 == 0:  # any other shifts, where it goes round in circles
-        off = abs(a[last, last - 1]) + abs(a[last - 1, last - 2])
-        total, product = 1.5 * off + 2 * a[last, last], (a[last, last] + 0.75 * off) ** 2 + 0.4375 * off * off
+        off_diagonal = abs(a[last, last - 1]) + abs(a[last - 1, last - 2])
+        total, product = 1.5 * off_diagonal + 2 * a[last, last], (a[last, last] + 0.75
+                                                                  * off_diagonal) ** 2 + 0.4375 * off_diagonal * off_diagonal
     p = a[first, first] * (a[first, first] - total) + a[first, first + 1] * a[first + 1, first] + product
     q = a[first + 1, first] * (a[first, first] + a[first + 1, first + 1] - total)
     r = a[first + 1, first] * a[first + 2, first + 1]

@@ -22,14 +22,16 @@ import numba as nb
 import numpy as np
 
 TURN = 2 * math.pi
-SOFT = 1.0  # decay over a panel, as an exponent, up to which Gauss nodes may carry a pole that they do not resolve
-STEEP = 300.0  # decay over a panel, as an exponent, beyond which its parts before and after a node are beyond double precision
+# Exponents of a pole's decay over a panel: up to which Gauss nodes may carry a pole that they do not resolve, and up to which
+# the factors before and after a node stay within double precision.
+MAX_UNRESOLVED_DECAY = 1.0
+MAX_PRODUCT_DECAY = 300.0
 SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
 
 
 @nb.njit(cache=True, nogil=True)
 def place(u, corner, radius):
-    """(height, axial immersion angle kappa, local radius) at edge length u from the tip."""
+    """Return (height, axial immersion angle kappa, local radius) at edge length u from the tip."""
     rounded = 0.5 * math.pi * corner
     if u < rounded:
         kappa = u / corner
@@ -39,7 +41,7 @@ def place(u, corner, radius):
 
 @nb.njit(cache=True, nogil=True)
 def limits(entry, leave, ratio):
-    """Entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
+    """Return entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
     if ratio == 1.0:
         return entry, leave
     return (math.acos(max(-1.0, min(1.0, math.cos(entry) * ratio))),
@@ -57,7 +59,7 @@ def beyond_walls(angle, slope, u, walls, out):
 
 @nb.njit(cache=True, nogil=True)
 def tooth_pieces(angle, slope, marks, walls, out):
-    """Pieces of the edge (u from, to) that are in cut when its tip is at `angle`; returns their number.
+    """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
 
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
     """
@@ -71,13 +73,13 @@ def tooth_pieces(angle, slope, marks, walls, out):
         unwrapped = angle - TURN * np.round((angle - slope * z - 0.5 * math.pi) / TURN)
         beyond_walls(unwrapped, slope, a, walls, ends[0])
         beyond_walls(unwrapped, slope, b, walls, ends[1])
-        low, high = a, b
+        lower, upper = a, b
         for wall in range(2):
             first, last = ends[0, wall] > 0, ends[1, wall] > 0
             if first and last:
                 continue
             if not first and not last:
-                high = low
+                upper = lower
                 break
             x, y = a, b
             for _ in range(60):  # halvings to the last digit; the wall is met once between marks
@@ -88,11 +90,11 @@ def tooth_pieces(angle, slope, marks, walls, out):
                 else:
                     y = m
             if first:
-                high = min(high, x)
+                upper = min(upper, x)
             else:
-                low = max(low, y)
-        if high > low:
-            out[number, 0], out[number, 1] = low, high
+                lower = max(lower, y)
+        if upper > lower:
+            out[number, 0], out[number, 1] = lower, upper
             number += 1
     return number
 
@@ -120,8 +122,8 @@ def lay(angle, edges, walls, law, gx, gw, laid):
     Where delays do not change with height all points of a tooth's edge share one entry. Returns the number of entries, -1 where
     they do not fit.
     """
-    start, slope, ahead, ahead_slope = edges.start, edges.slope, edges.ahead, edges.ahead_slope
-    now, drag, first, matrix, back = laid.now, laid.drag, laid.first, laid.matrix, laid.back
+    start, slope, tip_delay, delay_slope = edges.start, edges.slope, edges.tip_delay, edges.delay_slope
+    now, drag, first, matrix, entry_delay = laid.now, laid.drag, laid.first, laid.matrix, laid.entry_delay
     d = now.shape[1]
     cut, push = np.empty((d, d)), np.empty((d, d))
     pieces = np.empty((2 * edges.marks.size, 2))
@@ -141,10 +143,10 @@ def lay(angle, edges, walls, law, gx, gw, laid):
                     if edges.spread or not has_entry:
                         if used >= matrix.shape[0]:
                             return -1
-                        delay = (ahead[j] + ahead_slope[j] * z) % TURN
+                        delay = (tip_delay[j] + delay_slope[j] * z) % TURN
                         if delay < 1e-9:
                             delay = TURN
-                        back[used] = delay
+                        entry_delay[used] = delay
                         matrix[used] = 0.0
                         used += 1
                         has_entry = True
@@ -158,21 +160,21 @@ def lay(angle, edges, walls, law, gx, gw, laid):
 
 
 @nb.njit(cache=True, nogil=True)
-def look_back(angle, first, back, nodes, needed, entries):
+def look_back(angle, first, entry_delay, nodes, needed, entries):
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
     the panels that are looked back into."""
     ends, offset, count, xs, bary = nodes.ends, nodes.offset, nodes.number, nodes.gauss, nodes.barycentric
     source, past, rows = entries.source, entries.past, entries.rows
     for i in range(angle.size):
         for e in range(first[i], first[i + 1]):
-            at = angle[i] - back[e]
-            past[e] = at < -1e-12 * nodes.period
+            past_angle = angle[i] - entry_delay[e]
+            past[e] = past_angle < -1e-12 * nodes.period
             if past[e]:
-                at += nodes.period
-            p = min(max(np.searchsorted(ends, at, side="right") - 1, 0), ends.size - 2)
+                past_angle += nodes.period
+            p = min(max(np.searchsorted(ends, past_angle, side="right") - 1, 0), ends.size - 2)
             source[e] = p
             needed[p] = True
-            x = 2 * (at - ends[p]) / (ends[p + 1] - ends[p]) - 1
+            x = 2 * (past_angle - ends[p]) / (ends[p + 1] - ends[p]) - 1
             n = count[p]
             total = 0.0
             hit = -1
@@ -192,7 +194,7 @@ def look_back(angle, first, back, nodes, needed, entries):
 
 @nb.njit(cache=True, nogil=True)
 def steep(sigma, legendre, weights, count, out):
-    r"""Weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
+    r"""Write the weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
 
     Last row: the whole panel. The kernel's own growth backwards in time is integrated in closed form against every Legendre
     polynomial, :math:`(2k + 1) I_k = P_{k+1} - P_{k-1} + \sigma (I_{k+1} - I_{k-1})`; upwards it is stable where sigma is
@@ -223,14 +225,14 @@ def responses(times, offset, count, poles, left, right, static, waves):
     decays within the panel faster than its nodes resolve is integrated exactly (`steep`). static (d, d) : receptance of what
     answers at once: it has no state, and the force at a node moves that node alone.
     """
-    begin, end, time, half, rising, kinds, legendre, even = times
+    begin, end, time, half, rising, kinds, legendre, is_uniform = times
     resp, speed_resp, free, free_speed, push, step = waves
     d, m = left.shape
-    most = 0
+    nodes_max = 0
     for n in count:
-        most = max(most, n)
-    ahead, behind = np.empty((most, m), np.complex128), np.empty((most, m), np.complex128)
-    exact, is_steep = np.empty((m, most + 1, most), np.complex128), np.zeros(m, np.bool_)
+        nodes_max = max(nodes_max, n)
+    forward, backward = np.empty((nodes_max, m), np.complex128), np.empty((nodes_max, m), np.complex128)
+    exact, is_steep = np.empty((m, nodes_max + 1, nodes_max), np.complex128), np.zeros(m, np.bool_)
     for p in range(begin.size):
         long = end[p] - begin[p]
         for r in range(m):
@@ -238,20 +240,21 @@ def responses(times, offset, count, poles, left, right, static, waves):
         o, n = offset[p], count[p]
         for r in range(m):
             # Fast beside the panel and not resolved by its nodes: between them the exponential is no polynomial.
-            is_steep[r] = even and n > 1 and -poles[r].real * long > SOFT and n < 3 + 1.05 * abs(poles[r]) * long
+            is_steep[r] = (is_uniform and n > 1 and -poles[r].real * long > MAX_UNRESOLVED_DECAY
+                           and n < 3 + 1.05 * abs(poles[r]) * long)
             if is_steep[r]:
                 steep(0.5 * long * poles[r], legendre[kinds[p]], rising[kinds[p], n], n, exact[r])
         for i in range(n):
             for r in range(m):
                 e = np.exp(poles[r] * (time[o + i] - begin[p]))
-                ahead[i, r], behind[i, r] = e, 0.0 if is_steep[r] else np.exp(poles[r] * (begin[p] - time[o + i]))
+                forward[i, r], backward[i, r] = e, 0.0 if is_steep[r] else np.exp(poles[r] * (begin[p] - time[o + i]))
                 for a in range(d):
                     free[p, i * d + a, r] = left[a, r] * e
                     free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
-                back = np.exp(poles[r] * (end[p] - time[o + i])) * rising[kinds[p], n, i]
-                back = half[o + i] * (exact[r, n, i] if is_steep[r] else back)
+                to_end = np.exp(poles[r] * (end[p] - time[o + i])) * rising[kinds[p], n, i]
+                to_end = half[o + i] * (exact[r, n, i] if is_steep[r] else to_end)
                 for b in range(d):
-                    weight = back * right[r, b]
+                    weight = to_end * right[r, b]
                     push[p, 2 * r, i * d + b], push[p, 2 * r + 1, i * d + b] = weight.real, weight.imag
         for i in range(n):
             for j in range(n):
@@ -262,10 +265,10 @@ def responses(times, offset, count, poles, left, right, static, waves):
                 # e^{s (t_i - t_j)} as a product of two rows, as long as neither leaves the range of a double.
                 share = half[o + j] * rising[kinds[p], i, j]
                 for r in range(m):
-                    e = ahead[i, r] * behind[j, r] * (2 * share)
+                    e = forward[i, r] * backward[j, r] * (2 * share)
                     if is_steep[r]:
                         e = 2 * half[o + j] * exact[r, i, j]
-                    elif abs(poles[r].real) * long > STEEP:
+                    elif abs(poles[r].real) * long > MAX_PRODUCT_DECAY:
                         e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * share)
                     for a in range(d):
                         x = e * left[a, r]
@@ -353,14 +356,14 @@ def advance(x, y, operator):
                 rhs[i * d + a] = total
             for e in range(first[o + i], first[o + i + 1]):
                 src = source[e]
-                at, k = offset[src] * d, count[src]
+                start, k = offset[src] * d, count[src]
                 from_ = x if past[e] else y
                 for c in range(d):
-                    seen = 0.0
+                    delayed = 0.0
                     for l in range(k):
-                        seen += rows[e, l] * from_[at + l * d + c]
+                        delayed += rows[e, l] * from_[start + l * d + c]
                     for a in range(d):
-                        rhs[i * d + a] += matrix[e, a, c] * seen
+                        rhs[i * d + a] += matrix[e, a, c] * delayed
         product(solved[p], rhs, n * d, force[:n * d])
         for i in range(n * d):
             force[i] *= depth

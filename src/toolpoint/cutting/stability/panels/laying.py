@@ -1,4 +1,4 @@
-"""Compiled laying of a cut over panels: where panels end, their nodes, and what the cut is at each.
+"""Compiled layout of a cut over panels: ends of the panels, their nodes, and the cut at each.
 
 Charts of helical tools lay panels anew at every depth, thousands of times; array calls of a dozen numbers would take longer
 than the cut itself.
@@ -17,15 +17,15 @@ from toolpoint.cutting.stability.panels.kernels import TURN, lay, limits, look_b
 from toolpoint.cutting.stability.panels.records import LaidCut, LookBack, PanelNodes
 from toolpoint.cutting.stability.sorting import sort
 
-PARTS = 1e11  # of a period: angles nearer than one are the same
+DISTINCT_ANGLE_PARTS = 1e11  # of a period: angles nearer than one are the same
 
 
 @nb.njit(cache=True, nogil=True)
 def tell_apart(angles, period):
-    """Distinct angles in rising order, rounded to a part of the period."""
+    """Return the distinct angles in rising order, rounded to a part of the period."""
     out = np.empty(angles.size)
     for i in range(angles.size):
-        out[i] = np.rint(angles[i] / period * PARTS) / PARTS
+        out[i] = np.rint(angles[i] / period * DISTINCT_ANGLE_PARTS) / DISTINCT_ANGLE_PARTS
     sort(out)
     used = 0
     for i in range(out.size):
@@ -39,8 +39,8 @@ def tell_apart(angles, period):
 
 @nb.njit(cache=True, nogil=True)
 def find_ends(heights, lines, walls, period, longest):
-    """Ends of the panels, rad: entries and exits of every edge at these edge lengths (m), the same one delay later where that
-    edge cuts, split so that none is longer than `longest`."""
+    """Return the ends of the panels, rad: entries and exits of every edge at these edge lengths (m), the same one delay later
+    where that edge cuts, split so that none is longer than `longest`."""
     teeth, turns = lines.start.size, max(1, round(period / TURN))
     number = heights.size * teeth
     begin, arc, delay = np.empty(number), np.empty(number), np.empty(number)
@@ -52,27 +52,27 @@ def find_ends(heights, lines, walls, period, longest):
         for j in range(teeth):
             lag = lines.start[j] + lines.slope[j] * z
             begin[k], arc[k] = entry + lag, (leave + lag) - (entry + lag)
-            delay[k] = lines.ahead[j] + lines.ahead_slope[j] * z
+            delay[k] = lines.tip_delay[j] + lines.delay_slope[j] * z
             for t in range(turns):
                 angles[2 * (k * turns + t)] = (entry + lag + TURN * t) % period
                 angles[2 * (k * turns + t) + 1] = (leave + lag + TURN * t) % period
             k += 1
     first = tell_apart(angles, period)
-    every = np.empty(2 + first.size * (1 + number))
-    every[0], every[1], used = 0.0, period, 2 + first.size
+    candidates = np.empty(2 + first.size * (1 + number))
+    candidates[0], candidates[1], used = 0.0, period, 2 + first.size
     for i in range(first.size):
-        every[2 + i] = first[i]
+        candidates[2 + i] = first[i]
     for k in range(number):
-        for at in first:  # images matter only while that edge cuts
-            if (at + delay[k] - begin[k] - 1e-9) % TURN < arc[k]:
-                every[used] = (at + delay[k]) % period
+        for angle in first:  # images matter only while that edge cuts
+            if (angle + delay[k] - begin[k] - 1e-9) % TURN < arc[k]:
+                candidates[used] = (angle + delay[k]) % period
                 used += 1
-    return split(tell_apart(every[:used], period), longest)
+    return split(tell_apart(candidates[:used], period), longest)
 
 
 @nb.njit(cache=True, nogil=True)
 def split(ends, longest):
-    """Ends with others between them, evenly, so that none lies further than `longest` from the next."""
+    """Split panels evenly so that none is longer than `longest`; return the ends."""
     parts, number = np.empty(ends.size - 1, np.int64), 1
     for p in range(parts.size):
         parts[p] = max(1, math.ceil((ends[p + 1] - ends[p]) / longest))
@@ -95,9 +95,9 @@ def lay_panels(ends, count, tables, edges, size):
     and weights along a piece of an edge, period).
     """
     lines, walls, law, gx, gw, period = edges
-    p, q, most = count.size, 0, 0
+    p, q, nodes_max = count.size, 0, 0
     for n in count:
-        q, most = q + n, max(most, n)
+        q, nodes_max = q + n, max(nodes_max, n)
     offset, panel = np.zeros(p, np.int64), np.empty(q, np.int64)
     angle, half, x, bary = np.empty(q), np.empty(q), np.empty(q), np.empty(q)
     k = 0
@@ -116,7 +116,7 @@ def lay_panels(ends, count, tables, edges, size):
     for i in range(q):
         if cut.first[i + 1] > cut.first[i]:
             cuts[panel[i]] = True
-    entries = LookBack(np.zeros(used, np.int64), np.zeros(used, np.bool_), np.zeros((used, most)))
-    look_back(angle, cut.first, cut.back[:used], PanelNodes(period, ends, offset, count, x, bary), needed, entries)
+    entries = LookBack(np.zeros(used, np.int64), np.zeros(used, np.bool_), np.zeros((used, nodes_max)))
+    look_back(angle, cut.first, cut.entry_delay[:used], PanelNodes(period, ends, offset, count, x, bary), needed, entries)
     return (angle, half, offset, cuts, needed, cut.now, cut.drag, cut.first, cut.matrix[:used], entries.source, entries.past,
             entries.rows)

@@ -15,29 +15,30 @@ from toolpoint.cutting.stability.panels.kernels import limits, place
 from toolpoint.cutting.stability.panels.laying import find_ends, lay_panels
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, Layout, Walls
 
-MANY = 1000  # more Gauss points than any piece of an edge has
-LARGEST_PANEL = 14  # nodes, where fewer than 11 are the least
+UNLIMITED_POINTS = 1000  # Gauss points: more than any piece of an edge has
+MAX_PANEL_NODES = 14  # nodes of a panel, while its least number is below 11
 
 
 @lru_cache(maxsize=64)
 def barycentric(n: int) -> FloatArray:
-    """Weights of barycentric interpolation at n Gauss points."""
+    """Return the weights of barycentric interpolation at n Gauss points."""
     x, w, _ = gauss(n)
     return (-1.0) ** np.arange(n) * np.sqrt((1 - x**2) * w)
 
 
 @lru_cache(maxsize=64)
-def node_table(most: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss nodes and their barycentric weights, row n for n of them, padded: both (most + 1, most)."""
-    nodes, weights = np.zeros((most + 1, most)), np.zeros((most + 1, most))
-    for n in range(1, most + 1):
+def node_table(nodes_max: int) -> tuple[FloatArray, FloatArray]:
+    """Return the Gauss nodes and their barycentric weights, row n for n of them, padded: both (nodes_max + 1, nodes_max)."""
+    nodes, weights = np.zeros((nodes_max + 1, nodes_max)), np.zeros((nodes_max + 1, nodes_max))
+    for n in range(1, nodes_max + 1):
         nodes[n, :n], weights[n, :n] = gauss(n)[0], barycentric(n)
     return nodes, weights
 
 
 @lru_cache(maxsize=64)
 def rising_table(kinds: tuple[int, ...]) -> FloatArray:
-    """Integration matrices of n-point panels, padded: (kinds, n + 1, n), the last row the weights of the whole panel."""
+    """Return the integration matrices of n-point panels, padded: (kinds, n + 1, n), the last row the weights of the whole
+    panel."""
     out = np.zeros((len(kinds), max(kinds) + 1, max(kinds)))
     for place_, n in enumerate(kinds):
         _, w, rising = gauss(n)
@@ -47,7 +48,7 @@ def rising_table(kinds: tuple[int, ...]) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def legendre_table(kinds: tuple[int, ...]) -> FloatArray:
-    """Legendre polynomials at the Gauss nodes of every kind, padded: (kinds, n, n), row k holds P_k."""
+    """Return the Legendre polynomials at the Gauss nodes of every kind, padded: (kinds, n, n), row k holds P_k."""
     out = np.zeros((len(kinds), max(kinds), max(kinds)))
     for place_, n in enumerate(kinds):
         out[place_, :n, :n] = np.polynomial.legendre.legvander(gauss(n)[0], n - 1).T
@@ -55,9 +56,9 @@ def legendre_table(kinds: tuple[int, ...]) -> FloatArray:
 
 
 class Edges(NamedTuple):
-    """What of the tool matters to the panels: tips, lags and delays of the edges, rad, and their length marks, m.
+    """Edges of the tool as the panels need them: tips, lags and delays of the edges, rad, and their length marks, m.
 
-    start, slope : lag of tooth j at height z is start + slope z; ahead, ahead_slope : its delay the same way; spread : whether
+    start, slope : lag of tooth j at height z is start + slope z; tip_delay, delay_slope : its delay likewise; spread : whether
     delays change with height; marks : edge lengths where pieces of integration end; turns : those of them where a wall of the
     work begins to bound a rounded edge, or its entry or exit turns back; period : rad; points : Gauss points on a piece of an
     edge; steepest : largest slope.
@@ -65,8 +66,8 @@ class Edges(NamedTuple):
 
     start: FloatArray
     slope: FloatArray
-    ahead: FloatArray
-    ahead_slope: FloatArray
+    tip_delay: FloatArray
+    delay_slope: FloatArray
     spread: bool
     marks: FloatArray
     turns: FloatArray
@@ -77,35 +78,36 @@ class Edges(NamedTuple):
 
     @property
     def lines(self) -> EdgeLines:
-        """What the kernels read of the edges."""
-        return EdgeLines(self.start, self.slope, self.ahead, self.ahead_slope, self.spread, self.marks)
+        """Fields that the kernels read."""
+        return EdgeLines(self.start, self.slope, self.tip_delay, self.delay_slope, self.spread, self.marks)
 
     @classmethod
     def of(cls, problem: MillingProblem, depth: float, points: int) -> Edges:
         """Return the edges at this depth; `points` Gauss points on a piece of a helical or rounded edge."""
-        every = _whole_edges(problem)
-        marks = _marks(problem, depth, every.steepest)
-        turns = every.turns
-        if every.corner > 0:
-            turns = turning_points(problem, depth, every.slope)
+        edges = _whole_edges(problem)
+        marks = _marks(problem, depth, edges.steepest)
+        turns = edges.turns
+        if edges.corner > 0:
+            turns = turning_points(problem, depth, edges.slope)
             marks = np.unique(np.concatenate([marks, turns]))
-        return every._replace(marks=marks, turns=turns, points=min(every.points, points))
+        return edges._replace(marks=marks, turns=turns, points=min(edges.points, points))
 
 
 @lru_cache(maxsize=4)
 def _whole_edges(problem: MillingProblem) -> Edges:
-    """Return what of the edges does not change with depth; points: 1 where a piece needs no more, else as many as wanted."""
+    """Return the part of the edges that does not change with depth; points: 1 where a piece needs no more, else unlimited."""
     tool = problem.tool
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
-    slope_ahead = slope - np.roll(slope, 1)
-    ahead = (start - np.roll(start, 1)) % (2 * np.pi)
-    ahead = np.where(ahead < 1e-12, 2 * np.pi, ahead)
-    alike = tool.is_regular and problem.speed_variation is None
+    delay_slope = slope - np.roll(slope, 1)
+    tip_delay = (start - np.roll(start, 1)) % (2 * np.pi)
+    tip_delay = np.where(tip_delay < 1e-12, 2 * np.pi, tip_delay)
+    is_tooth_periodic = tool.is_regular and problem.speed_variation is None
     revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
-    plain = not tool.has_helix and tool.corner_radius == 0
-    return Edges(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), np.zeros(0), np.zeros(0),
-                 2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, tool.corner_radius, 1 if plain else MANY,
+    is_linear = not tool.has_helix and tool.corner_radius == 0
+    return Edges(start, slope, tip_delay, delay_slope, bool(np.ptp(slope) > 1e-12), np.zeros(0), np.zeros(0),
+                 2 * np.pi / tool.teeth if is_tooth_periodic else 2 * np.pi * revolutions, tool.corner_radius,
+                 1 if is_linear else UNLIMITED_POINTS,
                  float(np.abs(slope).max()))
 
 
@@ -115,7 +117,8 @@ def is_plain(problem: MillingProblem) -> bool:
 
 
 def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
-    """Edge lengths from the tip to the depth: pieces over which the lag grows by a third of the arc, half a rad, at most."""
+    """Return edge lengths from the tip to the depth, with pieces over which the lag grows by at most a third of the arc or half
+    a rad."""
     step = min(0.5, problem.engagement.arc / 3)
     corner = problem.tool.corner_radius
     if corner == 0:
@@ -123,9 +126,9 @@ def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
         marks = np.arange(number + 1) * (depth / number)
         marks[-1] = depth
         return marks
-    top = float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
+    kappa_max = float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
     number = max(3, int(np.ceil(slope * min(depth, corner) / step)))
-    marks = corner * np.linspace(0.0, top, number + 1)
+    marks = corner * np.linspace(0.0, kappa_max, number + 1)
     if depth > corner:
         number = max(1, int(np.ceil(slope * (depth - corner) / step)))
         marks = np.concatenate([marks, marks[-1] + np.linspace(0, depth - corner, number + 1)[1:]])
@@ -133,14 +136,14 @@ def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
 
 
 def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) -> FloatArray:
-    """Edge lengths on the corner where a wall begins to bound the local radius, and where the entry or exit of a helical edge
-    moves neither up nor down it: there the cut begins or ends within the edge, not at its ends."""
+    """Return the edge lengths on the corner where a wall begins to bound the local radius, and where the entry or exit of a
+    helical edge moves neither up nor down it: there the cut begins or ends within the edge, not at its ends."""
     arc, radius, corner = problem.engagement, problem.tool.radius, problem.tool.corner_radius
     walls = (radius * np.abs(np.cos([arc.entry, arc.exit])) - radius + corner) / corner
-    top = corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
+    length_max = corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
     begins = corner * np.arcsin(walls[(walls > 0) & (walls < 1)])
-    grid = np.unique(np.concatenate([top * (1 - np.cos(np.linspace(0, np.pi, 200))) / 2, begins[begins < top]]))
-    lengths = [u for u in begins.tolist() if u < top]
+    grid = np.unique(np.concatenate([length_max * (1 - np.cos(np.linspace(0, np.pi, 200))) / 2, begins[begins < length_max]]))
+    lengths = [u for u in begins.tolist() if u < length_max]
     for slope in np.unique(slopes[slopes > 0]).tolist():
         for wall in range(2):
             def angle(u: float, wall: int = wall, slope: float = slope) -> float:
@@ -148,40 +151,41 @@ def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) ->
                 return float(limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))[wall] + slope * z)
 
             rise = np.sign(np.diff([angle(u) for u in grid]))
-            lengths += [_turn(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
+            lengths += [_turning_length(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
                       for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
     return np.unique(np.array(lengths))
 
 
-def _turn(angle: Callable[[float], float], low: float, high: float, rising: float) -> float:
-    """Where between two edge lengths an angle is largest (`rising` first) or smallest."""
+def _turning_length(angle: Callable[[float], float], length_min: float, length_max: float, rising: float) -> float:
+    """Return the edge length between two at which an angle is largest (`rising` first) or smallest."""
     from scipy.optimize import minimize_scalar
 
-    return float(minimize_scalar(lambda u: -rising * angle(u), bounds=(low, high), method="bounded",
-                                 options={"xatol": 1e-12 * high}).x)
+    return float(minimize_scalar(lambda u: -rising * angle(u), bounds=(length_min, length_max), method="bounded",
+                                 options={"xatol": 1e-12 * length_max}).x)
 
 
 class CutPanels:
     """Panels of one depth: nodes, cut and delayed entries, in the order that the kernels take (`layout`)."""
 
-    def __init__(self, problem: MillingProblem, depth: float, waves: float, least: int, points: int) -> None:
+    def __init__(self, problem: MillingProblem, depth: float, waves: float, nodes_min: int, points: int) -> None:
         edges = Edges.of(problem, depth, points)
-        self.edges, self.problem, self.depth, self.plain = edges, problem, depth, edges.points == 1
+        self.edges, self.problem, self.depth, self.is_linear = edges, problem, depth, edges.points == 1
         arc, marks = problem.engagement, edges.marks
         self.walls = Walls(edges.corner, problem.tool.radius, arc.entry, arc.exit)
         heights = sorted({0.0, float(marks[-1]), min(0.5 * np.pi * edges.corner, float(marks[-1])), *edges.turns.tolist()})
-        shortest = float(edges.ahead.min() if not edges.spread else 0.5 * edges.ahead.min())
-        longest = max(LARGEST_PANEL - least, 3) / waves  # rad that a panel's nodes resolve
+        shortest = float(edges.tip_delay.min() if not edges.spread else 0.5 * edges.tip_delay.min())
+        longest = max(MAX_PANEL_NODES - nodes_min, 3) / waves  # rad that a panel's nodes resolve
         self.ends = find_ends(np.array(heights), edges.lines, self.walls, edges.period, min(0.95 * shortest, longest))
-        count = least + np.ceil(waves * (self.ends[1:] - self.ends[:-1])).astype(int)
+        count = nodes_min + np.ceil(waves * (self.ends[1:] - self.ends[:-1])).astype(int)
         self._lay(count)
         keep = self.cutting | self.needed
         if not keep.all():
             self._lay(np.where(keep, count, 0))
 
     def scale(self, depth: float) -> float:
-        """Factor of the laid cut at another depth: a plain cut is linear in it, any other holds for its own alone."""
-        return depth / self.depth if self.plain else 1.0
+        """Return the factor of the laid cut at another depth: a plain cut is linear in it, any other holds for its own
+        alone."""
+        return depth / self.depth if self.is_linear else 1.0
 
     def _lay(self, count: Array) -> None:
         """Lay the cut over panels with so many nodes each."""

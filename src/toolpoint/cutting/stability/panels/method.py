@@ -11,17 +11,17 @@ from toolpoint._check import ComplexArray, FloatArray, count, positive
 from toolpoint.cutting.cut.modal_state import plane_with_static
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.levels import depth_levels, spacing_note
-from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, refuse_overdamped, require_milling
+from toolpoint.cutting.stability.method import MEASURED_REASON, TURNING_REASON, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 # Decay of a real pole in a tooth period, as an exponent, up to which panels are right (found to 87, wrong at 131).
-STEEPEST_DECAY = 90.0
-NOT_NORMAL = ("at some speeds a cut lasts so many vibrations that rounding moves the limit by more than the tolerance: see its "
-              "error; raise the least speed")
-FIRST_ALONE = "complete up to the first loss of stability of every speed; stable bands above it were not looked for"
-EXPECTED = 0.02  # of the largest depth, where the single-frequency solution has no limit
-BEYOND = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
+MAX_PANEL_DECAY = 90.0
+NOT_NORMAL_REASON = ("at some speeds a cut lasts so many vibrations that rounding moves the limit by more than the tolerance: "
+                     "see its error; raise the least speed")
+FIRST_ALONE_REASON = "complete up to the first loss of stability of every speed; stable bands above it were not looked for"
+DEFAULT_LIMIT_FRACTION = 0.02  # of the largest depth: expected limit where the single-frequency solution has none
+OVERFLOW_REASON = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class PanelArnoldi:
     first_only: bool = False
 
     def __post_init__(self) -> None:
-        for name, low in (("nodes", 3), ("levels", 3)):
-            count(f"PanelArnoldi.{name}", getattr(self, name), low)
+        for name, minimum in (("nodes", 3), ("levels", 3)):
+            count(f"PanelArnoldi.{name}", getattr(self, name), minimum)
         positive("PanelArnoldi.tolerance", self.tolerance, 1e-2)
 
     def __str__(self) -> str:
@@ -72,8 +72,8 @@ class PanelArnoldi:
     def refuses(self, problem: Problem) -> str | None:
         """Return why not: turning and measured FRFs only; it takes every other cut."""
         if isinstance(problem, TurningProblem):
-            return TURNING
-        return None if problem.plane.is_modal else MEASURED
+            return TURNING_REASON
+        return None if problem.plane.is_modal else MEASURED_REASON
 
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
               ) -> StabilityChart:
@@ -83,17 +83,17 @@ class PanelArnoldi:
 
         problem, warm = require_milling(self, problem), warm or WarmStart()
         if problem.speed_variation is not None:
-            refuse_overdamped("PanelArnoldi with a varying speed", problem, speeds, most=STEEPEST_DECAY)
+            refuse_overdamped("PanelArnoldi with a varying speed", problem, speeds, decay_max=MAX_PANEL_DECAY)
         check_affordable(problem, float(speeds.min()))
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []
         overflow, is_normal = False, True
         settings, store = (self.nodes, self.levels, self.tolerance), warm.panels(problem)
         expected = _expected(problem, speeds[:1], depth_max) if self.first_only else 0.0
-        enough: dict[float, int] = {}
+        subspace_sizes: dict[float, int] = {}
         for i, speed in enumerate(speeds.tolist()):
             search = FirstLimitSearch(settings, problem, speed, depth_max, store, warm.roots.get(speed))
-            search.enough = enough if self.first_only else search.enough
+            search.subspace_sizes = subspace_sizes if self.first_only else search.subspace_sizes
             points = search.lowest(expected) if self.first_only else search.rows()
             rows += [(i, *row) for row in points]
             expected = points[0][0] if points else expected
@@ -105,7 +105,8 @@ class PanelArnoldi:
                    spacing_note(depth_levels(problem, depth_max, self.levels, power=1.5)))
         note = ("largest multipliers of the one-period map; error of each point from two discretisations; "
                 f"{spacing}, unless the multipliers beside them announce it")
-        status = BEYOND if overflow else NOT_NORMAL if not is_normal else FIRST_ALONE if self.first_only else "complete"
+        status = (OVERFLOW_REASON if overflow else NOT_NORMAL_REASON if not is_normal
+                  else FIRST_ALONE_REASON if self.first_only else "complete")
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*plane_with_static(problem).notes, note),
                          search=status)
 
@@ -123,8 +124,8 @@ class PanelArnoldi:
 
 
 def _expected(problem: MillingProblem, speed: FloatArray, depth_max: float) -> float:
-    """Depth near which a speed's limit is expected, m: that of the single-frequency solution."""
+    """Return the expected limit of a speed, m: that of the single-frequency solution."""
     from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 
     limit = float(ZeroOrder().solve(problem, speed, depth_max).limit[0])
-    return limit if 0 < limit < depth_max else EXPECTED * depth_max
+    return limit if 0 < limit < depth_max else DEFAULT_LIMIT_FRACTION * depth_max

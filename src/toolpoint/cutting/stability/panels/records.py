@@ -1,4 +1,4 @@
-"""What the compiled kernels of PanelArnoldi read and write, by name. Panels p, nodes i of all panels, ways d, modes m."""
+"""Records that the compiled kernels of PanelArnoldi read and write. Panels p, nodes i of all panels, directions d, modes m."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class EdgeLines(NamedTuple):
 
     start: FloatArray
     slope: FloatArray
-    ahead: FloatArray
-    ahead_slope: FloatArray
+    tip_delay: FloatArray
+    delay_slope: FloatArray
     spread: bool
     marks: FloatArray
 
@@ -43,7 +43,7 @@ class LaidCut(NamedTuple):
     drag: FloatArray
     first: Array
     matrix: FloatArray
-    back: FloatArray
+    entry_delay: FloatArray
 
 
 class PanelNodes(NamedTuple):
@@ -59,7 +59,8 @@ class PanelNodes(NamedTuple):
 
 
 class LookBack(NamedTuple):
-    """Of every entry: the panel looked back into, whether that is of the period before, and its interpolation row."""
+    """Source of every entry of delayed vibration: the panel, whether that is of the period before, and its interpolation
+    row."""
 
     source: Array
     past: Array
@@ -93,7 +94,7 @@ class PanelTimes(NamedTuple):
     rising: FloatArray
     kinds: Array
     legendre: FloatArray
-    even: bool
+    is_uniform: bool
 
 
 class ModalWaves(NamedTuple):

@@ -11,8 +11,8 @@ from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.panels.layout import CutPanels, is_plain
 
-SPACING = 2 ** (1 / 8)  # between resolutions of panels: coarse enough that near speeds and problems have the same
-BASES = 32  # of different sizes kept
+RESOLUTION_RATIO = 2 ** (1 / 8)  # between resolutions of panels: coarse enough that near speeds and problems have the same
+MAX_STORED_BASES = 32  # of different sizes kept
 Key = tuple[float, float, int, int]
 
 
@@ -30,14 +30,14 @@ class PanelStore:
     cut: tuple[object, ...] = ()
     basis: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
-    def room_for(self, most: int, size: int) -> tuple[FloatArray, FloatArray]:
-        """Return room for a basis of `most` vectors and its Hessenberg matrix: (most + 1, size) and (most + 1, most) with
-        anything in them."""
-        if (most, size) not in self.basis:
-            if len(self.basis) > BASES:
+    def room_for(self, vectors_max: int, size: int) -> tuple[FloatArray, FloatArray]:
+        """Return room for a basis of `vectors_max` vectors and its Hessenberg matrix, uninitialised: (vectors_max + 1, size)
+        and (vectors_max + 1, vectors_max)."""
+        if (vectors_max, size) not in self.basis:
+            if len(self.basis) > MAX_STORED_BASES:
                 self.basis.clear()
-            self.basis[most, size] = np.zeros((most + 1, size)), np.zeros((most + 1, most))
-        return self.basis[most, size]
+            self.basis[vectors_max, size] = np.zeros((vectors_max + 1, size)), np.zeros((vectors_max + 1, vectors_max))
+        return self.basis[vectors_max, size]
 
     def fit(self, cut: tuple[object, ...]) -> None:
         """Forget everything if this is another cut."""
@@ -46,16 +46,16 @@ class PanelStore:
             self.levels.clear()
             self.size, self.cut = 0, cut
 
-    def panels(self, problem: MillingProblem, depth: float, waves: float, *, least: int, points: int) -> CutPanels:
+    def panels(self, problem: MillingProblem, depth: float, waves: float, *, nodes_min: int, points: int) -> CutPanels:
         """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
-        plain = is_plain(problem)
-        waves = SPACING ** float(np.ceil(np.log(waves) / np.log(SPACING) - 1e-9))
-        key = (0.0 if plain else depth, waves, least, points)
+        is_linear = is_plain(problem)
+        waves = RESOLUTION_RATIO ** float(np.ceil(np.log(waves) / np.log(RESOLUTION_RATIO) - 1e-9))
+        key = (0.0 if is_linear else depth, waves, nodes_min, points)
         if key in self.kept:
             self.kept.move_to_end(key)
             return self.kept[key]
-        panels = CutPanels(problem, depth, waves, least, points)
-        if plain or depth in self.levels:
+        panels = CutPanels(problem, depth, waves, nodes_min, points)
+        if is_linear or depth in self.levels:
             self.kept[key] = panels
             self.size += panels.nbytes
             while self.size > self.room and len(self.kept) > 1:

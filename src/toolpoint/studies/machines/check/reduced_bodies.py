@@ -75,5 +75,5 @@ def _poses(machine: Machine) -> Iterator[tuple[str, dict[str, float]]]:
         return
     for axis in machine.chain.axes:
         for end in (axis.lower, axis.upper):
-            if np.isfinite(end) and end != axis.rest:
+            if np.isfinite(end) and end != axis.reference_position:
                 yield axis.name, {axis.name: float(end)}

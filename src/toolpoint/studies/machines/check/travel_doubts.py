@@ -99,10 +99,10 @@ def _ways(machine: Machine) -> list[tuple[str, FloatArray, bool]]:
         return result  # an axis that tears a loop open alone is doubted for that
     before = _seen_from(machine, work, tool, {})
     for axis in machine.chain.axes:
-        step = STEP if axis.rest + STEP <= axis.upper else -STEP
-        if not axis.lower <= axis.rest + step <= axis.upper:
+        step = STEP if axis.reference_position + STEP <= axis.upper else -STEP
+        if not axis.lower <= axis.reference_position + step <= axis.upper:
             continue
-        change = _seen_from(machine, work, tool, {axis.name: axis.rest + step}) @ np.linalg.inv(before)
+        change = _seen_from(machine, work, tool, {axis.name: axis.reference_position + step}) @ np.linalg.inv(before)
         turn = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]]) / 2
         way = (turn if axis.is_rotary else change[:3, 3]) / step
         size = float(np.linalg.norm(way))
