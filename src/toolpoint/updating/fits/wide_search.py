@@ -37,9 +37,9 @@ MAX_COST_OF_RIVALS, MIN_DISTANCE_OF_RIVALS = 9.0, 3.0
 DAMPING_PRIOR_SD, STIFFNESS_PRIOR_SD = 1.0, 3.0
 # Deviation over that of the prior from which the data do not determine a number.
 UNDETERMINED_FRACTION = 0.5
-# Evaluations of a fit with one number moved, which starts next to its end; halvings of such a move; rise of chi-square at two
-# standard deviations.
-REFIT_EVALUATIONS, MAX_HALVINGS, TWO_SIGMA_RISE = 20, 5, 4.0
+# Evaluations of a fit with one number moved, which starts next to its end; how often and by which factor such a move is reduced;
+# rise of chi-square at two standard deviations.
+REFIT_EVALUATIONS, MAX_REDUCTIONS, MOVE_REDUCTION, TWO_SIGMA_RISE = 20, 9, 0.75, 4.0
 
 
 @on_one_thread
@@ -166,11 +166,11 @@ def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterF
 def _displacement(problem: Problem, best: ParameterFit, k: int, move: float) -> FloatArray:
     """Return how far all coordinates go when coordinate k is held away from the best; zero where no model exists there.
 
-    A move that the data contradict is halved until their chi-square rises by no more than two deviations of one number do.
+    A move that the data contradict is reduced until their chi-square rises by no more than two deviations of one number do.
     """
     lower, upper = problem.bounds
     others = tuple(name for i, name in enumerate(problem.names) if i != k)
-    for _ in range(MAX_HALVINGS):
+    for _ in range(MAX_REDUCTIONS):
         start = best.x.copy()
         start[k] = np.clip(start[k] + move, lower[k], upper[k])
         try:
@@ -179,7 +179,7 @@ def _displacement(problem: Problem, best: ParameterFit, k: int, move: float) -> 
             return np.zeros_like(best.x)
         if moved.chi_square - best.chi_square <= TWO_SIGMA_RISE:
             return np.asarray(moved.x - best.x)
-        move /= 2
+        move *= MOVE_REDUCTION
     return np.zeros_like(best.x)
 
 
