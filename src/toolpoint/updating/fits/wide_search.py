@@ -37,8 +37,8 @@ MAX_COST_OF_RIVALS, MIN_DISTANCE_OF_RIVALS = 9.0, 3.0
 DAMPING_PRIOR_SD, STIFFNESS_PRIOR_SD = 1.0, 3.0
 # Deviation over that of the prior from which the data do not determine a number.
 UNDETERMINED_FRACTION = 0.5
-# Evaluations of a fit with one number moved, which starts next to its end; how often and by which factor such a move is reduced;
-# rise of chi-square at two standard deviations.
+# Evaluations of a fit with one number moved, which starts next to its end; how often and by which factor such a move is
+# reduced; rise of chi-square at two standard deviations.
 REFIT_EVALUATIONS, MAX_REDUCTIONS, MOVE_REDUCTION, TWO_SIGMA_RISE = 20, 9, 0.75, 4.0
 
 
