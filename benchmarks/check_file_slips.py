@@ -118,6 +118,16 @@ def random_sheet(rng: np.random.Generator) -> Data:
     return data
 
 
+def whole_catalogue(key: str, factor: float) -> Callable[[Data, np.random.Generator], str | None]:
+    """A slip: one number of every reducer in another unit, so that only the robot as a whole contradicts it."""
+    def slip(data: Data, rng: np.random.Generator) -> str | None:
+        del rng
+        for row in data["catalogue"].values():
+            row[key] = times(row[key], factor)
+        return "catalogue|first frequency|damping of the first mode"
+    return slip
+
+
 def number(path: str, factor: float) -> Callable[[Data, np.random.Generator], str | None]:
     """A slip: the number at a path (with * for any part) multiplied; it is named by its path."""
     def slip(data: Data, rng: np.random.Generator) -> str | None:
@@ -247,6 +257,8 @@ SLIPS: dict[str, dict[str, Any]] = {
     "datasheet": {
         "all angles rad for deg": all_angles, "all angles deg for rad": all_angles_bare,
         **{f"{key} x {f:g}": number("catalogue.*." + key, f) for key in ("bending", "torsion", "damping") for f in (1e-3, 1e3)},
+        **{f"all {key} x {f:g}": whole_catalogue(key, f) for key in ("torsion", "damping") for f in (1e-3, 1e3)},
+        **{f"{key} x {f:g}": number(key, f) for key in ("weight", "payload.mass") for f in (1e-3, 1e3)},
         "a x 1000": number("axes.*.a", 1e3), "d x 1000": number("axes.*.d", 1e3),
         "an angle in rad": number("axes.*.alpha", np.pi / 180), "no motor": omitted("axes.*.motor"),
         "no weight": omitted("weight"), "negative torsion": negative("catalogue.*.torsion")},

@@ -29,6 +29,7 @@ from toolpoint.io.template_files import read_template
 
 TEMPLATES = ("three-axis-vertical", "three-axis-horizontal", "boring-mill", "trunnion", "gantry", "lathe", "grinder", "robot")
 NUMBER = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
+SOLID = 7900.0  # kg/m^3, steel: no body is denser
 Data = dict[str, Any]
 Slip = Callable[[Data, np.random.Generator], str | None]
 
@@ -58,6 +59,8 @@ def random_machine(name: str, rng: np.random.Generator) -> Data:
         for key in ("size", "diameter", "length"):
             if key in body.get("shape", {}):
                 body["shape"][key] = times(body["shape"][key], scale)
+        if (density := _density(body)) > SOLID:
+            body["mass"] = times(body["mass"], SOLID / density)
     for joint in data["joints"].values():
         joint["at"] = times(joint["at"], scale)
         for way, value in joint.get("stiffness", {}).items():
@@ -108,6 +111,28 @@ def stiffness_slip(factor: float, turns: bool, place: str) -> Slip:
     return slip
 
 
+def _own_turn(data: Data, name: str, way: str) -> bool:
+    """Return whether a turn is driven, or about a round body's own axis: from a free bearing to a clamp, all is valid."""
+    joint = data["joints"][name]
+    bodies = [data["bodies"][body]["shape"] for body in (joint["parent"], joint["child"]) if body in data["bodies"]]
+    driven = [drive for axis in data["axes"].values() for drive in axis.get("drives", [axis])]
+    return (any(shape["kind"] == "cylinder" and way == "r" + shape["axis"] for shape in bodies)
+            or any(drive["joint"] == name and drive["direction"].lstrip("-") == way for drive in driven))
+
+
+def turn_slip(factor: float, own: bool) -> Slip:
+    """One turning stiffness multiplied: one of several of a kind, or that about a body's own or a driven axis."""
+    def slip(data: Data, rng: np.random.Generator) -> str | None:
+        rows = [(name, way) for name, joint in data["joints"].items() for way in joint.get("stiffness", {})
+                if "r" in way and len(joint["stiffness"]) > 2 and _own_turn(data, name, way) == own]
+        if not rows:
+            return None
+        name, way = _pick(rng, rows)
+        data["joints"][name]["stiffness"][way] = times(data["joints"][name]["stiffness"][way], factor)
+        return f"joints.{name}"
+    return slip
+
+
 def joint_slip(factor: float, key: str) -> Slip:
     """All stiffness or damping of one joint multiplied."""
     def slip(data: Data, rng: np.random.Generator) -> str | None:
@@ -144,6 +169,25 @@ def body_slip(key: str, factor: float) -> Slip:
         part[key] = times(part[key], factor)
         return f"bodies.{name}"
     return slip
+
+
+def _density(body: Data) -> float:
+    """Density of a body's box or cylinder, kg/m^3."""
+    shape = body["shape"]
+    if shape["kind"] == "box":
+        return value_of(body["mass"]) / float(np.prod(shape["size"]))
+    diameter, length = (value_of(shape[key]) * (1e-3 if "mm" in str(shape[key]) else 1.0) for key in ("diameter", "length"))
+    return value_of(body["mass"]) / (math.pi / 4 * diameter**2 * length)
+
+
+def pounds_slip(data: Data, rng: np.random.Generator) -> str | None:
+    """The mass of a nearly solid body in pounds, typed as kg; how hollow a casting is, no file says."""
+    names = [n for n, body in data["bodies"].items() if _density(body) > 5000]
+    if not names:
+        return None
+    name = _pick(rng, names)
+    data["bodies"][name]["mass"] = times(data["bodies"][name]["mass"], 2.2046)
+    return f"bodies.{name}"
 
 
 def density_slip(value: float) -> Slip:
@@ -354,12 +398,17 @@ SLIPS: dict[str, Slip] = {
 
 FINE: dict[str, Slip] = {  # units that are less than 60 apart, places off by a digit
     **{f"a stiffness along x {f:g}, fine": stiffness_slip(f, False, "any") for f in (0.1, 10.0, 9.80665)},
-    **{f"a stiffness about x {f:.3g}, fine": stiffness_slip(f, True, "any") for f in (0.1, 10.0, math.pi / 180, 180 / math.pi)},
-    "mass in lb": body_slip("mass", 2.2046), "centre x 10": body_slip("centre", 10.0),
+    **{f"a stiffness about x {f:.3g}, fine": turn_slip(f, False) for f in (0.1, 10.0, math.pi / 180, 180 / math.pi)},
+    "mass of a solid body in lb": pounds_slip, "centre x 10": body_slip("centre", 10.0),
     "place of a joint x 10": place_slip("joints", 10.0), "place of a point x 10": place_slip("points", 10.0),
     "tip 1 m above": raised_slip(1.0), "travel x 10": limits_slip(10.0),
 }
+FREE: dict[str, Slip] = {  # what no file contradicts: how hollow a casting is, how firmly a round body is held about its axis
+    "mass in lb, any body": body_slip("mass", 2.2046),
+    **{f"a stiffness about a body's own or driven axis x {f:.3g}": turn_slip(f, True) for f in (0.1, 10.0, 180 / math.pi)},
+}
 SLIPS.update(FINE)
+SLIPS.update(FREE)
 
 
 def told(data: Data, path: Path) -> tuple[list[str], bool]:
@@ -420,7 +469,9 @@ def main() -> int:
     for kind in sorted(counts, key=lambda k: hits[k] / counts[k]):
         if hits[kind] < counts[kind]:
             print(f"{kind}: {hits[kind]} of {counts[kind]} told, {other[kind]} under another name; {examples[kind][0]}")
-    for words, kinds in (("fine", [k for k in counts if k in FINE]), ("coarse", [k for k in counts if k not in FINE])):
+    for words, kinds in (("free (valid machines have it)", [k for k in counts if k in FREE]),
+                         ("fine", [k for k in counts if k in FINE]),
+                         ("coarse", [k for k in counts if k not in FINE and k not in FREE])):
         total = sum(counts[k] for k in kinds)
         print(f"{words}: {len(kinds)} kinds, {total} slips: {100 * sum(hits[k] for k in kinds) / max(total, 1):.1f} % told by "
               f"name, {100 * sum(other[k] for k in kinds) / max(total, 1):.1f} % under another name only")

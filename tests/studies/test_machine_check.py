@@ -1,5 +1,6 @@
 """What `check` says of a machine: the drawing in words, and doubts that a slip of a unit gives away."""
 
+import re
 from importlib import resources
 
 import pytest
@@ -45,6 +46,31 @@ def test_the_chain_is_drawn_from_the_ground_to_the_tool(tmp_path):
 def test_a_slip_of_a_unit_is_doubted(change, part, words, tmp_path):
     doubts = checked(tmp_path, change).doubts
     assert any(line.startswith(part) and words in line for line in doubts), doubts
+
+
+@pytest.mark.parametrize(("change", "part", "words"), [
+    (("rx: 6e7, ry: 8e7, rz: 6e7", "rx: 6e8, ry: 8e7, rz: 6e7"), "joints.guide_y.stiffness.rx", "times above the turning"),
+    (("rx: 2.5e8, ry: 2.5e8, rz: 2e8", "rx: 2.5e8, ry: 2.5e7, rz: 2e8"), "joints.column_foot.stiffness.ry", "times below the"),
+    (("x: 9e8, y: 1.5e8, z: 1.2e9", "x: 7e9, y: 1.5e8, z: 1.2e9"), "joints.guide_y.stiffness.x", "times above z"),
+    (("x: 9e8, y: 1.5e8, z: 1.2e9", "x: 9e8, y: 3e7, z: 1.2e9"), "joints.guide_y.stiffness.y", "the other drives have"),
+    (("at: [0, -0.25, 1.1]", "at: [0, -0.25, 1.85]"), "points.tip", "lies inside head"),
+    (("at: [0, -0.25, 1.1]", "at: [0, -1.25, 1.1]"), "points.tip", "off its body"),
+    (("at: [0, -0.25, 0.97]", "at: [0, -0.25, 0.02]"), "points.tip", "no travel brings"),
+    (('"-200, 200 mm"', '"-2000, 2000 mm"'), "axes.Y", "would be off the other"),
+    (("mass: 45 kg", "mass: 99.2 kg"), "bodies.spindle", "more than solid steel"),
+    (("centre: [0, -0.25, 1.45]", "centre: [0, -0.25, 2.3]"), "bodies.spindle", "from the nearest joint that holds it"),
+])
+def test_a_slip_that_only_neighbours_contradict_is_doubted(change, part, words, tmp_path):
+    doubts = checked(tmp_path, change).doubts
+    assert any(line.startswith(part) and words in line for line in doubts), doubts
+
+
+def test_a_long_narrow_slide_may_turn_stiffer_one_way(tmp_path):
+    """Carriages 1.8 m apart along y and 0.1 m across: rx is 300 times ry by geometry, so nothing contradicts it."""
+    change = ("size: [1.0, 0.5, 0.12]", "size: [0.1, 1.8, 0.12]")
+    stiffness = ("rx: 5e7, ry: 8e7, rz: 6e7", "rx: 6e8, ry: 2e6, rz: 5e8")
+    doubts = checked(tmp_path, change, stiffness).doubts
+    assert not any("joints.guide_x.stiffness.r" in line and "turning stiffness" in line for line in doubts), doubts
 
 
 def test_a_machine_as_slow_as_a_tower(tmp_path):
@@ -132,6 +158,10 @@ SHEET = (resources.files("toolpoint") / "app/machines/milling_robot_datasheet.ya
     ([("damping: 14", "damping: 14000")], "catalogue.SHG-25-80.damping"),
     ([("alpha: -90 deg", "alpha: -1.5708 deg")], "axes.q1.alpha"),
     ([("alpha: 180 deg", "alpha: 3.14159 deg")], "axes.q2.alpha"),
+    ([("weight: 25 kg", "weight: 25 g")], "weight"),
+    ([("weight: 25 kg", "weight: 25 t")], "weight"),
+    ([("mass: 7 kg, diameter", "mass: 7 g, diameter")], "payload.mass"),
+    ([("reach: 717 mm", "reach: 7170 mm")], "reach"),
 ])
 def test_slips_of_a_datasheet(changes, part, tmp_path):
     text = SHEET
@@ -141,3 +171,27 @@ def test_slips_of_a_datasheet(changes, part, tmp_path):
     (tmp_path / "robot.yaml").write_text(text)
     doubts = question_datasheet(read_datasheet(tmp_path / "robot.yaml"))
     assert [doubt.what for doubt in doubts] == ([part] if part else []), doubts
+
+
+@pytest.mark.parametrize(("key", "factor", "part"), [
+    ("torsion", 1e-3, "catalogue"), ("torsion", 0.1, "first frequency"), ("damping", 1e-3, "damping of the first mode"),
+    ("damping", 12.0, "damping of the first mode")])
+def test_a_unit_of_the_whole_catalogue_is_told_by_the_first_mode(key, factor, part, tmp_path):
+    """No reducer stands out, so only frequency and damping of the robot as a whole contradict it."""
+    pattern = rf"(\b{key}: \[?)([\d.e]+)"
+    head, tail = SHEET.split("catalogue:", 1)
+    catalogue, rest = tail.split("members:", 1)
+    changed = re.sub(pattern, lambda found: f"{found.group(1)}{float(found.group(2)) * factor:g}", catalogue)
+    (tmp_path / "robot.yaml").write_text(f"{head}catalogue:{changed}members:{rest}")
+    doubts = question_datasheet(read_datasheet(tmp_path / "robot.yaml"))
+    assert doubts and doubts[0].what.startswith(part), doubts
+
+
+def test_an_arm_of_a_machine_file_is_asked_as_a_whole(tmp_path):
+    text = read_template("machine", "robot")
+    rows = re.sub(r"((?:rx|ry|rz): )([\d.]+e\d)", lambda found: f"{found.group(1)}{float(found.group(2)) * 30:g}", text)
+    (tmp_path / "arm.yaml").write_text(text)
+    assert not check_machine(read_machine(tmp_path / "arm.yaml")).doubts
+    (tmp_path / "arm.yaml").write_text(rows)
+    doubts = check_machine(read_machine(tmp_path / "arm.yaml")).doubts
+    assert [doubt.what for doubt in doubts] == ["first frequency"], doubts

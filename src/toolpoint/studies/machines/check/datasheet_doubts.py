@@ -8,6 +8,7 @@ import numpy as np
 
 from toolpoint._doubt import Doubt
 from toolpoint.machine.robot.datasheet import RobotDatasheet
+from toolpoint.studies.machines.check.robot_doubts import question_whole_robot
 from toolpoint.studies.machines.check.size_doubts import angle_slip
 
 BENDS_LEAST, BENDS_MOST = 0.3, 200.0  # times a reducer's torsion, that its bending is
@@ -20,7 +21,9 @@ SOFTEST, STIFFEST = 100.0, 5e7  # N m/rad of a reducer's torsion: wrists of some
 
 def question_datasheet(sheet: RobotDatasheet) -> tuple[Doubt, ...]:
     """Return doubts about the numbers of a datasheet that are possible and hardly meant."""
-    return (*_table(sheet), *_reducers(sheet))
+    parts = (*_table(sheet), *_reducers(sheet))
+    # What a part explains is not said of the whole again.
+    return parts or tuple(question_whole_robot(sheet))
 
 
 def _table(sheet: RobotDatasheet) -> Iterator[Doubt]:

@@ -14,6 +14,7 @@ from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.vibration import eigen
 
 DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal
+STEEL = 9e3  # kg/m^3 of a body's drawn shape: above steel and bronze
 STIFFEST, SOFTEST = 1e12, 1e4  # N/m of a joint of a machine tool
 LONGEST_LEVER, SHORTEST_LEVER = 30.0, 1e-3  # m, root of turning over translational stiffness
 SLOWEST, FASTEST = 2.0, 5e3  # Hz of the first elastic mode
@@ -39,10 +40,20 @@ def _densities(machine: Machine) -> list[Doubt]:
         if density > DENSEST:
             lines.append(Doubt(f"bodies.{name}", f"{words}more than any metal", "check the units of mass, of size "
                                "(numbers without a unit are m) and of inertia", figure=density))
+        elif (filled := _filled(described, density)) > STEEL:
+            lines.append(Doubt(f"bodies.{name}", f"{mass:.4g} kg in its shape is {filled:.4g} kg/m^3, more than solid steel",
+                               "check the units of mass (lb as kg?) and of size", figure=filled))
         elif density < LIGHTEST and max(size) > 0.05:
             lines.append(Doubt(f"bodies.{name}", f"{words}less than a hollow box of sheet", "check the units of mass (t "
                                "as kg?), of size and of inertia", figure=density))
     return lines
+
+
+def _filled(body: BodyDescription, density: float) -> float:
+    """Return the density of a body's own shape from that of the box around it, kg/m^3; 0 without a shape."""
+    if body.shape is None or body.inertia is not None:
+        return 0.0
+    return density * (4 / np.pi if body.shape.kind == "cylinder" else 1.0)
 
 
 def _size(body: BodyDescription, mass: np.ndarray) -> np.ndarray:

@@ -15,7 +15,10 @@ from toolpoint.studies.machines.check.machine_beliefs import question_units
 from toolpoint.studies.machines.check.machine_doubts import question_machine
 from toolpoint.studies.machines.check.machine_drawing import describe_assumed, describe_travel, draw_chain
 from toolpoint.studies.machines.check.machine_words import describe_motion
+from toolpoint.studies.machines.check.place_doubts import question_places
+from toolpoint.studies.machines.check.ratio_doubts import question_ratios
 from toolpoint.studies.machines.check.reduced_bodies import question_reduction
+from toolpoint.studies.machines.check.robot_doubts import question_arm
 from toolpoint.studies.machines.check.size_doubts import question_sizes
 from toolpoint.studies.machines.check.spring_doubts import question_springs
 from toolpoint.studies.machines.check.travel_doubts import describe_signs, question_travel
@@ -62,7 +65,10 @@ def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedM
     said = {doubt.what for doubt in first}
     more = (*question_springs(machine), *question_sizes(machine), *question_travel(machine),
             *(() if cut is None else question_cut(cut)))
-    doubts = (*first, *(doubt for doubt in more if doubt.what not in said), *beyond)  # the plainer one of two about a part
+    plain = (*first, *(doubt for doubt in more if doubt.what not in said))  # the plainer one of two about a part
+    said |= {doubt.what for doubt in plain}
+    finer = (*question_ratios(machine), *question_places(machine), *(() if plain else question_arm(machine)))
+    doubts = (*plain, *(doubt for doubt in finer if doubt.what not in said), *beyond)
     return CheckedMachine(machine.name, machine.size, doubts,
                         draw_chain(machine), describe_travel(machine), (*describe_motion(machine), *describe_signs(machine)),
                         None if cut is None else words(cut), describe_assumed(machine), reduction)

@@ -15,6 +15,7 @@ from toolpoint.studies.machines.check.law_doubts import question_laws
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
 ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
+OFF_DRAWN = 0.35  # lengths of the longer body, from drawn boxes to the joint between them
 LEFT_OPEN = 1e-6  # of what an axis does to a loop
 
 
@@ -87,19 +88,22 @@ def far_joints(machine: Machine) -> list[Doubt]:
     lines, description = list[Doubt](), machine.description
     for name, joint in description.joints.items():
         place = np.array(joint.frame.at)
+        bodies = [body for body in (joint.parent, joint.child) if body != GROUND]
         spans = [body_span(description.bodies[body], machine.body_frames[link := machine.link(body)], machine.bodies[link].mass)
-                 for body in (joint.parent, joint.child) if body != GROUND]
-        if joint.parent_interface or joint.child_interface or not joint.placed or not _gives_way(joint) or not spans:
+                 for body in bodies]
+        if joint.parent_interface or joint.child_interface or not joint.placed or not gives_way(joint) or not spans:
             continue
         gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
         longest = max(2 * float(half.max()) for _, half in spans)
-        if min(gaps) > max(longest, 0.1):
-            lines.append(Doubt(f"joints.{name}", f"at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from "
-                               "both of its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
+        drawn = all(description.bodies[body].shape is not None for body in bodies)
+        if min(gaps) > max((OFF_DRAWN if drawn else 1.0) * longest, 0.1):
+            at = ", ".join(f"{v:g}" for v in place)
+            lines.append(Doubt(f"joints.{name}", f"at {at} m, {min(gaps):.3g} m away from both of its bodies, {longest:.3g} m "
+                               "long at most", "check the place and its unit", figure=min(gaps)))
     return lines
 
 
-def _gives_way(joint: JointDescription) -> bool:
+def gives_way(joint: JointDescription) -> bool:
     """Return whether it matters where a joint is: one that locks both bodies together may be anywhere."""
     springs = joint.stiffness or joint.stiffness_matrix is not None or joint.law
     return bool(springs or joint.free or joint.passive or joint.screws)
@@ -107,4 +111,4 @@ def _gives_way(joint: JointDescription) -> bool:
 
 def _is_out_of_place(joint: JointDescription) -> bool:
     """Return whether a joint gives way, and no place is written."""
-    return _gives_way(joint) and joint.parent_interface is None and joint.child_interface is None and not joint.placed
+    return gives_way(joint) and joint.parent_interface is None and joint.child_interface is None and not joint.placed

@@ -1,0 +1,113 @@
+"""Doubts about a robot as a whole: first frequency and damping against its length, reach and payload against its datasheet.
+
+Measured robots keep their first frequency within some 5 to 15 Hz at 2.5 to 3 m and 10 to 40 Hz at 0.7 to 1 m, damping ratios of
+0.3 to 10 %: so frequency times length is asked, not the frequency alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
+from toolpoint.kinematics import ClosedChain
+from toolpoint.machine import Machine, assemble
+from toolpoint.machine.description import GROUND
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.robot.datasheet import RobotDatasheet
+from toolpoint.machine.robot.model import calibrate_density, rigid_members, robot_machine
+from toolpoint.vibration import eigen
+
+LEAST_AXES = 3  # turning, one on the other: from here on a chain is an arm
+SLOWEST, FASTEST = 4.0, 80.0  # Hz m, first frequency times the length of the arm
+UNDAMPED, OVERDAMPED = 1e-3, 0.15  # damping ratio of the first mode
+LIGHTEST_PAYLOAD, HEAVIEST_PAYLOAD = 0.005, 1.0  # of the robot's own weight
+SHORTEST_REACH, LONGEST_REACH = 0.5, 1.25  # of the sum of lengths between the axes
+LIGHTEST, DENSEST = 100.0, 9e3  # kg/m^3, of members that make up the weight
+
+
+def question_arm(machine: Machine) -> Iterator[Doubt]:
+    """Yield doubts about first frequency and damping ratio of a machine that is an arm: turning axes, one on the other."""
+    length = arm_length(machine)
+    if length <= 0:
+        return
+    try:
+        modes = eigen.solve_damped(assemble(machine))
+    except ValueError:  # what cannot be solved here says so where it is asked
+        return
+    frequency, ratio = np.asarray(modes.frequency).ravel(), np.asarray(modes.damping_ratio).ravel()
+    elastic = np.flatnonzero(frequency > 1e-3)
+    if not elastic.size:
+        return
+    first = float(frequency[elastic[0]])
+    product = first * length
+    if not SLOWEST <= product <= FASTEST:
+        low, high = SLOWEST / length, FASTEST / length
+        yield Doubt("first frequency", f"{first:.3g} Hz, robots of {length:.3g} m have {low:.2g} to {high:.2g} Hz",
+                    "check the units of torsion (N m/rad), of the weight and of the payload",
+                    figure=max(SLOWEST / product, product / FASTEST))
+    share = float(ratio[elastic[0]])
+    if share > 0 and not UNDAMPED <= share <= OVERDAMPED:
+        yield Doubt("damping of the first mode", f"{100 * share:.3g} % at {first:.3g} Hz, robots have "
+                    f"{100 * UNDAMPED:g} to {100 * OVERDAMPED:g} %", "check the unit of damping (N m s/rad) and of torsion",
+                    figure=max(UNDAMPED / share, share / OVERDAMPED))
+
+
+def arm_length(machine: Machine) -> float:
+    """Return the length of an arm along its joints up to the tip, m; 0 for what is no arm."""
+    description, axes = machine.description, machine.chain.axes
+    if isinstance(machine.chain, ClosedChain) or description.tool is None:
+        return 0.0
+    if sum(axis.is_rotary for axis in axes) < LEAST_AXES or not all(axis.is_rotary for axis in axes):
+        return 0.0
+    point = description.points[description.tool]
+    if point.body == GROUND:
+        return 0.0
+    link = machine.link(point.body)
+    frame = machine.body_frames[link]
+    turning = {drive.joint for axis in description.axes.values() for drive in axis.moved}
+    places = [frame[:3, :3] @ np.array(point.at) + frame[:3, 3]]
+    while link >= 0:
+        if machine.joint_names[link] in turning:
+            places.append(machine.chain.frames[link][:3, 3])
+        link = machine.chain.parents[link]
+    if len(places) <= LEAST_AXES:  # axes beside each other are no arm
+        return 0.0
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+
+
+def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    """Yield doubts about a datasheet's weight, payload, reach, first frequency and damping, its members taken as rigid."""
+    lengths = sum(float(np.hypot(axis.a, axis.d)) for axis in sheet.axes)
+    if sheet.reach is not None and lengths > 0 and not SHORTEST_REACH <= sheet.reach / lengths <= LONGEST_REACH:
+        yield Doubt("reach", f"{sheet.reach:.4g} m beside {lengths:.4g} m of lengths between its axes (a, d)",
+                    "check the unit of both", figure=sheet.reach / lengths)
+    if any(member.kind == "mesh" for member in sheet.members.values()):
+        yield from _question_payload(sheet)  # volumes of meshes are known only when they are read
+        return
+    try:
+        density = calibrate_density(sheet)
+    except ToolpointError as error:
+        yield Doubt("weight", f"no robot follows from it: {error}", "check its unit and those of the masses of its parts",
+                    figure=1.0)
+        return
+    if not LIGHTEST <= density <= DENSEST:
+        yield Doubt("weight", f"{sheet.weight:.4g} kg gives the members {density:.3g} kg/m^3 ({LIGHTEST:g} to {DENSEST:g} is "
+                    "usual)", "check the unit of the weight and the sizes of members", figure=density)
+        return
+    yield from _question_payload(sheet)
+    try:
+        machine = build(robot_machine(rigid_members(sheet)))
+    except ToolpointError as error:
+        yield Doubt("datasheet", f"no robot follows from it: {error}", "mend what it names", figure=1.0)
+        return
+    yield from question_arm(machine)
+
+
+def _question_payload(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    payload = sheet.payload.mass / sheet.weight
+    if not LIGHTEST_PAYLOAD <= payload <= HEAVIEST_PAYLOAD:
+        yield Doubt("payload.mass", f"{sheet.payload.mass:.4g} kg, {payload:.2g} times the robot's own weight of "
+                    f"{sheet.weight:.4g} kg", "check the units of both", figure=payload)
