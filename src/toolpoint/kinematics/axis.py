@@ -56,7 +56,7 @@ class Axis:
         The joint directions that it moves; none for a coordinate of the tool (see `task.Task`).
     lower, upper : float
         Limits of travel, m or rad.
-    rest : float
+    reference_position : float
         Displayed position at the reference pose, m or rad.
     turns : bool, optional
         Whether it is an angle; that of its first drive where left out.
