@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from toolpoint import ToolpointError
 from toolpoint.app.main import HOME, main
 from toolpoint.studies.environment import examine_environment
 
@@ -46,3 +47,36 @@ def test_commands_and_options_are_completed():
 
     assert set(completed("toolpoint ", 1)) == set(HOME)
     assert "--teeth" in completed("toolpoint lobes --tee", 2)
+
+
+def test_a_part_that_fails_is_a_result(monkeypatch):
+    from toolpoint import kernel_compilation
+
+    ended = []
+
+    def fail_here():
+        raise ToolpointError("no case for this engine")
+
+    monkeypatch.setattr(kernel_compilation, "PARTS", {"first": lambda: ended.append("first"), "second": fail_here})
+    result = kernel_compilation.compile_kernels()
+    assert ended == ["first"] and [part.failure for part in result.parts] == ["", "no case for this engine"]
+    assert not result.is_whole and "no case for this engine" in result.table()
+
+
+def test_parts_compile_in_processes_of_their_own(monkeypatch):
+    from toolpoint import kernel_compilation
+
+    parts = dict(list(kernel_compilation.PARTS.items())[-2:])
+    monkeypatch.setattr(kernel_compilation, "PARTS", parts)
+    steps = []
+    result = kernel_compilation.compile_kernels(2, progress=lambda *step: steps.append(step))
+    assert result.is_whole and {part.name for part in result.parts} == set(parts)
+    assert steps[-1] == ("kernels", 2, 2) and set(result.to_dict()) == {"whole", "seconds", "parts"}
+
+
+def test_a_part_that_fails_in_its_process_says_why(monkeypatch):
+    from toolpoint import kernel_compilation
+
+    monkeypatch.setattr(kernel_compilation, "PARTS", {"castings": None, "no such part": None})
+    result = kernel_compilation.compile_kernels(2)
+    assert {part.name: bool(part.failure) for part in result.parts} == {"castings": False, "no such part": True}

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
-    from toolpoint.studies.environment import examine_environment
+    from toolpoint.studies.environment import core_count, examine_environment
     from toolpoint.studies.execute import Dask, Serial, choose_engine
     from toolpoint.studies.finite_elements.machine_study import study_example_mill, study_finite_elements
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
@@ -83,7 +83,8 @@ __all__ = [
     "NamedMetrics", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "Swap", "ToolStance",
     "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
     "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
-    "compare_branches", "compare_with_test", "cut_on", "examine_environment", "film_machine", "gather_test",
+    "compare_branches", "compare_with_test", "core_count",
+    "cut_on", "examine_environment", "film_machine", "gather_test",
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
@@ -119,7 +120,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
-    "environment": ("examine_environment",),
+    "environment": ("core_count", "examine_environment"),
     "execute": ("Dask", "Serial", "choose_engine"),
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
     "finite_elements.matrix_modes": ("solve_matrix_modes",),

@@ -82,8 +82,13 @@ def _distribution(name: str) -> Finding:
     return Finding(name, GOOD, version) if version else Finding(name, MISSING, "not installed", f"pip install {name}")
 
 
+def core_count() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def _threads() -> Finding:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = core_count()
     stated = {name: os.environ[name] for name in THREADS if name in os.environ}
     crowded = [name for name, value in stated.items() if value.isdigit() and int(value) > cores]
     words = f"{cores} cores; " + (", ".join(f"{name}={value}" for name, value in stated.items()) or "no limits of threads")
@@ -111,7 +116,8 @@ def _kernels() -> Finding:
     folder = Path(os.environ.get("NUMBA_CACHE_DIR") or source)
     count = sum(1 for _ in folder.rglob("*.nbc"))
     if _is_writable(folder):
-        words = f"{count} kept beside {folder}" if count else "none yet: the first use compiles them, half a minute once"
+        words = f"{count} kept beside {folder}" if count else (
+            "none yet: the first use compiles them, half a minute once; doctor --compile does so now")
         return Finding("compiled kernels", GOOD, words)
     return Finding("compiled kernels", DOUBTFUL, f"{folder} cannot be written; they are compiled in every process",
                    "set NUMBA_CACHE_DIR to a folder that can be written")

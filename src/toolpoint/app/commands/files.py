@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import click
 
@@ -107,9 +107,14 @@ def schema(kind: Annotated[str, Argument()] = "machine") -> None:
 
 
 @command(page=False)
-def doctor(run: Frame) -> None:
+def doctor(run: Frame, *, compile: Annotated[bool, Help("Compile all kernels now, on all cores.")] = False) -> None:
     """Versions, threads, caches, extras and the browser: what is there, what is missing, and what to do about it."""
-    result = studies.examine_environment()
+    if compile:
+        from toolpoint.kernel_compilation import compile_kernels
+
+        result: Any = compile_kernels(studies.core_count(), progress=run.progress_of_parts())
+    else:
+        result = studies.examine_environment()
     run.show(result)
     if not result.is_whole:
         raise SystemExit(1)
