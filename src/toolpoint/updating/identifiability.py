@@ -29,7 +29,7 @@ from toolpoint.updating.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Identifiability(NotebookText):
-    """What the data can tell about the parameters.
+    """Parameters that the data determine, and why the others are not determined.
 
     names : the parameters; groups : what each belongs to; influence : (n,), standard deviations of the data per unit of x;
     deviation : (n,), standard deviation of x with all identifiable parameters free (of those left out: with the identifiable
@@ -58,12 +58,12 @@ class Identifiability(NotebookText):
     def table(self) -> str:
         """Return rank, influence, deviation and verdict of every parameter, and the ranking of the groups, as text."""
         width = max(len(n) for n in self.names)
-        top = max(float(self.influence.max()), 1e-300)
+        largest_influence = max(float(self.influence.max()), 1e-300)
         lines = [f"Identifiability: {self.rule}", f"{'parameter':{width}}  influence  relative  deviation  verdict"]
         for i in np.argsort(-self.influence, kind="stable"):
             name = self.names[i]
             verdict = "identifiable" if name in self.identifiable else "left alone: " + self.reasons[name]
-            lines.append(f"{name:{width}} {self.influence[i]:10.4g} {self.influence[i] / top:9.4f} "
+            lines.append(f"{name:{width}} {self.influence[i]:10.4g} {self.influence[i] / largest_influence:9.4f} "
                          f"{self.deviation[i]:10.3g}  {verdict}")
         lines.append("groups by influence: " + ", ".join(f"{g} {v:.4g}" for g, v in self.group_ranking))
         lines.append("singular values (unit columns): " + " ".join(f"{s:.3g}" for s in self.singular_values))
@@ -89,8 +89,8 @@ def identifiability(
         elsewhere, and would only take up those errors.
     """
     positive("limit", limit)
-    at = problem.start if x is None else x
-    jacobian = problem.evaluated(at, slopes=True).jacobian
+    chosen = problem.start if x is None else x
+    jacobian = problem.evaluated(chosen, slopes=True).jacobian
     assert jacobian is not None
     jacobian = _triangle_of(jacobian)
     influence = np.linalg.norm(jacobian, axis=0)
@@ -122,12 +122,12 @@ def correlations(jacobian: FloatArray) -> FloatArray:
 
 def _largest(problem: Problem, influence: FloatArray) -> FloatArray:
     kinds = [p.kind for p in problem.parameters]
-    top = {kind: max(float(v) for k, v in zip(kinds, influence, strict=True) if k == kind) for kind in kinds}
-    return np.array([max(top[kind], 1e-300) for kind in kinds])
+    largest_influence = {kind: max(float(v) for k, v in zip(kinds, influence, strict=True) if k == kind) for kind in kinds}
+    return np.array([max(largest_influence[kind], 1e-300) for kind in kinds])
 
 
-def _selected(jacobian: FloatArray, share: FloatArray, limit: float, least: float) -> list[int]:
-    able = np.flatnonzero(share >= least)
+def _selected(jacobian: FloatArray, share: FloatArray, limit: float, least_of_kind: float) -> list[int]:
+    able = np.flatnonzero(share >= least_of_kind)
     if able.size == 0:
         return []
     triangle, pivot = qr(jacobian[:, able], mode="r", pivoting=True)
@@ -147,16 +147,16 @@ def _deviations(jacobian: FloatArray, order: list[int]) -> FloatArray:
         if (np.abs(np.diag(triangle)) > 1e-300).all():
             result[order] = np.linalg.norm(np.linalg.inv(triangle), axis=1)
     for j in set(range(jacobian.shape[1])) - set(order):
-        rest = jacobian[:, j] - basis @ (basis.T @ jacobian[:, j])
-        size, length = float(np.linalg.norm(rest)), float(np.linalg.norm(jacobian[:, j]))
+        others = jacobian[:, j] - basis @ (basis.T @ jacobian[:, j])
+        size, length = float(np.linalg.norm(others)), float(np.linalg.norm(jacobian[:, j]))
         result[j] = 1 / size if size > 1e-10 * max(length, 1e-300) else np.inf
     return result
 
 
-def _reason(influence: float, share: float, deviation: float, limit: float, least: float) -> str:
+def _reason(influence: float, share: float, deviation: float, limit: float, least_of_kind: float) -> str:
     if influence == 0:
         return "the data do not depend on it"
-    if share < least:
+    if share < least_of_kind:
         return f"influence {100 * share:.2g} % of the largest of its kind"
     if influence * limit >= 1:
         return "the parameters taken before it imitate its effect"

@@ -133,13 +133,13 @@ class Coordinates:
         """Return all numbers of the model, links included, at coordinates x (n,)."""
         return dict(zip(self.names, (self.factor * self._own(x)[self.owner]).tolist(), strict=True))
 
-    def directions(self, x: FloatArray, at: tuple[int, ...]) -> tuple[tuple[str, ...], tuple[int, ...], FloatArray]:
+    def directions(self, x: FloatArray, columns: tuple[int, ...]) -> tuple[tuple[str, ...], tuple[int, ...], FloatArray]:
         """Return the numbers that the parameters `at` move, the place in `at` of each one's parameter, and d number/dx."""
-        if at not in self._chosen:
-            place = {j: k for k, j in enumerate(at)}
-            rows = np.flatnonzero(np.isin(self.owner, at))
+        if columns not in self._chosen:
+            place = {j: k for k, j in enumerate(columns)}
+            rows = np.flatnonzero(np.isin(self.owner, columns))
             rows = rows[np.argsort([place[int(self.owner[r])] for r in rows], kind="stable")]
-            self._chosen[at] = (tuple(self.names[r] for r in rows), tuple(place[int(self.owner[r])] for r in rows), rows)
-        names, owner, rows = self._chosen[at]
+            self._chosen[columns] = (tuple(self.names[r] for r in rows), tuple(place[int(self.owner[r])] for r in rows), rows)
+        names, owner, rows = self._chosen[columns]
         slope = np.where(self.log, self._own(x), self.scale)
         return names, owner, self.factor[rows] * slope[self.owner[rows]]

@@ -14,11 +14,11 @@ from toolpoint.updating.parameter import Coordinates, Parameter, check_parameter
 from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, join_residuals
 
 SENSITIVITIES = ("exact", "finite differences", "central differences")
-_STEP = 1e-6
+DIFFERENCE_STEP = 1e-6
 
 
 class Problem:
-    """What is to be fitted.
+    """Fit to be made: models, parameters and targets.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ class Problem:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds in x, (n,) each."""
-        low, high = zip(*(p.bounds for p in self.parameters), strict=True)
-        return np.array(low), np.array(high)
+        lower, upper = zip(*(p.bounds for p in self.parameters), strict=True)
+        return np.array(lower), np.array(upper)
 
     @property
     def assumed(self) -> bool:
@@ -99,17 +99,17 @@ class Problem:
 
     def _each(self, call: Callable[[PredictionModel], Prediction]) -> tuple[Prediction, ...]:
         """Return the prediction of every model; one that is there several times is asked once."""
-        known: dict[int, Prediction] = {}
+        predictions_by_model: dict[int, Prediction] = {}
         for model in self.models:
-            if id(model) not in known:
-                known[id(model)] = call(model)
-        return tuple(known[id(model)] for model in self.models)
+            if id(model) not in predictions_by_model:
+                predictions_by_model[id(model)] = call(model)
+        return tuple(predictions_by_model[id(model)] for model in self.models)
 
-    def evaluated(self, x: FloatArray, slopes: bool = False, at: Sequence[int] | None = None) -> Residuals:
+    def evaluated(self, x: FloatArray, slopes: bool = False, columns: Sequence[int] | None = None) -> Residuals:
         """Return the residuals at x; with `slopes` their Jacobian to x of the parameters `at` (all where left out)."""
         if not slopes:
             return self._plain(x)
-        columns = tuple(range(len(self.parameters))) if at is None else tuple(at)
+        columns = tuple(range(len(self.parameters))) if columns is None else tuple(columns)
         if self.sensitivities != "exact":
             return self._differences(x, columns)
         self.evaluations += 1
@@ -130,18 +130,18 @@ class Problem:
         return self._last[1]
 
     def _differences(self, x: FloatArray, columns: Sequence[int]) -> Residuals:
-        here = self._plain(x)
-        jacobian = np.empty((here.values.size, len(columns)))
-        high = self.bounds[1]
+        residuals = self._plain(x)
+        jacobian = np.empty((residuals.values.size, len(columns)))
+        upper = self.bounds[1]
         for k, j in enumerate(columns):
             moved = x.copy()
-            moved[j] += _STEP if x[j] + _STEP <= high[j] else -_STEP
-            there, back, base = self._plain(moved), here, x
+            moved[j] += DIFFERENCE_STEP if x[j] + DIFFERENCE_STEP <= upper[j] else -DIFFERENCE_STEP
+            forward, backward, base = self._plain(moved), residuals, x
             if self.sensitivities == "central differences":
                 base = 2 * x - moved
-                back = self._plain(base)
-            jacobian[:, k] = (there.values - back.values) / (moved[j] - base[j])
-        return replace(here, jacobian=jacobian)
+                backward = self._plain(base)
+            jacobian[:, k] = (forward.values - backward.values) / (moved[j] - base[j])
+        return replace(residuals, jacobian=jacobian)
 
     def moved_to(self, values: dict[str, float]) -> Problem:
         """Return the problem starting from other values; the priors' means move along."""

@@ -14,12 +14,12 @@ from toolpoint.updating.models.prediction import Prediction, ShapeSlopes
 from toolpoint.vibration import Frf, Modes, correlation
 
 FREQUENCY_WEIGHT = 0.1
-SILENT = 1e-12  # of the largest response: below, a model's response is rounding
+SILENT_RESPONSE_RATIO = 1e-12  # of the largest response: below, a model's response is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Tracking:
-    """Which predicted mode belongs to each measured one: `model` (n_measured,) indices and their `mac` values."""
+    """Pairing of predicted with measured modes: `model` (n_measured,) indices and their `mac` values."""
 
     model: np.ndarray
     mac: FloatArray
@@ -58,10 +58,10 @@ class Residuals:
 
     def chi_square(self) -> dict[str, tuple[float, int]]:
         """Return the sum of squares and the number of residuals of every block."""
-        result, at = {}, 0
+        result, partners = {}, 0
         for name, size in self.blocks:
-            result[name] = (float((self.values[at:at + size] ** 2).sum()), size)
-            at += size
+            result[name] = (float((self.values[partners:partners + size] ** 2).sum()), size)
+            partners += size
         return result
 
 
@@ -120,32 +120,32 @@ class Weighting:
             parts += self._shapes(prediction, tracking.model)
         return tracking
 
-    def _poles(self, prediction: Prediction, at: np.ndarray) -> list[Block]:
+    def _poles(self, prediction: Prediction, partners: np.ndarray) -> list[Block]:
         measured, modes, white = self.targets.modes, prediction.modes, self.poles
         assert measured is not None and modes is not None
-        frequency = modes.frequency[at]
-        damping, damping_slope = self.targets.damping_residual(modes.damping_ratio[at])
+        frequency = modes.frequency[partners]
+        damping, damping_slope = self.targets.damping_residual(modes.damping_ratio[partners])
         pair = np.stack([np.log(frequency / measured.frequency), damping])
         values = np.einsum("rab,br->ar", white, pair)
         slopes = None
         if prediction.frequency_slopes is not None and prediction.damping_slopes is not None:
-            change = np.stack([prediction.frequency_slopes.T[at] / frequency[:, None],
-                               prediction.damping_slopes.T[at] * damping_slope[:, None]])
+            change = np.stack([prediction.frequency_slopes.T[partners] / frequency[:, None],
+                               prediction.damping_slopes.T[partners] * damping_slope[:, None]])
             slopes = np.einsum("rab,brp->arp", white, change)
         used = [(k, name) for k, (name, on) in enumerate(
             (("frequency", self.targets.frequency), ("damping", self.targets.damping))) if on]
         return [(name, values[k], None if slopes is None else slopes[k]) for k, name in used]
 
-    def _shapes(self, prediction: Prediction, at: np.ndarray) -> list[Block]:
+    def _shapes(self, prediction: Prediction, partners: np.ndarray) -> list[Block]:
         modes, y = prediction.modes, self.unit_shape
         assert modes is not None and self.targets.modes is not None
         rows = [modes.dofs.index(d) for d in self.targets.dofs] if modes.dofs != self.targets.dofs else slice(None)
-        phi = modes.shape[rows][:, at]
+        phi = modes.shape[rows][:, partners]
         power, product = (np.abs(phi) ** 2).sum(axis=0), (phi.conj() * y).sum(axis=0)
         factor = product / power
         turned = None
         if prediction.shape_slopes is not None:
-            turned = _Turned(prediction.shape_slopes, modes.shape, rows, at, phi, y, power)
+            turned = _Turned(prediction.shape_slopes, modes.shape, rows, partners, phi, y, power)
         result: list[Block] = []
         if self.targets.shape:
             slopes = None if turned is None else _real_rows(self._whitened(turned.scaled(factor)), y)
@@ -200,17 +200,18 @@ class Weighting:
 def silent_responses(frf: Frf) -> BoolArray:
     """Return which responses (n_outputs, n_inputs) a model makes zero: within rounding of the largest, at all lines."""
     size = np.abs(frf.values).max(axis=-3)
-    return np.asarray(size <= SILENT * size.max())
+    return np.asarray(size <= SILENT_RESPONSE_RATIO * size.max())
 
 
 class _Turned:
     """Derivatives of paired shapes: growth (m, p) of phi^H phi over it, product (m, p) of phi^H y."""
 
-    def __init__(self, slopes: Array | ShapeSlopes, shapes: Array, rows: list[int] | slice, at: np.ndarray, phi: Array,
+    def __init__(self, slopes: Array | ShapeSlopes, shapes: Array, rows: list[int] | slice, partners: np.ndarray, phi: Array,
                  y: Array, power: FloatArray) -> None:
-        given = slopes if isinstance(slopes, ShapeSlopes) else ShapeSlopes.of(slopes, shapes)
-        self.basis, self.turns, self.power = given.basis[rows], np.ascontiguousarray(given.turns[:, at]), power
-        self.coordinates = given.coordinates_of(at)
+        known_slopes = slopes if isinstance(slopes, ShapeSlopes) else ShapeSlopes.of(slopes, shapes)
+        self.basis, self.power = known_slopes.basis[rows], power
+        self.turns = np.ascontiguousarray(known_slopes.turns[:, partners])
+        self.coordinates = known_slopes.coordinates_of(partners)
         self.growth = np.real(np.einsum("im,imp->mp", 2 * (self.basis.T @ phi.conj()) / power, self.turns))
         self.product = np.einsum("im,imp->mp", self.basis.T @ y, self.turns.conj())
 

@@ -295,7 +295,7 @@ def update(
     start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
     few = _on_few_lines(machine, parameters, task, pose)
     result = fit_on_all_lines(task, few, method, limit=limit, least=least_influence, restarts=restarts, start=start)
-    result = look_again(task, result, method, few=few)
+    result = look_again(task, result, method, sparse_problem=few)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
 

@@ -1,4 +1,4 @@
-r"""How far parameters scatter where the deviations of the data are assumed: by what the residuals themselves show.
+r"""Scatter of parameters where the deviations of the data are assumed: by what the residuals themselves show.
 
 With :math:`B = J^T J` the covariance of the parameters is :math:`B^{-1} M B^{-1}`, M that of :math:`J^T r`. Where deviations
 are measured M = B. Where they are assumed, residuals r of unlike size say what they are: of responses M is the sum of
@@ -24,7 +24,7 @@ from toolpoint.updating.measured.targets import Targets
 from toolpoint.updating.residuals import Residuals
 
 # Bands of lines; fewer than so many for each parameter tell no covariance.
-_BANDS, _FOR_EACH = 200, 5
+MAX_LINE_BANDS, MIN_LINES_PER_PARAMETER = 200, 5
 
 
 def has_assumed_responses(targets: Sequence[Targets]) -> bool:
@@ -37,14 +37,14 @@ def spread_of_gradient(targets: Sequence[Targets], residuals: Residuals) -> Floa
     jacobian = residuals.jacobian
     assert jacobian is not None
     count = jacobian.shape[1]
-    every = jacobian.T @ jacobian
-    spread, modal, at = np.zeros((count, count)), [], 0
+    gram = jacobian.T @ jacobian
+    spread, modal, first_row = np.zeros((count, count)), [], 0
     sets = iter(part for part in targets if part.frf is not None)
     for name, size in residuals.blocks:
-        rows = slice(at, at + size)
-        at += size
+        rows = slice(first_row, first_row + size)
+        first_row += size
         if name.endswith("frf"):
-            spread += _of_lines(next(sets), residuals.values[rows], jacobian[rows], every)
+            spread += _line_spread(next(sets), residuals.values[rows], jacobian[rows], gram)
         else:
             modal.append(rows)
     if not modal:
@@ -55,32 +55,32 @@ def spread_of_gradient(targets: Sequence[Targets], residuals: Residuals) -> Floa
     return spread + rows_of_modes.T @ rows_of_modes * (max(square, 1.0) if any(t.measured for t in targets) else square)
 
 
-def _of_lines(targets: Targets, values: FloatArray, jacobian: FloatArray, every: FloatArray) -> FloatArray:
+def _line_spread(targets: Targets, values: FloatArray, jacobian: FloatArray, gram: FloatArray) -> FloatArray:
     """Return the part of M of the responses of one set; `every` is B of all data."""
     assert targets.frf is not None
     lines, count = targets.frf.frequency.size, jacobian.shape[1]
     if targets.frf.variance is not None:
         return jacobian.T @ jacobian
-    if lines < _FOR_EACH * count:
+    if lines < MIN_LINES_PER_PARAMETER * count:
         return jacobian.T @ jacobian * float((values**2).mean())
     # Rows are lines times responses, real parts above imaginary ones.
     noise = np.tile((targets.noise_of_lines() / np.sqrt(2) / targets.frf_deviation()).ravel(), 2)
-    alone = jacobian.T @ (jacobian * (noise**2)[:, None])
+    noise_spread = jacobian.T @ (jacobian * (noise**2)[:, None])
     parts, errors = jacobian.reshape(2, lines, -1, count), values.reshape(2, lines, -1)
-    edges = np.arange(min(lines, _BANDS) + 1) * lines // min(lines, _BANDS)
+    edges = np.arange(min(lines, MAX_LINE_BANDS) + 1) * lines // min(lines, MAX_LINE_BANDS)
     spread = np.zeros((count, count))
-    for low, high in pairwise(edges):
-        rows = parts[:, low:high].reshape(-1, count)
-        rest = every - rows.T @ rows
-        gradient = every @ np.linalg.lstsq(rest, rows.T @ errors[:, low:high].ravel(), rcond=1e-12)[0]
+    for begin, end in pairwise(edges):
+        rows = parts[:, begin:end].reshape(-1, count)
+        other_gram = gram - rows.T @ rows
+        gradient = gram @ np.linalg.lstsq(other_gram, rows.T @ errors[:, begin:end].ravel(), rcond=1e-12)[0]
         spread += np.outer(gradient, gradient)
-    return _at_least(spread * (len(edges) - 2) / (len(edges) - 1), alone)
+    return _raised_to(spread * (len(edges) - 2) / (len(edges) - 1), noise_spread)
 
 
-def _at_least(matrix: FloatArray, least: FloatArray) -> FloatArray:
+def _raised_to(matrix: FloatArray, lower_bound: FloatArray) -> FloatArray:
     """Return a positive matrix that is in no direction less than another: eigenvalues of the pencil below one are made one."""
-    root = np.linalg.cholesky(least + 1e-12 * np.trace(least) * np.eye(len(least)))
-    back = np.linalg.inv(root)
-    values, vectors = np.linalg.eigh(back @ matrix @ back.T)
+    root = np.linalg.cholesky(lower_bound + 1e-12 * np.trace(lower_bound) * np.eye(len(lower_bound)))
+    inverse_root = np.linalg.inv(root)
+    values, vectors = np.linalg.eigh(inverse_root @ matrix @ inverse_root.T)
     turned = root @ vectors
     return (turned * np.maximum(values, 1.0)) @ turned.T

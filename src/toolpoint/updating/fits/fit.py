@@ -25,9 +25,9 @@ from toolpoint.updating.identifiability import Identifiability, identifiability
 from toolpoint.updating.problem import Problem
 from toolpoint.updating.residuals import Residuals
 
-_STATIONARY = 1e-3
-_UNEXPLAINED = 10.0
-_IMPROBABLE = 1e-6
+STATIONARY_FRACTION = 1e-3
+MAX_REDUCED_CHI_SQUARE = 10.0
+MIN_MISFIT_PROBABILITY = 1e-6
 
 
 @on_one_thread
@@ -65,38 +65,38 @@ def fit(
         fail("free", ", ".join(unknown), f"must be of {', '.join(problem.names)}")
     reasons = (dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if identifiable is None
                else identifiable.reasons)
-    at = [j for j, name in enumerate(problem.names) if name in names]
+    free_columns = [j for j, name in enumerate(problem.names) if name in names]
     counted = problem.evaluations
-    if not at:
+    if not free_columns:
         return _unmoved(problem, x0, method, problem.evaluated(x0), identifiable, reasons)
-    solver = Solver(problem, at, x0, _prior(problem, at, method), method.loss == "linear")
-    first = solver.residuals_at(x0[at])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
+    solver = Solver(problem, free_columns, x0, _prior(problem, free_columns, method), method.loss == "linear")
+    first = solver.residuals_at(x0[free_columns])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
     result = _solved(solver, method)
     return _finished(solver, result, method, first, identifiable, reasons, problem.evaluations - counted)
 
 
-def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
+def _prior(problem: Problem, free_columns: list[int], method: LeastSquares) -> FloatArray:
     """Return 1/s of every free parameter."""
     if isinstance(method, Regularised):
-        return np.full(len(at), positive("strength", method.strength))
+        return np.full(len(free_columns), positive("strength", method.strength))
     if not isinstance(method, Bayesian):
-        return np.zeros(len(at))
-    without = [problem.parameters[j].name for j in at if problem.parameters[j].prior is None]
+        return np.zeros(len(free_columns))
+    without = [problem.parameters[j].name for j in free_columns if problem.parameters[j].prior is None]
     if without:
         fail("parameters", f"no prior for {', '.join(without)}", "a Bayesian fit needs prior_sd for every parameter",
              remedy="give prior_sd, or use LeastSquares()")
-    return np.array([1 / (problem.parameters[j].prior or 1.0) for j in at])
+    return np.array([1 / (problem.parameters[j].prior or 1.0) for j in free_columns])
 
 
 def _solved(solver: Solver, method: LeastSquares) -> object:
-    low, high = solver.bounds()
-    start = solver.x0[solver.at]
+    lower, upper = solver.bounds()
+    start = solver.x0[solver.columns]
     if method.algorithm == "lm":
-        if np.isfinite(low).any() or np.isfinite(high).any():
+        if np.isfinite(lower).any() or np.isfinite(upper).any():
             fail("algorithm", "lm with bounds", "lm knows no bounds", remedy="use 'trf' or 'dogbox', or remove the bounds")
-        low, high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
+        lower, upper = np.full_like(lower, -np.inf), np.full_like(upper, np.inf)
     return least_squares(
-        solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,
+        solver.residual, np.clip(start, lower, upper), solver.jacobian, (lower, upper), method.algorithm, method.tolerance,
         method.tolerance, method.tolerance, loss=method.loss, max_nfev=method.evaluations,
         x_scale=1.0)
 
@@ -107,13 +107,13 @@ def _finished(
 ) -> ParameterFit:
     problem, free = solver.problem, np.asarray(result.x)
     x, (last, values, jacobian) = solver.full(free), solver.residuals_at(free)
-    low, high = solver.bounds()
+    lower, upper = solver.bounds()
     width = 1e-4
-    stuck = (free - low < width) | (high - free < width)
+    stuck = (free - lower < width) | (upper - free < width)
     # Zero is the least damping that there is, not a limit of the search: a joint found without losses is an answer.
-    lossless = np.array([not problem.parameters[j].log and problem.parameters[j].low == 0 for j in solver.at])
-    limited = stuck & ~(lossless & (free - low < width))
-    names = tuple(problem.names[j] for j in solver.at)
+    lossless = np.array([not problem.parameters[j].log and problem.parameters[j].low == 0 for j in solver.columns])
+    limited = stuck & ~(lossless & (free - lower < width))
+    names = tuple(problem.names[j] for j in solver.columns)
     chi = float((last.values**2).sum())
     scaled, covariance = _covariance(solver, free, method)
     fitted = ParameterFit(
@@ -141,15 +141,15 @@ def _covariance(solver: Solver, free: FloatArray, method: LeastSquares) -> tuple
 
 def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float:
     """Return the decrease of the sum of squares that a full Gauss-Newton step in the unbounded parameters still promises."""
-    inner = jacobian[:, ~stuck]
-    if inner.shape[1] == 0:
+    unbounded_columns = jacobian[:, ~stuck]
+    if unbounded_columns.shape[1] == 0:
         return 0.0
-    step, *_ = np.linalg.lstsq(inner, -residual, rcond=1e-12)
-    return float((residual**2).sum() - ((residual + inner @ step) ** 2).sum())
+    step, *_ = np.linalg.lstsq(unbounded_columns, -residual, rcond=1e-12)
+    return float((residual**2).sum() - ((residual + unbounded_columns @ step) ** 2).sum())
 
 
 def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: OptimizeResult) -> ParameterFit:
-    limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
+    limit = STATIONARY_FRACTION * (1.0 + fitted.chi_square + fitted.prior_cost)
     stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
     converged = bool(stationary and np.isfinite(fitted.chi_square))
     doubts = [] if converged else [Doubt(
@@ -158,8 +158,9 @@ def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: Optimiz
     for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
         doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
         if doubtful:
-            of = f" of set {k + 1}" if len(problem.targets) > 1 else ""
-            doubts.append(Doubt(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{of}", "no predicted partner with "
+            set_words = f" of set {k + 1}" if len(problem.targets) > 1 else ""
+            doubts.append(Doubt(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{set_words}",
+                                "no predicted partner with "
                                 f"MAC above {targets.lowest_mac:g}", "look at the pairing, try multi_start or leave them out"))
     if fitted.at_bounds:
         doubts.append(Doubt(", ".join(fitted.at_bounds), "at a bound", "widen it, or ask what the model lacks"))
@@ -177,8 +178,8 @@ def is_explained(result: ParameterFit, assumed: bool) -> bool:
     """
     freedom = max(result.n_data - len(result.free), 1)
     if assumed:
-        return result.chi_square <= _UNEXPLAINED * freedom
-    return bool(chdtrc(freedom, result.chi_square) >= _IMPROBABLE)
+        return result.chi_square <= MAX_REDUCED_CHI_SQUARE * freedom
+    return bool(chdtrc(freedom, result.chi_square) >= MIN_MISFIT_PROBABILITY)
 
 
 def _weights(problem: Problem) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a fitted model misses of responses beyond their noise: what it lacks, and no interval holds."""
+"""Misfit of responses beyond their noise: it shows what a fitted model lacks, which no interval covers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from toolpoint.updating.measured.targets import Targets
 from toolpoint.vibration import Frf
 
 # Share of the responses, and of their noise power, from which what is missed is named.
-_SHARE, _BEYOND = 0.005, 0.03
-_SURE = 5.0  # standard deviations of the power of noise
+MIN_MISSED_SHARE, MIN_EXCESS_POWER = 0.005, 0.03
+MIN_NOISE_DEVIATIONS = 5.0  # standard deviations of the power of noise
 
 
 def question_misfit(targets: Targets, predicted: Frf) -> tuple[Doubt, ...]:
@@ -27,11 +27,11 @@ def question_misfit(targets: Targets, predicted: Frf) -> tuple[Doubt, ...]:
     weight = targets.frf_deviation() ** -2.0
     error, noise, size = (float((weight * part).sum()) for part in (
         np.abs(predicted.values - measured.values) ** 2, targets.noise_of_lines() ** 2, np.abs(measured.values) ** 2))
-    scatter = max(_BEYOND, _SURE / np.sqrt(measured.values.size))
+    scatter = max(MIN_EXCESS_POWER, MIN_NOISE_DEVIATIONS / np.sqrt(measured.values.size))
     if noise == 0 or size <= noise or error <= noise * (1 + scatter):  # zero: too few lines to tell noise
         return ()
     share = float(np.sqrt((error - noise) / (size - noise)))
-    if share < _SHARE:
+    if share < MIN_MISSED_SHARE:
         return ()
     return (Doubt("model", f"it misses {100 * share:.2g} % of the responses ({np.sqrt(error / noise):.2g} times their noise)",
                   "masses, places, joints or dampers that are off and not moved, or a wrong channel; intervals do not hold "

@@ -112,15 +112,15 @@ def multi_start(
 
 
 def _points(
-    problem: Problem, rng: np.random.Generator, starts: int, spread: float, free: tuple[str, ...]
+    problem: Problem, rng: np.random.Generator, starts: int, spread: float, names: tuple[str, ...]
 ) -> list[FloatArray]:
-    at = [problem.names.index(n) for n in free]
-    low, high = problem.bounds
-    cube = qmc.LatinHypercube(len(at), seed=rng).random(starts - 1) if starts > 1 else np.zeros((0, len(at)))
+    free = [problem.names.index(n) for n in names]
+    lower, upper = problem.bounds
+    cube = qmc.LatinHypercube(len(free), seed=rng).random(starts - 1) if starts > 1 else np.zeros((0, len(free)))
     points = [problem.start]
     for row in cube:
         x = problem.start
-        x[at] = np.clip(spread * (2 * row - 1), low[at], high[at])
+        x[free] = np.clip(spread * (2 * row - 1), lower[free], upper[free])
         points.append(x)
     return points
 
@@ -133,10 +133,10 @@ def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
     """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
     optima: list[Optimum] = []
     for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):
-        at = [i for i, p in enumerate(result.parameters) if p.name in result.free]
+        free = [i for i, p in enumerate(result.parameters) if p.name in result.free]
         for i, other in enumerate(optima):
             sd = np.sqrt(np.maximum(np.diag(other.fit.covariance), 0.0))
-            if (np.abs(result.x[at] - other.fit.x[at]) <= np.maximum(1e-3, 0.1 * sd)).all():
+            if (np.abs(result.x[free] - other.fit.x[free]) <= np.maximum(1e-3, 0.1 * sd)).all():
                 optima[i] = replace(other, starts=(*other.starts, k))
                 break
         else:

@@ -14,7 +14,7 @@ from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.residuals import Residuals
 
-_SHOWN = 20  # correlations in a report, the largest
+MAX_PRINTED_CORRELATIONS = 20  # correlations in a report, the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class ParameterFit(NotebookText):
 
     @property
     def predictions(self) -> tuple[Prediction, ...]:
-        """What every model predicts at the result."""
+        """Prediction of every model at the result."""
         return self.residuals.predictions
 
     @property
@@ -65,9 +65,9 @@ class ParameterFit(NotebookText):
     @property
     def standard_error(self) -> dict[str, float]:
         """Standard error of every free parameter, SI."""
-        at = {p.name: i for i, p in enumerate(self.parameters)}
+        index = {p.name: i for i, p in enumerate(self.parameters)}
         sd = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return {n: float(s * abs(self.parameters[at[n]].slope(float(self.x[at[n]]))))
+        return {n: float(s * abs(self.parameters[index[n]].slope(float(self.x[index[n]]))))
                 for n, s in zip(self.free, sd, strict=True)}
 
     @property
@@ -138,14 +138,16 @@ def _left_alone(fit: ParameterFit) -> list[str]:
     return ["[[Left alone]]", *(f"    {name}: {value[name]:.6g} ({reason})" for name, reason in fit.left_alone.items())]
 
 
-def _correlations(fit: ParameterFit, least: float) -> list[str]:
+def _correlations(fit: ParameterFit, least_correlation: float) -> list[str]:
     matrix = fit.correlations
     pairs = [(abs(matrix[i, j]), fit.free[i], fit.free[j], matrix[i, j])
-             for i in range(len(fit.free)) for j in range(i + 1, len(fit.free)) if abs(matrix[i, j]) >= least]
+             for i in range(len(fit.free)) for j in range(i + 1, len(fit.free)) if abs(matrix[i, j]) >= least_correlation]
     pairs.sort(key=lambda pair: -pair[0])
     if not pairs:
         return []
-    width = max(len(f"C({a}, {b})") for _, a, b, _ in pairs[:_SHOWN])
-    more = f"; {len(pairs) - _SHOWN} smaller ones are not shown" if len(pairs) > _SHOWN else ""
-    head = f"[[Correlations]] (unreported correlations are < {least:.3f}{more})"
-    return [head, *(f"    {f'C({a}, {b})':{width}} = {np.sign(c) * size:+.4f}" for size, a, b, c in pairs[:_SHOWN])]
+    width = max(len(f"C({a}, {b})") for _, a, b, _ in pairs[:MAX_PRINTED_CORRELATIONS])
+    left_out = len(pairs) - MAX_PRINTED_CORRELATIONS
+    unprinted = f"; {left_out} smaller ones are not shown" if left_out > 0 else ""
+    head = f"[[Correlations]] (unreported correlations are < {least_correlation:.3f}{unprinted})"
+    return [head, *(f"    {f'C({a}, {b})':{width}} = {np.sign(c) * size:+.4f}"
+                    for size, a, b, c in pairs[:MAX_PRINTED_CORRELATIONS])]

@@ -15,7 +15,7 @@ from toolpoint.updating.fits.fit_methods import LeastSquares
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
-_BY_FREQUENCY = 3.0
+FREQUENCY_PAIRING_WEIGHT = 3.0
 
 
 @on_one_thread
@@ -62,16 +62,16 @@ def _starts(
     problem: Problem, first: ParameterFit, restarts: int, spread: float, method: LeastSquares | None, *, repeated: bool
 ) -> Iterator[FloatArray]:
     """Yield starts; with `repeated` the problem's own start was the first one and is not tried again in the same way."""
-    at = [problem.names.index(n) for n in first.free]
-    low, high = problem.bounds
-    halton = qmc.Halton(len(at), scramble=False).random(restarts + 1)[1:]
+    free_columns = [problem.names.index(n) for n in first.free]
+    lower, upper = problem.bounds
+    halton = qmc.Halton(len(free_columns), scramble=False).random(restarts + 1)[1:]
     ways = _ways(problem)
     for k in range(restarts):
         if repeated and k == 0 and ways[0] is None:
             continue
         x = problem.start
         if k >= len(ways):
-            x[at] = np.clip(spread * (2 * halton[k] - 1), low[at], high[at])
+            x[free_columns] = np.clip(spread * (2 * halton[k] - 1), lower[free_columns], upper[free_columns])
         way = ways[k % len(ways)]
         try:
             yield x if way is None else fit(way, method, free=first.free, start=x).x
@@ -84,12 +84,12 @@ def _ways(problem: Problem) -> tuple[Problem | None, ...]:
     with_modes = [t for t in problem.targets if t.modes is not None]
     if not with_modes:
         return (None,)
-    other = problem.with_pairing(_BY_FREQUENCY)
+    other = problem.with_pairing(FREQUENCY_PAIRING_WEIGHT)
     if not all(t.frequency and (t.shape or t.mac) for t in with_modes) or len(with_modes) < len(problem.targets):
         return other, None
-    alone = [replace(t, frf=None, damping=False, shape=False, mac=False, line_correlation=None, channel_correlation=None)
-             for t in problem.targets]
-    return other, other.with_targets(alone), None
+    frequencies_only = [replace(t, frf=None, damping=False, shape=False, mac=False, line_correlation=None,
+                                channel_correlation=None) for t in problem.targets]
+    return other, other.with_targets(frequencies_only), None
 
 
 def _cost(result: ParameterFit) -> float:

@@ -23,9 +23,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
-_CHUNK = 25
-_LONG_ENOUGH = 50.0
-_MIXED = 1.05
+STEPS_PER_CHUNK = 25
+MIN_AUTOCORRELATION_TIMES = 50.0
+MAX_R_HAT = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Samples(NotebookText):
 
     @property
     def status(self) -> str:
-        """What was run, and whether it converged."""
+        """Size of the run, and whether it converged."""
         return f"{self.course}; {'; '.join(self.doubts) or 'converged'}"
 
     @property
@@ -73,16 +73,16 @@ class Samples(NotebookText):
         """Return the central interval of a parameter, SI."""
         if name not in self.names:
             fail("name", repr(name), f"must be of {', '.join(self.names)}")
-        low, high = np.quantile(self.values[:, self.names.index(name)], [(1 - probability) / 2, (1 + probability) / 2])
-        return float(low), float(high)
+        lower, upper = np.quantile(self.values[:, self.names.index(name)], [(1 - probability) / 2, (1 + probability) / 2])
+        return float(lower), float(upper)
 
     def table(self) -> str:
         """Return median, 95 % interval, autocorrelation time, R-hat and effective number of every parameter as text."""
         width = max(map(len, self.names))
         lines = [self.status, f"{'parameter':{width}}      median        2.5 %       97.5 %  autocorr.   R-hat  effective"]
         for j, name in enumerate(self.names):
-            low, high = self.interval(name)
-            lines.append(f"{name:{width}} {np.median(self.values[:, j]):11.5g}  {low:11.5g}  {high:11.5g} "
+            lower, upper = self.interval(name)
+            lines.append(f"{name:{width}} {np.median(self.values[:, j]):11.5g}  {lower:11.5g}  {upper:11.5g} "
                          f"{self.autocorrelation[j]:10.1f} {self.r_hat[j]:7.4f} {self.effective[j]:10.0f}")
         return "\n".join(lines)
 
@@ -119,38 +119,38 @@ def sample(
 
     An interruption from the keyboard ends the sampling and returns what there is; its status says so.
     """
-    at = [problem.names.index(n) for n in start.free]
-    walkers = 4 * len(at) if walkers is None else count("walkers", walkers, 2 * len(at))
-    _check(problem, at, walkers, count("ensembles", ensembles, 2))
-    density = _Density(problem, at, start.x)
+    columns = [problem.names.index(n) for n in start.free]
+    walkers = 4 * len(columns) if walkers is None else count("walkers", walkers, 2 * len(columns))
+    _check(problem, columns, walkers, count("ensembles", ensembles, 2))
+    density = _Density(problem, columns, start.x)
     runs = [_Run(density, start, rng, walkers, None if folder is None else Path(folder) / f"ensemble{k + 1}.npz")
             for k in range(ensembles)]
     interrupted = False
     try:
-        for done in _alternating(runs, count("steps", steps)):
+        for finished in _alternating(runs, count("steps", steps)):
             if progress is not None:
-                progress(done, ensembles * steps)
+                progress(finished, ensembles * steps)
     except KeyboardInterrupt:
-        if min(run.chain.shape[0] for run in runs) < 2 * _CHUNK:
+        if min(run.chain.shape[0] for run in runs) < 2 * STEPS_PER_CHUNK:
             raise
         interrupted = True
-    return _judged(problem, at, start.x, runs, interrupted)
+    return _judged(problem, columns, start.x, runs, interrupted)
 
 
 class _Density:
     """The log-posterior of the free coordinates."""
 
-    def __init__(self, problem: Problem, at: list[int], x0: FloatArray) -> None:
-        self.problem, self.at, self.x0 = problem, at, np.array(x0)
-        low, high = problem.bounds
-        self.low, self.high = low[at], high[at]
-        self.precision = np.array([1 / p.prior**2 if (p := problem.parameters[j]).prior else 0.0 for j in at])
+    def __init__(self, problem: Problem, columns: list[int], x0: FloatArray) -> None:
+        self.problem, self.columns, self.x0 = problem, columns, np.array(x0)
+        lower, upper = problem.bounds
+        self.lower, self.upper = lower[columns], upper[columns]
+        self.precision = np.array([1 / p.prior**2 if (p := problem.parameters[j]).prior else 0.0 for j in columns])
 
     def __call__(self, free: FloatArray) -> float:
-        if (free < self.low).any() or (free > self.high).any():
+        if (free < self.lower).any() or (free > self.upper).any():
             return -np.inf
         x = self.x0.copy()
-        x[self.at] = free
+        x[self.columns] = free
         try:
             residual = self.problem.evaluated(x).values
         except ToolpointError:
@@ -164,13 +164,13 @@ class _Run:
 
     def __init__(self, density: _Density, start: ParameterFit, rng: np.random.Generator, walkers: int,
                  path: Path | None) -> None:
-        self.path, n = path, len(density.at)
+        self.path, n = path, len(density.columns)
         self.sampler = _emcee().EnsembleSampler(walkers, n, density)
         # emcee draws from a generator of the old kind.
         self.sampler.random_state = np.random.RandomState(int(rng.integers(2**32))).get_state()
-        centre = start.x[density.at]
+        centre = start.x[density.columns]
         spread = np.linalg.cholesky(start.covariance + 1e-12 * np.trace(start.covariance) * np.eye(n))
-        self.state: Any = np.clip(centre + rng.normal(size=(walkers, n)) @ spread.T, density.low, density.high)
+        self.state: Any = np.clip(centre + rng.normal(size=(walkers, n)) @ spread.T, density.lower, density.upper)
         self.chain, self.accepted = np.zeros((0, walkers, n)), 0.0
         self.mark = np.concatenate([centre, [density(centre)]])
         if path is not None and path.exists():
@@ -178,8 +178,8 @@ class _Run:
 
     def _resume(self, path: Path) -> None:
         with np.load(path, allow_pickle=False) as kept:
-            same = kept["chain"].shape[1:] == self.chain.shape[1:]
-            if not same or not np.allclose(kept["mark"], self.mark, rtol=1e-6, atol=1e-9):
+            equal_lengths = kept["chain"].shape[1:] == self.chain.shape[1:]
+            if not equal_lengths or not np.allclose(kept["mark"], self.mark, rtol=1e-6, atol=1e-9):
                 fail("folder", f"{path} holds samples of another problem", "must be of this one", remedy="use an empty folder")
             self.chain, self.accepted = kept["chain"], float(kept["accepted"])
             state = kept["state"]
@@ -197,41 +197,45 @@ class _Run:
 
     def _save(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _, keys, *rest = self.sampler.random_state
+        _, keys, *remaining = self.sampler.random_state
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
-            np.savez(file, chain=self.chain, accepted=self.accepted, mark=self.mark, keys=keys, state=np.array(rest, float))
+            np.savez(file, chain=self.chain, accepted=self.accepted, mark=self.mark, keys=keys,
+                     state=np.array(remaining, float))
         Path(file.name).replace(path)
 
 
 def _alternating(runs: list[_Run], steps: int) -> Iterator[int]:
     """Advance the ensembles in turn, so that an interruption leaves them equally long; yield the steps done in all."""
-    for upto in [*range(_CHUNK, steps, _CHUNK), steps]:
+    for upto in [*range(STEPS_PER_CHUNK, steps, STEPS_PER_CHUNK), steps]:
         for run in runs:
             if run.chain.shape[0] < upto:
                 run.advanced(upto - run.chain.shape[0])
             yield sum(min(r.chain.shape[0], steps) for r in runs)
 
 
-def _judged(problem: Problem, at: list[int], x0: FloatArray, runs: list[_Run], interrupted: bool) -> Samples:
+def _judged(problem: Problem, columns: list[int], x0: FloatArray, runs: list[_Run], interrupted: bool) -> Samples:
     length = min(run.chain.shape[0] for run in runs)
     chains = np.stack([run.chain[:length] for run in runs])
     tau = _autocorrelation(chains)
     burn = min(int(5 * tau.max()) + 1, length // 2)
     kept = chains[:, burn:]
     r_hat = _split_r_hat(kept)
-    x = kept.reshape(-1, len(at))
-    values = np.stack([[problem.parameters[j].at(float(v)) for v in x[:, k]] for k, j in enumerate(at)], axis=1)
+    x = kept.reshape(-1, len(columns))
+    values = np.stack([[problem.parameters[j].at(float(v)) for v in x[:, k]] for k, j in enumerate(columns)], axis=1)
     course = (f"{length} steps of {chains.shape[2]} walkers in {len(runs)} ensembles, {burn} left out as burn-in, R-hat up to "
               f"{r_hat.max():.3f}, autocorrelation time up to {tau.max():.0f} steps")
     doubts = [Doubt("samples", "interrupted", "call again with the same folder to go on")] if interrupted else []
-    if length < _LONG_ENOUGH * tau.max() or r_hat.max() > _MIXED:
+    if length < MIN_AUTOCORRELATION_TIMES * tau.max() or r_hat.max() > MAX_R_HAT:
         doubts.append(Doubt(
-            "samples", f"NOT converged (wanted: R-hat below {_MIXED:g} and at least {_LONG_ENOUGH:.0f} autocorrelation times)",
-            f"take {int(np.ceil(_LONG_ENOUGH * tau.max() / 100)) * 100} steps or more", figure=float(r_hat.max()) - 1))
+            "samples", f"NOT converged (wanted: R-hat below {MAX_R_HAT:g} and at least {MIN_AUTOCORRELATION_TIMES:.0f} "
+            "autocorrelation times)",
+            f"take {int(np.ceil(MIN_AUTOCORRELATION_TIMES * tau.max() / 100)) * 100} steps or more",
+            figure=float(r_hat.max()) - 1))
     if problem.assumed:
         course += "; standard deviations of the data are assumptions, and so is the width of the posterior"
     accepted = float(np.mean([run.accepted / run.chain.shape[0] for run in runs]))
-    return Samples(tuple(problem.names[j] for j in at), x, values, tau, r_hat, accepted, length, burn, course, tuple(doubts))
+    names = tuple(problem.names[j] for j in columns)
+    return Samples(names, x, values, tau, r_hat, accepted, length, burn, course, tuple(doubts))
 
 
 def _autocorrelation(chains: FloatArray) -> FloatArray:
@@ -250,12 +254,13 @@ def _split_r_hat(chains: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(1 + between / np.maximum(within, 1e-300)))
 
 
-def _check(problem: Problem, at: list[int], walkers: int, ensembles: int) -> None:
-    if not at:
+def _check(problem: Problem, columns: list[int], walkers: int, ensembles: int) -> None:
+    if not columns:
         fail("start", "a fit without free parameters", "must have at least one")
     if walkers % 2:
         fail("walkers", str(walkers), "must be even")
-    open_ones = [p.name for p in (problem.parameters[j] for j in at) if p.prior is None and not np.isfinite(p.bounds).all()]
+    parameters = [problem.parameters[j] for j in columns]
+    open_ones = [p.name for p in parameters if p.prior is None and not np.isfinite(p.bounds).all()]
     if open_ones:
         fail("parameters", f"neither prior nor two finite bounds for {', '.join(open_ones)}", "the posterior would be improper",
              remedy="give prior_sd, or low and high")

@@ -1,4 +1,4 @@
-"""What the least-squares solver is given: residuals and Jacobian of the free coordinates, each point evaluated once."""
+"""Residual function of the least-squares solver: residuals and Jacobian of the free coordinates, each point evaluated once."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class Solver:
     parameters instead of data.
     """
 
-    def __init__(self, problem: Problem, at: list[int], x0: FloatArray, prior: FloatArray, compressed: bool) -> None:
-        self.problem, self.at, self.x0, self.prior = problem, at, x0, prior
+    def __init__(self, problem: Problem, columns: list[int], x0: FloatArray, prior: FloatArray, compressed: bool) -> None:
+        self.problem, self.columns, self.x0, self.prior = problem, columns, x0, prior
         self.compressed = compressed and problem.sensitivities == "exact"
         self._kept: dict[bytes, tuple[Residuals, FloatArray, FloatArray]] = {}
 
     def full(self, free: FloatArray) -> FloatArray:
         """Return all coordinates."""
         x = self.x0.copy()
-        x[self.at] = free
+        x[self.columns] = free
         return x
 
     def residuals_at(self, free: FloatArray) -> tuple[Residuals, FloatArray, FloatArray]:
@@ -39,7 +39,7 @@ class Solver:
         if key not in self._kept:
             if len(self._kept) > 2:
                 del self._kept[next(iter(self._kept))]
-            evaluation = self.problem.evaluated(self.full(free), slopes=True, at=self.at)
+            evaluation = self.problem.evaluated(self.full(free), slopes=True, columns=self.columns)
             assert evaluation.jacobian is not None
             values, rows = evaluation.values, evaluation.jacobian
             if self.prior.any():
@@ -54,7 +54,8 @@ class Solver:
         """Return how J^T r scatters by what the residuals show, None where all deviations of responses are measured."""
         if not has_assumed_responses(self.problem.targets):
             return None
-        return spread_of_gradient(self.problem.targets, self.problem.evaluated(self.full(free), slopes=True, at=self.at))
+        residuals = self.problem.evaluated(self.full(free), slopes=True, columns=self.columns)
+        return spread_of_gradient(self.problem.targets, residuals)
 
     def residual(self, free: FloatArray) -> FloatArray:
         """Return the residual vector as the solver sees it."""
@@ -69,8 +70,8 @@ class Solver:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the bounds of the free coordinates."""
-        low, high = self.problem.bounds
-        return low[self.at], high[self.at]
+        lower, upper = self.problem.bounds
+        return lower[self.columns], upper[self.columns]
 
 
 def _triangle(values: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:

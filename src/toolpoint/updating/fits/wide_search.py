@@ -97,21 +97,21 @@ def _ends(problem: Problem, starts: int) -> list[FloatArray]:
 
     Dampers turn neither frequencies nor shapes: they stay, and are fitted where the rest has ended.
     """
-    wide = problem.with_targets([_relaxed(targets) for targets in problem.targets])
+    relaxed = problem.with_targets([_relaxed(targets) for targets in problem.targets])
     moved = [name for name in problem.names if ".damping" not in name and "loss_factor" not in name]
     if not moved:
         return []
-    at = [problem.names.index(name) for name in moved]
+    moved_columns = [problem.names.index(name) for name in moved]
     ends: list[tuple[float, FloatArray]] = []
-    for x in _far_points(wide, at, starts):
+    for x in _far_points(relaxed, moved_columns, starts):
         try:
-            rough = fit(wide, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(moved), start=x)
+            rough = fit(relaxed, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(moved), start=x)
         except ToolpointError:  # the model does not exist there
             continue
         ends.append((_cost(rough), rough.x))
     kept: list[FloatArray] = []
     for _, x in sorted(ends, key=lambda pair: pair[0]):
-        if all(np.abs(x - other)[at].max() > 0.1 for other in kept):
+        if all(np.abs(x - other)[moved_columns].max() > 0.1 for other in kept):
             kept.append(x)
     return kept[:MAX_REFINED_MINIMA]
 
@@ -124,16 +124,16 @@ def _relaxed(targets: Targets) -> Targets:
     return replace(targets, modes=modes, damping=False, frequency_sd=SEARCH_FREQUENCY_SD, shape_sd=SEARCH_SHAPE_SD)
 
 
-def _far_points(wide: Problem, moved: Sequence[int], starts: int) -> list[FloatArray]:
+def _far_points(relaxed: Problem, moved: Sequence[int], starts: int) -> list[FloatArray]:
     """Return the Halton points of least misfit."""
-    lower, upper = wide.bounds
+    lower, upper = relaxed.bounds
     points = []
     for row in qmc.Halton(len(moved), scramble=False).random(starts * POINTS_PER_START + 1)[1:]:
-        x = wide.start
+        x = relaxed.start
         coordinates = MIN_SEARCH_COORDINATE + (MAX_SEARCH_COORDINATE - MIN_SEARCH_COORDINATE) * row
         x[moved] = np.clip(coordinates, lower[moved], upper[moved])
         try:
-            points.append((float((wide.evaluated(x).values ** 2).sum()), x))
+            points.append((float((relaxed.evaluated(x).values ** 2).sum()), x))
         except ToolpointError:
             continue
     return [x for _, x in sorted(points, key=lambda pair: pair[0])[:starts]]
@@ -157,8 +157,9 @@ def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterF
     others = np.array([name not in name_undetermined(best) for name in best.free])
     for name in name_undetermined(best):
         k = problem.names.index(name)
-        moves = [_displacement(problem, best, k, sign * 2 * (problem.parameters[k].prior or 0.0)) for sign in (-1.0, 1.0)]
-        largest = max(moves, key=lambda move: float(np.abs(move / deviation).max())) / 2 * others
+        two_deviations = 2 * (problem.parameters[k].prior or 0.0)
+        displacements = [_displacement(problem, best, k, sign * two_deviations) for sign in (-1.0, 1.0)]
+        largest = max(displacements, key=lambda move: float(np.abs(move / deviation).max())) / 2 * others
         covariance = covariance + np.outer(largest, largest)
     return replace(best, covariance=covariance)
 
@@ -193,7 +194,7 @@ def _widened(best: ParameterFit, rivals: Sequence[ParameterFit]) -> ParameterFit
         if is_apart.any():
             # Anywhere between the two, as likely: the variance of an even distribution from one end.
             covariance = covariance + np.outer(distance, distance) / 3
-            names += [name for name, apart in zip(best.free, is_apart, strict=True) if apart]
+            names += [name for name, differs in zip(best.free, is_apart, strict=True) if differs]
     if not names:
         return best
     return replace(best, covariance=covariance, status=f"{best.status}; another minimum explains the data as well, with another"

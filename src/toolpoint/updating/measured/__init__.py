@@ -1,1 +1,1 @@
-"""What was measured, its noise, and the lines that tell."""
+"""Measured targets, their noise, and the lines that inform a fit."""

@@ -26,7 +26,7 @@ from toolpoint.vibration import Modes, correlation
 
 @dataclass(frozen=True, eq=False)
 class CorrelationCoefficients(NotebookText):
-    """Per pair: frequency, displacement, mac, weight (sum 1), (n_pairs,); over all: mean, mass, total."""
+    """Coefficients of each pair: frequency, displacement, mac, weight (sum 1), (n_pairs,); over all: mean, mass, total."""
 
     frequency: FloatArray
     displacement: FloatArray
@@ -57,8 +57,8 @@ def coefficients(measured: Modes, predicted: Modes, weight: ArrayLike | None = N
     if measured.count != predicted.count or measured.count == 0:
         fail("predicted", f"{predicted.count} modes for {measured.count}", "must be paired one to one",
              remedy="use `pair_modes` first")
-    given = np.ones(measured.count) if weight is None else weight
-    shares = nonnegative("weight", floats("weight", given, (measured.count,)))
+    weights_given = np.ones(measured.count) if weight is None else weight
+    shares = nonnegative("weight", floats("weight", weights_given, (measured.count,)))
     if shares.sum() <= 0:
         fail("weight", "all zero", "must weigh at least one mode")
     shares = shares / shares.sum()

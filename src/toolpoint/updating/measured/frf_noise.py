@@ -81,6 +81,6 @@ def correlations(repeats: ComplexArray, lags: int = 8) -> tuple[FloatArray, Comp
 
 def _positive(matrix: Array) -> Array:
     """Return the matrix shrunk towards the identity as far as it takes to be positive definite with margin."""
-    least = float(np.linalg.eigvalsh(matrix)[0])
-    share = max(0.0, (1e-3 - least) / (1 - least)) if least < 1e-3 else 0.0
+    smallest = float(np.linalg.eigvalsh(matrix)[0])
+    share = max(0.0, (1e-3 - smallest) / (1 - smallest)) if smallest < 1e-3 else 0.0
     return np.asarray((1 - share) * matrix + share * np.eye(len(matrix)))

@@ -118,12 +118,12 @@ class Targets:
         if self.modes is None:
             fail("Targets.shape_covariance", "given without modes", "belongs to measured shapes")
         count, size = self.modes.count, len(self.modes.dofs)
-        given = floats("Targets.shape_covariance", covariance, (count, size, size))
-        lowest = [float(np.linalg.eigvalsh(part)[0]) for part in given]
+        covariance_given = floats("Targets.shape_covariance", covariance, (count, size, size))
+        lowest = [float(np.linalg.eigvalsh(part)[0]) for part in covariance_given]
         if min(lowest) <= 0:
             fail("Targets.shape_covariance", f"that of mode {int(np.argmin(lowest)) + 1} is not positive",
                  "must be positive definite", remedy="add the variance of what single points err by to its diagonal")
-        object.__setattr__(self, "shape_covariance", given)
+        object.__setattr__(self, "shape_covariance", covariance_given)
 
     def _check_modes(self, modes: Modes) -> None:
         if modes.frequency.ndim != 1:
@@ -158,7 +158,7 @@ class Targets:
 
     @property
     def weights(self) -> tuple[str, ...]:
-        """What the weights come from, in words."""
+        """Origin of the weights, in words."""
         modes, frf, lines = self.modes, self.frf, []
         if modes is not None and (self.frequency or self.damping):
             both = "measured 2x2 covariance of frequency and damping of each mode, whitened by Cholesky"
@@ -171,10 +171,11 @@ class Targets:
         if modes is not None and self.mac:
             lines.append("MAC: assumed standard deviation")
         if frf is not None:
-            known = [words for words, value in (("lines", self.line_correlation), ("outputs", self.channel_correlation))
-                     if value is not None]
+            parts = ("lines", self.line_correlation), ("outputs", self.channel_correlation)
+            correlated_parts = [words for words, value in parts if value is not None]
             lines.append("responses: " + ("assumed" if frf.variance is None else "measured") + " standard deviation of each "
-                         "line" + (f", measured correlation between {' and '.join(known)}" if known else ", lines independent"))
+                         "line, " + (f"measured correlation between {' and '.join(correlated_parts)}" if correlated_parts
+                                     else "lines independent"))
         return tuple(lines)
 
     @property
@@ -214,9 +215,9 @@ class Targets:
         measured = self.modes.damping_ratio
         little = 1e-3 * measured
         usable = (measured > 0) & (ratio + little > 0)
-        top = np.where(usable, ratio + little, 1.0)
-        return (np.where(usable, np.log(top / np.where(usable, measured + little, 1.0)), ratio - measured),
-                np.where(usable, 1 / top, 1.0))
+        shifted_ratio = np.where(usable, ratio + little, 1.0)
+        return (np.where(usable, np.log(shifted_ratio / np.where(usable, measured + little, 1.0)), ratio - measured),
+                np.where(usable, 1 / shifted_ratio, 1.0))
 
     def shape_deviation(self) -> FloatArray:
         """Return the standard deviation of every entry of the shapes of unit length, (n_dofs, n_modes)."""

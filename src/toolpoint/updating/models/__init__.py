@@ -1,1 +1,1 @@
-"""What a model predicts of targets, with slopes."""
+"""Predictions of targets by models, with slopes."""

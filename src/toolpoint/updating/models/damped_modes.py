@@ -77,10 +77,10 @@ class _DampedModes:
         if "structural_damping" in projected:
             stiffness = stiffness + 1j * projected["structural_damping"]
         self.damping = projected.get("damping", np.zeros((size, size)))
-        every, vectors = _scaled_pairs(self.damping, stiffness)
-        self.every_pole, self.every_vector = every, vectors
-        self.places = _lowest(every, keep)
-        self.poles = every[self.places]
+        all_poles, vectors = _scaled_pairs(self.damping, stiffness)
+        self.every_pole, self.every_vector = all_poles, vectors
+        self.places = _lowest(all_poles, keep)
+        self.poles = all_poles[self.places]
         # Unit modal mass of a mode without damping, where u^T (2 s) u = 1 is u^T u = 1 / 2 s.
         self.lengths = np.sqrt(2 * self.poles)
         self.shapes = vectors[:, self.places] * self.lengths
@@ -88,15 +88,15 @@ class _DampedModes:
     @cached_property
     def _forms(self) -> tuple[ComplexArray, ComplexArray]:
         """u_j^T Q'(s_k) u_k, (count, 2m, keep), and u_k^T (2 s_k M' + C') u_k, (count, keep)."""
-        every, kept, poles = self.every_vector, self.places, self.poles
-        forms = np.zeros((self.undamped.count, every.shape[1], kept.size), complex)
+        all_poles, kept, poles = self.every_vector, self.places, self.poles
+        forms = np.zeros((self.undamped.count, all_poles.shape[1], kept.size), complex)
         growth = np.zeros((self.undamped.count, kept.size), complex)
         each = np.arange(kept.size)
         scales = {"stiffness": np.ones_like(poles), "damping": poles, "mass": poles**2, "structural_damping": 1j + 0 * poles}
         growth_scales = {"damping": np.ones_like(poles), "mass": 2 * poles}
         coordinates = self.undamped.vectors @ self.subspace
         for name, (factor, weights) in self.undamped.factors.items():
-            sensed = factor.seen(coordinates) @ every
+            sensed = factor.seen(coordinates) @ all_poles
             product = (sensed * weights[:, :, None]).swapaxes(1, 2) @ sensed[:, :, kept]
             forms[factor.used] += product * scales[name]
             if name in growth_scales:
@@ -128,17 +128,17 @@ def _subspace(squares: FloatArray, modal: dict[str, FloatArray]) -> FloatArray:
     count = squares.size
     if count <= MAX_STATE_MODES:
         return np.eye(count)
-    low = MAX_STATE_MODES // 2
+    lowest_count = MAX_STATE_MODES // 2
     columns = []
     for matrix in modal.values():
         values, vectors = np.linalg.eigh(matrix)
         strong = np.abs(values) > 1e-10 * np.abs(values).max(initial=0.0)
-        columns.append(vectors[low:, strong] / squares[low:, None])
+        columns.append(vectors[lowest_count:, strong] / squares[lowest_count:, None])
     pushed, sizes, _ = np.linalg.svd(np.concatenate(columns, axis=1), full_matrices=False)
     pushed = pushed[:, sizes > 1e-10 * sizes.max(initial=0.0)]
-    result = np.zeros((count, low + pushed.shape[1]))
-    result[:low, :low] = np.eye(low)
-    result[low:, low:] = pushed
+    result = np.zeros((count, lowest_count + pushed.shape[1]))
+    result[:lowest_count, :lowest_count] = np.eye(lowest_count)
+    result[lowest_count:, lowest_count:] = pushed
     return result
 
 

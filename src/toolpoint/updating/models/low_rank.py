@@ -15,7 +15,7 @@ from toolpoint._check import Array, FloatArray, fail
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 TERMS = ("mass", "damping", "stiffness", "structural_damping")
-_ZERO = 1e-14
+NULL_EIGENVALUE_RATIO = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +62,11 @@ def _term(name: str, matrices: FloatArray, owner: np.ndarray) -> Term:
     columns = np.zeros((len(used), rank, matrices.shape[-1]))
     weights, source = np.zeros((len(used), rank)), np.zeros((len(used), rank), int)
     for i, j in enumerate(used):
-        at = 0
+        position = 0
         for k, values, vectors in per[j]:
-            part = slice(at, at + values.size)
+            part = slice(position, position + values.size)
             columns[i, part], weights[i, part], source[i, part] = vectors.T, values, k
-            at = part.stop
+            position = part.stop
     return Term(np.array(used), columns, weights, source)
 
 
@@ -76,7 +76,7 @@ def _factors(name: str, matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
         fail(name, "an unsymmetric matrix", "must be symmetric")
     rows = np.flatnonzero(matrix.any(axis=1))
     values, vectors = np.linalg.eigh(matrix[np.ix_(rows, rows)])
-    keep = np.abs(values) > _ZERO * np.abs(values).max()
+    keep = np.abs(values) > NULL_EIGENVALUE_RATIO * np.abs(values).max()
     result = np.zeros((len(matrix), int(keep.sum())))
     result[rows] = vectors[:, keep]
     return values[keep], result

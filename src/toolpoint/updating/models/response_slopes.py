@@ -37,11 +37,11 @@ def direct_response(
 
 
 def modal_response(
-    lines: FloatArray, left: Array, right: Array, *, modal: UndampedModes, every: EqualDamping
+    lines: FloatArray, left: Array, right: Array, *, modal: UndampedModes, equal_damping: EqualDamping
 ) -> tuple[ComplexArray, ComplexArray | None]:
     """Return the same by superposition of all modes with one damping ratio."""
     a, b = left @ modal.vectors, modal.vectors.T @ right
-    w, omega, ratio = 2 * np.pi * np.asarray(lines)[:, None], modal.omega, every.ratio
+    w, omega, ratio = 2 * np.pi * np.asarray(lines)[:, None], modal.omega, equal_damping.ratio
     g = 1 / (omega**2 - w**2 + 2j * ratio * omega * w)
     # A product of two matrices each: outputs by modes, modes by lines and inputs.
     values = _over_lines(a, g.T[:, :, None] * b[:, None, :])
@@ -49,17 +49,17 @@ def modal_response(
         return values, None
     da, db = np.tensordot(a, modal.turns, 1).transpose(2, 0, 1), np.tensordot(modal.turns, b, (0, 0)).transpose(1, 0, 2)
     dg = -(g**2) * ((1 + 1j * ratio * w / omega) * modal.square_slopes.T[:, None, :]
-                    + 2j * omega * w * every.slopes[:, None, None])
-    inner = g.T[None, :, :, None] * db[:, :, None, :] + dg.transpose(0, 2, 1)[..., None] * b[None, :, None, :]
+                    + 2j * omega * w * equal_damping.slopes[:, None, None])
+    modal_part = g.T[None, :, :, None] * db[:, :, None, :] + dg.transpose(0, 2, 1)[..., None] * b[None, :, None, :]
     changes = np.empty((modal.count, *values.shape), complex)
     for k in range(modal.count):
-        changes[k] = _over_lines(da[k], g.T[:, :, None] * b[:, None, :]) + _over_lines(a, inner[k])
+        changes[k] = _over_lines(da[k], g.T[:, :, None] * b[:, None, :]) + _over_lines(a, modal_part[k])
     return values, changes
 
 
-def _over_lines(outer: FloatArray, inner: ComplexArray) -> ComplexArray:
+def _over_lines(left_part: FloatArray, modal_part: ComplexArray) -> ComplexArray:
     """Return the product (n_f, n_outputs, n_inputs) of real (n_outputs, r) and complex (r, n_f, n_inputs)."""
-    flat = np.ascontiguousarray(inner).reshape(len(inner), -1)
+    flat = np.ascontiguousarray(modal_part).reshape(len(modal_part), -1)
     # Real numbers side by side: half the work of a complex product.
-    product = (outer @ flat.view(float)).view(complex)
-    return product.reshape(len(outer), *inner.shape[1:]).transpose(1, 0, 2)
+    product = (left_part @ flat.view(float)).view(complex)
+    return product.reshape(len(left_part), *modal_part.shape[1:]).transpose(1, 0, 2)

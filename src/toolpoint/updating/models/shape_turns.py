@@ -69,8 +69,8 @@ class UndampedModes:
     def projected(self, term: str) -> tuple[np.ndarray, FloatArray]:
         """Return the parameters that a matrix depends on, and phi^T A' phi for the modes kept, (used, n, keep)."""
         factor, weights = self.factors[term]
-        seen = factor.seen(self.vectors)
-        return factor.used, (seen * weights[:, :, None]).swapaxes(1, 2) @ seen[:, :, :self.keep]
+        sensed = factor.seen(self.vectors)
+        return factor.used, (sensed * weights[:, :, None]).swapaxes(1, 2) @ sensed[:, :, :self.keep]
 
     def diagonal(self, term: str) -> FloatArray:
         """Return the diagonal of phi^T A' phi along every parameter, (keep, count)."""
@@ -89,13 +89,14 @@ class EqualDamping:
     slopes: FloatArray
 
 
-def mode_prediction(system: SecondOrderSystem, modal: UndampedModes, keep: int, *, every: EqualDamping | None) -> Prediction:
+def mode_prediction(system: SecondOrderSystem, modal: UndampedModes, keep: int, *, equal_damping: EqualDamping | None
+                    ) -> Prediction:
     """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `every` mode's alike."""
     omega = modal.omega[:keep]
     if (omega <= 0).any():
         fail("model", f"{int((omega <= 0).sum())} modes at 0 Hz or unstable", "must be held in all directions",
              remedy="raise the lower bounds of the stiffnesses, or ground the model")
-    damping, damping_slopes = _damping(system, modal, keep, every)
+    damping, damping_slopes = _damping(system, modal, keep, equal_damping)
     shape = system.output_map @ modal.vectors
     modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,
                   notes=remark_overdamped(damping))
@@ -106,22 +107,22 @@ def mode_prediction(system: SecondOrderSystem, modal: UndampedModes, keep: int, 
 
 
 def _damping(
-    system: SecondOrderSystem, modal: UndampedModes, keep: int, every: EqualDamping | None
+    system: SecondOrderSystem, modal: UndampedModes, keep: int, equal_damping: EqualDamping | None
 ) -> tuple[FloatArray, FloatArray | None]:
     """Diagonal of the modal damping matrix as ratios, sum of the viscous and the structural part, and slopes (count, keep)."""
     omega, zeta = modal.omega[:keep], np.zeros(keep)
     slopes = np.zeros((keep, modal.count)) if modal.count else None
-    if every is not None:
-        return np.full(keep, every.ratio), None if slopes is None else slopes.T + every.slopes[:, None]
+    if equal_damping is not None:
+        return np.full(keep, equal_damping.ratio), None if slopes is None else slopes.T + equal_damping.slopes[:, None]
     for term, power in (("damping", 1), ("structural_damping", 2)):
         matrix = getattr(system, term)
         if matrix is None:
             continue
-        inner = modal.vectors.T @ (matrix @ modal.vectors[:, :keep])
-        part = np.diagonal(inner) / (2 * omega**power)
+        modal_damping = modal.vectors.T @ (matrix @ modal.vectors[:, :keep])
+        part = np.diagonal(modal_damping) / (2 * omega**power)
         zeta += part
         if slopes is not None:
-            turned = 2 * np.einsum("im,imp->mp", inner, modal.turns[:, :keep])
+            turned = 2 * np.einsum("im,imp->mp", modal_damping, modal.turns[:, :keep])
             change = modal.square_slopes[:keep] / (2 * omega[:, None] ** 2)
             slopes += (modal.diagonal(term)[:keep] + turned) / (2 * omega[:, None] ** power) - power * part[:, None] * change
     return zeta, None if slopes is None else slopes.T

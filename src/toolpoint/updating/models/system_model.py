@@ -44,7 +44,7 @@ class AffineSystem:
     base: SecondOrderSystem
     slopes: MatrixDerivatives
     values: tuple[float, ...]
-    _known: dict[object, Factors] = field(default_factory=dict, repr=False)
+    _factors_by_choice: dict[object, Factors] = field(default_factory=dict, repr=False)
 
     def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
         """Return the system at these values; numbers that are not named stay at the base."""
@@ -61,19 +61,19 @@ class AffineSystem:
         """Return the constant derivatives of these numbers."""
         if tuple(names) == self.slopes.names:
             return self.slopes
-        missing = [n for n in names if n not in self.slopes.names]
-        if missing:
-            fail("names", ", ".join(missing), f"must be of {', '.join(self.slopes.names)}")
-        at = [self.slopes.names.index(n) for n in names]
-        part = {t: None if (a := getattr(self.slopes, t)) is None else a[at] for t in TERMS}
+        unknown_names = [n for n in names if n not in self.slopes.names]
+        if unknown_names:
+            fail("names", ", ".join(unknown_names), f"must be of {', '.join(self.slopes.names)}")
+        position = [self.slopes.names.index(n) for n in names]
+        part = {t: None if (a := getattr(self.slopes, t)) is None else a[position] for t in TERMS}
         return MatrixDerivatives(tuple(names), **part)
 
     def factors(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...]) -> Factors:
         """Return the low-rank factors of the constant derivatives, made once for each choice of numbers."""
         key = names, owner
-        if key not in self._known:
-            self._known[key] = factor_matrices(self.derivatives(values, names), owner)
-        return self._known[key]
+        if key not in self._factors_by_choice:
+            self._factors_by_choice[key] = factor_matrices(self.derivatives(values, names), owner)
+        return self._factors_by_choice[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,26 +120,29 @@ class SystemModel:
     def _predicted(self, values: Mapping[str, float], factors: Factors, slopes: FloatArray, ratio_slopes: FloatArray
                    ) -> Prediction:
         result, system, number = Prediction(), self.systems.system(values), ratio_slopes.size
-        every = (None if self.modal_damping is None else
+        equal_damping = (None if self.modal_damping is None else
                  EqualDamping(values.get(DAMPING_RATIO, self.modal_damping), ratio_slopes))
         weighted = {name: (term, term.scaled(slopes)) for name, term in factors.items()}
-        modal = UndampedModes(system, weighted, number, None if every else self.modes) if self.modes or every else None
+        modal = None
+        if self.modes or equal_damping:
+            modal = UndampedModes(system, weighted, number, None if equal_damping else self.modes)
         if self.modes and modal is not None:
             number_of_modes = min(self.modes, system.size)
-            result = (predict_damped_modes(system, modal, number_of_modes) if every is None and has_damping(system, weighted)
-                      else mode_prediction(system, modal, number_of_modes, every=every))
+            result = (predict_damped_modes(system, modal, number_of_modes)
+                      if equal_damping is None and has_damping(system, weighted)
+                      else mode_prediction(system, modal, number_of_modes, equal_damping=equal_damping))
         if self.lines is None:
             return result
         left = system.output_map[_places(system.outputs, self.outputs)]
         right = system.input_map[:, _places(system.inputs, self.inputs)]
-        if modal is not None and every is not None:
-            response, changes = modal_response(self.lines, left, right, modal=modal, every=every)
+        if modal is not None and equal_damping is not None:
+            response, changes = modal_response(self.lines, left, right, modal=modal, equal_damping=equal_damping)
         else:
             response, changes = direct_response(self.lines, left, right, system=system, factors=weighted, count=number)
         return replace(result, frf=Frf(self.lines, response, self.outputs, self.inputs), frf_slopes=changes)
 
 
-def _places(known: Sequence[Dof], chosen: Sequence[Dof]) -> list[int]:
+def _places(labels: Sequence[Dof], chosen: Sequence[Dof]) -> list[int]:
     """Return where labels stand among others."""
-    at = {dof: i for i, dof in reversed(list(enumerate(known)))}
-    return [at[dof] for dof in chosen]
+    position = {dof: i for i, dof in reversed(list(enumerate(labels)))}
+    return [position[dof] for dof in chosen]
