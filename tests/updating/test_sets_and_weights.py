@@ -40,7 +40,7 @@ def test_two_states_of_a_machine_tell_more_than_one():
     """Mass loading: the same springs, another mass; two springs in series cannot be told from one state's lowest mode."""
     model, parameters = chain()
     loaded = replace(model, systems=replace(model.systems, base=replace(
-        model.systems.base, mass=model.systems.base.mass + np.diag([0, 0, 0, 2.0])), _known={}))
+        model.systems.base, mass=model.systems.base.mass + np.diag([0, 0, 0, 2.0])), _factors_by_choice={}))
     one, two = (Targets(covered(m({}, ()).modes, 1e-3).selected([0])) for m in (model, loaded))
     start = [replace(p, value=p.value * f) for p, f in zip(parameters[:2], (1.02, 0.99), strict=True)]
     single = fit(Problem(model, start, one), limit=None)
