@@ -17,6 +17,7 @@ ROOMS_WITH_EXAMPLES = {
     "joints": {"DIRECTIONS"},
     "bodies": set(),
     "bodies.solid": {"CAST_IRON", "STEEL"},
+    "signals": set(),
     "vibration": set(),
     "vibration.sparse": set(),
     "kinematics": set(),

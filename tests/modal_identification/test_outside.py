@@ -53,7 +53,7 @@ def test_the_modes_at_the_ends_of_the_band_gain_most(monkeypatch):
     rng = np.random.default_rng(0)
     frf = with_noise(benchmark(rng, points=POINTS, placed=True).frf, 0.05, rng)
     reduced = identify(frf, band=BAND).modes.damping_interval
-    monkeypatch.setattr(estimate, "economical", lambda data, fit, spread: (data, fit, fit.information))
+    monkeypatch.setattr(estimate, "reduce_outside_terms", lambda data, fit, spread: (data, fit, fit.information))
     whole = identify(frf, band=BAND).modes.damping_interval
     assert (reduced < 1.02 * whole).all()
     assert reduced[0] < 0.9 * whole[0]
@@ -65,7 +65,7 @@ def test_few_responses_keep_all_terms(monkeypatch):
     rng = np.random.default_rng(1)
     frf = with_noise(benchmark(rng, points=5).frf, 0.01, rng).selected(range(15), [0])
     now = identify(frf, band=BAND).modes.frequency_interval
-    monkeypatch.setattr(estimate, "economical", lambda data, fit, spread: (data, fit, fit.information))
+    monkeypatch.setattr(estimate, "reduce_outside_terms", lambda data, fit, spread: (data, fit, fit.information))
     assert (now == identify(frf, band=BAND).modes.frequency_interval).all()
 
 
@@ -89,7 +89,7 @@ def test_a_mode_that_looks_like_the_rest_gains_nothing(monkeypatch):
     modes = alike(rng).selected(range(IN_BAND.size + 1))
     frf = with_noise(responses(modes, 2, "accelerance"), 0.05, rng)
     reduced = identify(frf, band=BAND).modes.damping_interval
-    monkeypatch.setattr(estimate, "economical", lambda data, fit, spread: (data, fit, fit.information))
+    monkeypatch.setattr(estimate, "reduce_outside_terms", lambda data, fit, spread: (data, fit, fit.information))
     whole = identify(frf, band=BAND).modes.damping_interval
     assert reduced[11] == pytest.approx(whole[11], rel=0.02)
     assert reduced[0] < 0.9 * whole[0]

@@ -11,7 +11,7 @@ from modal_identification.modal_case import BAND, benchmark, structure, with_noi
 from toolpoint import Dof, Frf, Modes
 from toolpoint.modal_identification import cmif, identify
 from toolpoint.modal_identification.judgement.indicators import peaks
-from toolpoint.modal_identification.judgement.resonances import remark, resonances
+from toolpoint.modal_identification.judgement.resonances import resonance_remarks, resonances
 from toolpoint.vibration.frequency_response import modal
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
@@ -171,6 +171,7 @@ def test_a_mode_that_carries_next_to_nothing_is_doubted_even_in_noise():
     found = resonances(frf, modes, False)
     assert [one.faint for one in found] == [one.doubtful for one in found] == [False, True, False]
     assert found[1].share == pytest.approx(0, abs=1e-3)
-    (words,) = remark(found, modes)
+    (words,) = resonance_remarks(found, modes)
     assert words.startswith("mode 2 at 60 Hz carries only ")
-    assert len(remark(resonances(frf, modes, True), modes)) == 1  # the strong ones stand out, and none of them is doubtful
+    assert len(resonance_remarks(resonances(frf, modes, True),
+                                 modes)) == 1  # the strong ones stand out, and none of them is doubtful

@@ -9,7 +9,7 @@ import pytest
 
 from toolpoint._check import ToolpointError
 from toolpoint.modal_identification import identify
-from toolpoint.modal_identification.judgement.steadiness import judge_steadiness, widen
+from toolpoint.modal_identification.judgement.steadiness import inflate_covariance, judge_steadiness
 from toolpoint.vibration import Frf, Modes
 
 F, ZETA = np.array([180.0, 260.0, 420.0]), np.array([0.03, 0.02, 0.025])
@@ -85,13 +85,13 @@ def test_changes_are_those_of_the_partners_and_missing_modes_are_unsteady():
 
     steadiness = judge_steadiness(frf, modes, again, points=False)
     # The band begins at 60 Hz: an eighth of it cuts mode 1 off, the last band shows nothing.
-    np.testing.assert_array_equal(steadiness.asked, [1, 3, 3])
-    np.testing.assert_array_equal(steadiness.seen, [1, 2, 0])
+    np.testing.assert_array_equal(steadiness.n_expected, [1, 3, 3])
+    np.testing.assert_array_equal(steadiness.n_detected, [1, 2, 0])
     np.testing.assert_allclose(steadiness.moved[0], [1.0, 0.001], rtol=0.1)  # less what fewer lines explain
     np.testing.assert_array_equal(steadiness.unsteady, [False, False, True])
-    np.testing.assert_allclose(widen(modes, steadiness).covariance[0], np.diag([1.01, 2e-6]), rtol=0.1)
+    np.testing.assert_allclose(inflate_covariance(modes, steadiness).covariance[0], np.diag([1.01, 2e-6]), rtol=0.1)
     assert judge_steadiness(frf.between(100, 150), modes, again, points=False) is None
-    assert widen(replace(modes, covariance=None), steadiness).covariance is None
+    assert inflate_covariance(replace(modes, covariance=None), steadiness).covariance is None
 
 
 @pytest.mark.slow

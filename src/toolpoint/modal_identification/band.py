@@ -1,4 +1,4 @@
-"""The cut of an FRF to the band that is identified, and the checks that every method makes of it."""
+"""The band of an FRF that is identified, and the checks of it that all methods share."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, scalar
 from toolpoint.vibration.frf import Frf
 
-POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
-MINIMUM_LINES = 8
+QUANTITY_POWERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
+MIN_METHOD_LINES = 8  # of a band, for methods that state no other number
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Band:
         return f"{self.low:g} .. {self.high:g} Hz"
 
 
-def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) -> Frf:
+def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MIN_METHOD_LINES) -> Frf:
     """Return the lines of one pose inside the band, without a line at 0 Hz (where mobility has no information).
 
     Parameters
@@ -60,15 +60,15 @@ def band_limits(frf: Frf, band: tuple[float, float] | None) -> Band:
     if band is None:
         return Band(float(frf.frequency[0]), float(frf.frequency[-1]))
     try:
-        low, high = (scalar("band", end) for end in band)
+        lower, upper = (scalar("band", end) for end in band)
     except TypeError:
         fail("band", repr(band), "must be two frequencies (low, high) in Hz")
-    if not 0 <= low < high:
-        fail("band", f"({low:g}, {high:g})", "must be 0 <= low < high, in Hz")
-    if low > frf.frequency[-1] or high < frf.frequency[0]:
-        fail("band", f"{low:g} .. {high:g} Hz",
+    if not 0 <= lower < upper:
+        fail("band", f"({lower:g}, {upper:g})", "must be 0 <= low < high, in Hz")
+    if lower > frf.frequency[-1] or upper < frf.frequency[0]:
+        fail("band", f"{lower:g} .. {upper:g} Hz",
              f"must overlap the data, {frf.frequency[0]:g} .. {frf.frequency[-1]:g} Hz")
-    return Band(max(low, float(frf.frequency[0])), min(high, float(frf.frequency[-1])))
+    return Band(max(lower, float(frf.frequency[0])), min(upper, float(frf.frequency[-1])))
 
 
 def line_spacing(frf: Frf) -> float:
@@ -76,8 +76,8 @@ def line_spacing(frf: Frf) -> float:
     step = np.diff(frf.frequency)
     mean = float(step.mean())
     if np.abs(step - mean).max() > 1e-3 * mean:
-        at = int(np.argmax(np.abs(step - mean)))
-        fail("frf.frequency", f"a step of {step[at]:g} Hz at {frf.frequency[at]:g} Hz beside a mean of {mean:g} Hz",
+        line = int(np.argmax(np.abs(step - mean)))
+        fail("frf.frequency", f"a step of {step[line]:g} Hz at {frf.frequency[line]:g} Hz beside a mean of {mean:g} Hz",
              "must be evenly spaced for this method", remedy="use frf.interpolated(...), or quadrature or circle fit")
     return mean
 
@@ -89,10 +89,11 @@ def noise_level(values: FloatArray) -> FloatArray:
     are taken over 1, 2 and 4 lines and the largest estimate is kept: noise of windowed data is shared by neighbours.
     """
     strides = [stride for stride in (1, 2, 4) if values.shape[0] >= 6 * stride] or [1]
-    return np.max([_third(values, stride) for stride in strides], axis=0)
+    return np.max([_scatter_of_stride(values, stride) for stride in strides], axis=0)
 
 
-def _third(values: FloatArray, stride: int) -> FloatArray:
+def _scatter_of_stride(values: FloatArray, stride: int) -> FloatArray:
+    """Return the standard deviation from third differences over so many lines."""
     n = values.shape[0] - 3 * stride
     if n <= 0:
         return np.zeros(values.shape[1:])

@@ -1,4 +1,4 @@
-r"""Real-linear basis functions of poles and of everything outside the band, for any measured quantity.
+r"""Real-linear basis functions of poles and of modes outside the band, for any measured quantity.
 
 With :math:`p = i \omega + a` (a: decay of an exponential window, which shifts the whole response) a pole s with complex
 residue :math:`A = \alpha + i \beta` gives the receptance
@@ -7,7 +7,7 @@ residue :math:`A = \alpha + i \beta` gives the receptance
 
 linear in two real numbers. Mobility and accelerance are the same times :math:`p` and :math:`p^2`. Modes outside the
 band are represented by rational terms :math:`(a + b p) / (p^2 + c^2)` with fixed c below and above the band: their sum
-comes close to any set of modes out there, of which 1/p^2 and a constant (lower and upper residual) are the far ends.
+approximates any set of modes outside it; 1/p^2 and a constant (lower and upper residual) are the limits far from the band.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.modal_identification.band import POWER
+from toolpoint.modal_identification.band import QUANTITY_POWERS
 from toolpoint.vibration.frf import Frf
 
-BELOW = (0.25, 0.5, 0.71, 0.83, 0.91, 0.96)
-ABOVE = (1.04, 1.1, 1.2, 1.4, 2.0, 4.0)
-FEW_LINES = 120
+LOWER_CENTRES = (0.25, 0.5, 0.71, 0.83, 0.91, 0.96)  # c over the lowest line
+UPPER_CENTRES = (1.04, 1.1, 1.2, 1.4, 2.0, 4.0)  # c over the highest line
+MIN_FULL_BASIS_LINES = 120  # below, half of the centres; below half of it, none but the residuals
 
 
 def laplace(frf: Frf) -> ComplexArray:
@@ -30,7 +30,7 @@ def laplace(frf: Frf) -> ComplexArray:
 
 def factor(frf: Frf) -> ComplexArray:
     """Return p^0, p^1 or p^2: the measured quantity over the receptance."""
-    return laplace(frf) ** POWER[frf.quantity]
+    return laplace(frf) ** QUANTITY_POWERS[frf.quantity]
 
 
 def pole_terms(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
@@ -40,7 +40,7 @@ def pole_terms(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
 
 
 def pole_slopes(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
-    r"""Return the same of 1/(p - s)^2, shape (n_f, n_poles, 2).
+    """Return the same functions of 1/(p - s)^2, shape (n_f, n_poles, 2).
 
     The derivative of alpha u + beta v by Re s is alpha u2 + beta v2, by Im s it is -beta u2 + alpha v2.
     """
@@ -50,10 +50,12 @@ def pole_slopes(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
 
 def outside_terms(frf: Frf) -> ComplexArray:
     """Return the receptance terms of the modes outside the band, shape (n_f, n_terms), each of unit size."""
-    p, low, high = laplace(frf), float(frf.omega[0]), float(frf.omega[-1])
-    every = 1 if frf.frequency.size >= FEW_LINES else 2 if frf.frequency.size >= FEW_LINES / 2 else len(ABOVE)
-    centres = [0.0, *(low * c for c in BELOW[1::every]), *(high * c for c in ABOVE[1::every])] if every > 1 else [
-        0.0, *(low * c for c in BELOW), *(high * c for c in ABOVE)]
+    p, omega_min, omega_max = laplace(frf), float(frf.omega[0]), float(frf.omega[-1])
+    stride = (1 if frf.frequency.size >= MIN_FULL_BASIS_LINES else 2 if frf.frequency.size >= MIN_FULL_BASIS_LINES / 2
+              else len(UPPER_CENTRES))
+    centres = [0.0, *(omega_min * c for c in LOWER_CENTRES[1::stride]),
+               *(omega_max * c for c in UPPER_CENTRES[1::stride])] if stride > 1 else [
+        0.0, *(omega_min * c for c in LOWER_CENTRES), *(omega_max * c for c in UPPER_CENTRES)]
     terms = [term for c in centres for term in (1 / (p**2 + c**2), p / (p**2 + c**2))]
     terms += [np.ones_like(p), p]
     basis = np.stack(terms, axis=1)

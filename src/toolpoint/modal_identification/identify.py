@@ -19,10 +19,10 @@ from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes, find_repeated_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance, resonances
 from toolpoint.modal_identification.judgement.steadiness import (
+    inflate_covariance,
     is_crowded,
     judge_steadiness,
     steadiness_remarks,
-    widen,
 )
 from toolpoint.modal_identification.poles.choice import PoleChoice, poles_with, remaining_modes, stray_remarks
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
@@ -66,17 +66,19 @@ class PolyReference:
     def start(self, frf: Frf) -> Start:
         """Return the poles selected across orders."""
         order = min(count("order", self.order, 2), frf.frequency.size // 3)
-        diagram = poles_of_orders(frf, order, self.step, weight=_weight(frf))
+        diagram = poles_of_orders(frf, order, self.step, weight=_stated_weight(frf))
         choice = select_poles(diagram, self.share)
         return Start(choice.poles, choice.participation, diagram, choice.support)
 
 
-# Doublings of the order, the share of the residual that a doubling must leave at most, and the residual's power over the noise
-# (third differences along the lines) from which resonances are looked for in it; fewer responses do not tell modes from misfit.
-DEEPER, LESS, UNEXPLAINED, RESPONSES = 2, 0.3, 1.5, 12
+MAX_ORDER_DOUBLINGS = 2
+MAX_REMAINING_FRACTION = 0.3  # of the residual, after a doubling of the order that is kept
+MIN_RESIDUAL_RATIO = 1.5  # power of the residual over the noise (third differences of lines) with resonances in it
+MIN_JUDGED_RESPONSES = 12  # fewer do not distinguish modes from misfit
 
 
-def _weight(frf: Frf) -> FloatArray | None:
+def _stated_weight(frf: Frf) -> FloatArray | None:
+    """Return one over the stated standard deviation of each response, None where there is none."""
     if frf.variance is None:
         return None
     mean = frf.variance.mean(axis=0)
@@ -118,153 +120,160 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
         For responses without measurement, a band without lines or outside the data, no mode found, or modes that the lines
         cannot tell apart.
     """
-    chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
-    inside, dead = _alive(cut(frf, band))
+    pole_method = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
+    inside, dead_notes = _select_live_channels(cut(frf, band))
     if sensor_mass is not None:
         positive("sensor_mass", sensor_mass)
     try:
-        return _identified_either_way(inside, chosen, dead, choice=choice, sensor_mass=sensor_mass)
+        return _identify_by_fewer_references(inside, pole_method, dead_notes, choice=choice, sensor_mass=sensor_mass)
     except np.linalg.LinAlgError as error:
         fail("frf", f"{inside.frequency.size} lines from {inside.frequency[0]:.4g} to {inside.frequency[-1]:.4g} Hz "
              f"({error})", "must determine the fit of the modes", remedy="widen the band, take finer lines, or check the "
              "responses for repeated or corrupt values")
 
 
-def _identified_either_way(inside: Frf, chosen: PoleMethod, dead: list[str], *, choice: PoleChoice | None,
+def _identify_by_fewer_references(inside: Frf, pole_method: PoleMethod, dead_notes: list[str], *, choice: PoleChoice | None,
                            sensor_mass: float | None) -> Identification:
+    """Return the identification; by reciprocity the side with fewer Dofs serves as references."""
     if len(inside.inputs) > len(inside.outputs):
         # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles. The sensors stayed
         # where they were and are in all responses alike.
-        return _turned(_judged(_with_choice(_identified_deeper(_transposed(inside), chosen, dead), chosen, choice), chosen))
-    return _judged(_with_choice(_identified_deeper(inside, chosen, dead), chosen, choice), chosen, sensor_mass)
+        return _transpose_result(_judge(_apply_choice(_identify_with_order(_transpose_frf(inside), pole_method, dead_notes),
+                                                      pole_method, choice), pole_method))
+    return _judge(_apply_choice(_identify_with_order(inside, pole_method, dead_notes), pole_method, choice), pole_method,
+                  sensor_mass)
 
 
-def _with_choice(automatic: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
+def _apply_choice(automatic: Identification, pole_method: PoleMethod, choice: PoleChoice | None) -> Identification:
     """Return the identification of exactly the poles that a choice leaves of the automatic ones."""
     if choice is None or choice.is_empty:
         return automatic
     result = automatic
     if choice.add:
         poles, participation = poles_with(automatic.frf, automatic.modes, choice)
-        fitted = _estimate.estimate(automatic.frf, poles, participation, refine=chosen.refine, fixed=True)
-        result = _conclude(automatic.frf, fitted, chosen, (), Start(poles, participation, automatic.diagram))
-    kept = remaining_modes(result.modes, automatic.modes, choice)
-    if len(kept) < result.modes.count:
-        result = _only(result, kept)
+        estimate = _estimate.estimate(automatic.frf, poles, participation, refine=pole_method.refine, fixed=True)
+        result = _conclude(automatic.frf, estimate, pole_method, (), Start(poles, participation, automatic.diagram))
+    mode_numbers = remaining_modes(result.modes, automatic.modes, choice)
+    if len(mode_numbers) < result.modes.count:
+        result = _select_modes(result, mode_numbers)
     return replace(result, choice=choice, advice=(choice.remark, *result.advice, *stray_remarks(result.modes, choice)))
 
 
-def _only(result: Identification, kept: list[int]) -> Identification:
+def _select_modes(result: Identification, mode_numbers: list[int]) -> Identification:
     """Return the identification with some of its modes, as they are; the synthesis is that of these."""
-    modes, frf = result.modes.selected(kept), result.frf
+    modes, frf = result.modes.selected(mode_numbers), result.frf
     fitted = _estimate.estimate(frf, modes.poles, modes.participation_at(frf.inputs), refine=False, fixed=True)
-    model, quality = _estimate.synthesise(fitted.data, fitted.fit), _quality(fitted)
-    support, significance = (None if part is None else part[kept] for part in (result.support, result.significance))
+    model, quality = _estimate.synthesise(fitted.data, fitted.fit), _explained_fractions(fitted)
+    support, significance = (None if values is None else values[mode_numbers]
+                             for values in (result.support, result.significance))
     return replace(result, modes=modes, model=model, quality=quality, mode_quality=mode_quality(frf, model, modes),
                    support=support, significance=significance, resonances=resonances(frf, modes, result.smooth))
 
 
-def _judged(result: Identification, chosen: PoleMethod, sensor_mass: float | None = None) -> Identification:
-    """Return the identification with its intervals as wide as its modes move with the band, where its residual is not noise,
-    and with the points, where modes crowd that one reference alone tells apart; modes that set-ups of sensors repeat are
-    named, or joined."""
+def _judge(result: Identification, pole_method: PoleMethod, sensor_mass: float | None = None) -> Identification:
+    """Return the identification with widened intervals, and with modes that set-ups of sensors repeat named or joined.
+
+    Where the residual is not noise, intervals are as wide as the modes move with the band; where modes crowd that one reference
+    alone distinguishes, as they move with the points.
+    """
     repeated = find_repeated_modes(result.modes)
     if repeated is not None:
         if sensor_mass is not None:
-            return _joined(result, repeated, sensor_mass)
+            return _join_repeated(result, repeated, sensor_mass)
         return replace(result, repeated=repeated, doubts=(repeated.doubt(result.modes), *result.doubts))
     if sensor_mass is not None:
         result = replace(result, doubts=(*result.doubts, *question_sensor(result.modes, sensor_mass)))
-    crowded = is_crowded(result.modes) and len(result.frf.inputs) == 1
-    if not (result.smooth or crowded) or result.modes.covariance is None:
+    has_crowds = is_crowded(result.modes) and len(result.frf.inputs) == 1
+    if not (result.smooth or has_crowds) or result.modes.covariance is None:
         return result
-    steadiness = judge_steadiness(result.frf, result.modes, lambda part: _identified(part, chosen, []).modes,
-                                  bands=result.smooth, points=crowded)
+    steadiness = judge_steadiness(result.frf, result.modes, lambda responses: _identify_once(responses, pole_method, []).modes,
+                                  bands=result.smooth, points=has_crowds)
     if steadiness is None:
         return result
-    modes = widen(result.modes, steadiness)
+    modes = inflate_covariance(result.modes, steadiness)
     return replace(result, modes=modes, steadiness=steadiness,
                    advice=(*result.advice, *steadiness_remarks(modes, steadiness, result.modes)))
 
 
-def _joined(result: Identification, repeated: RepeatedModes, mass: float) -> Identification:
+def _join_repeated(result: Identification, repeated: RepeatedModes, mass: float) -> Identification:
     """Return the identification with every mode of several set-ups once, without the mass (kg) of its sensors."""
     joined = join_setups(result.modes, repeated, mass)
     names = ", ".join(str(k + 1) for k, member in enumerate(joined.members) if len(member) > 1)
     share = result.share
     groups = tuple(Resonance((k,), k, float(share[list(member)].max()), frequency=float(joined.modes.frequency[k]))
                    for k, member in enumerate(joined.members))
-    first = [member[0] for member in joined.members]
-    support, significance = (None if part is None else part[first] for part in (result.support, result.significance))
+    first_members = [member[0] for member in joined.members]
+    support, significance = (None if part is None else part[first_members] for part in (result.support, result.significance))
     note = f"modes {names} were seen once in every set-up of sensors ({result.modes.count} in all) and are joined"
     return replace(result, modes=joined.modes, support=support, significance=significance, resonances=groups,
                    mode_quality=np.array([result.mode_quality[list(member)].min() for member in joined.members]),
                    doubts=(*joined.doubts, *result.doubts), advice=(note, *joined.notes, *result.advice))
 
 
-def _identified_deeper(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identification:
+def _identify_with_order(inside: Frf, pole_method: PoleMethod, dead_notes: list[str]) -> Identification:
     """Return the identification; at twice the order where resonances are left in the residual and more order explains them.
 
     Few references carry many modes only at high orders: one reference of a machine of six bodies loses the lower half of its
     modes at order 60 and none at 120.
     """
-    result = _identified(inside, chosen, dead)
-    for _ in range(DEEPER):
-        if not (isinstance(chosen, PolyReference) and chosen.refine and _leaves_resonances(result)):
+    result = _identify_once(inside, pole_method, dead_notes)
+    for _ in range(MAX_ORDER_DOUBLINGS):
+        if not (isinstance(pole_method, PolyReference) and pole_method.refine and _leaves_resonances(result)):
             break
-        chosen = replace(chosen, order=2 * chosen.order)
+        pole_method = replace(pole_method, order=2 * pole_method.order)
         try:
-            deeper = _identified(inside, chosen, dead)
+            higher_order = _identify_once(inside, pole_method, dead_notes)
         except Indistinguishable:  # more modes than the lines tell apart: what was found stands
             break
-        if deeper.modes.count <= result.modes.count or 1 - deeper.fit > LESS * (1 - result.fit):
+        if higher_order.modes.count <= result.modes.count or 1 - higher_order.fit > MAX_REMAINING_FRACTION * (1 - result.fit):
             break
-        note = (f"order {chosen.order // 2} left resonances in the residual; order {chosen.order} explains "
-                f"{deeper.modes.count - result.modes.count} modes more")
-        result = replace(deeper, advice=(*deeper.advice, note))
+        note = (f"order {pole_method.order // 2} left resonances in the residual; order {pole_method.order} explains "
+                f"{higher_order.modes.count - result.modes.count} modes more")
+        result = replace(higher_order, advice=(*higher_order.advice, note))
     return result
 
 
 def _leaves_resonances(result: Identification) -> bool:
-    """Return whether what the synthesis leaves is larger at the peaks of the responses than their noise along the lines."""
+    """Whether the residual is larger at the peaks of the responses than the noise along the lines."""
     values = result.frf.values.reshape(result.frf.frequency.size, -1)
-    if values.shape[1] < RESPONSES:
+    if values.shape[1] < MIN_JUDGED_RESPONSES:
         return False
     noise = noise_level(values.real) ** 2 + noise_level(values.imag) ** 2
     power = (np.abs(values) ** 2).mean(axis=0)
-    left = (1 - result.quality.ravel()) * power
-    return bool(np.median(left / np.maximum(noise, 1e-8 * power)) > UNEXPLAINED)
+    residual_power = (1 - result.quality.ravel()) * power
+    return bool(np.median(residual_power / np.maximum(noise, 1e-8 * power)) > MIN_RESIDUAL_RATIO)
 
 
-def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identification:
-    start = chosen.start(inside)
+def _identify_once(inside: Frf, pole_method: PoleMethod, dead_notes: list[str]) -> Identification:
+    """Return the identification by one method, without judgement of its modes."""
+    start = pole_method.start(inside)
     if start.poles.size == 0:
-        fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
+        fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {pole_method.name}",
              "at least one resonance must stand out of the noise", remedy="widen the band, raise the order or average more")
-    fitted = _estimate.estimate(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
-    return _conclude(inside, fitted, chosen, dead, start)
+    fitted = _estimate.estimate(inside, start.poles + inside.decay, start.participation, refine=pole_method.refine)
+    return _conclude(inside, fitted, pole_method, dead_notes, start)
 
 
-def _conclude(inside: Frf, fitted: _estimate.Estimate, chosen: PoleMethod, first: Sequence[str], start: Start
+def _conclude(inside: Frf, fitted: _estimate.Estimate, pole_method: PoleMethod, first_remarks: Sequence[str], start: Start
               ) -> Identification:
-    """Return the identification of a fit; `first` are the remarks that come before those of its judgement."""
-    every = _estimate.to_modes(fitted, chosen.refine)
-    modes, kept, unstable = _without_unstable(every, inside.decay)
+    """Return the identification of a fit; `first_remarks` are the remarks that come before those of its judgement."""
+    all_modes = _estimate.to_modes(fitted, pole_method.refine)
+    modes, kept, unstable = _drop_unstable(all_modes, inside.decay)
     model = _estimate.synthesise(fitted.data, fitted.fit)
-    quality = _quality(fitted)
+    quality = _explained_fractions(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
-    smooth = is_smooth(fitted.spread, quality)
-    groups = resonances(inside, modes, smooth)
-    advice = (*first, *unstable, *start.notes, *parting_remarks(inside, model.values()),
+    is_residual_smooth = is_smooth(fitted.spread, quality)
+    groups = resonances(inside, modes, is_residual_smooth)
+    advice = (*first_remarks, *unstable, *start.notes, *parting_remarks(inside, model.values()),
               *remarks(inside, modes, quality, mode_quality=per_mode, excess=fitted.excess, spread=fitted.spread,
                        groups=groups))
-    return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
-                          _support(start, fitted.fit.poles[rank] * fitted.data.scale),
-                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups, smooth=smooth)
+    return Identification(modes, inside, model, quality, per_mode, pole_method.name, start.diagram,
+                          _support_of_modes(start, fitted.fit.poles[rank] * fitted.data.scale),
+                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups, smooth=is_residual_smooth)
 
 
-def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:
+def _drop_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:
     """Return the modes with damping, their places, and a remark on those without: a passive structure has none.
 
     With a window's decay taken out all are kept: then it is the decay that is in question. So they are where all are such.
@@ -272,53 +281,58 @@ def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, li
     kept = np.flatnonzero(modes.damping_ratio > 0)
     if decay != 0 or kept.size in (0, modes.count):
         return modes, np.arange(modes.count), []
-    gone = ", ".join(f"{modes.frequency[i]:.4g} Hz ({100 * modes.damping_ratio[i]:.2g} %)"
+    dropped = ", ".join(f"{modes.frequency[i]:.4g} Hz ({100 * modes.damping_ratio[i]:.2g} %)"
                      for i in np.setdiff1d(np.arange(modes.count), kept))
     return modes.selected(kept.tolist()), kept, [
-        f"poles without positive damping stay in the synthesis but are no modes: {gone}; drift of integrated signals or noise "
-        "makes them, mostly at the ends of the band: narrow it"]
+        f"poles without positive damping stay in the synthesis but are no modes: {dropped}; drift of integrated signals or "
+        "noise makes them, mostly at the ends of the band: narrow it"]
 
 
-def _transposed(frf: Frf) -> Frf:
+def _transpose_frf(frf: Frf) -> Frf:
+    """Return the responses with outputs and inputs exchanged."""
     return replace(frf, values=np.swapaxes(frf.values, -1, -2), outputs=frf.inputs, inputs=frf.outputs,
-                   coherence=_swapped(frf.coherence), variance=_swapped(frf.variance))
+                   coherence=_swap_axes(frf.coherence), variance=_swap_axes(frf.variance))
 
 
-def _swapped(array: FloatArray | None) -> FloatArray | None:
+def _swap_axes(array: FloatArray | None) -> FloatArray | None:
     return None if array is None else np.swapaxes(array, -1, -2)
 
 
-def _turned(identification: Identification) -> Identification:
+def _transpose_result(identification: Identification) -> Identification:
+    """Return the identification of transposed responses for the responses as they were measured."""
     modes = identification.modes
-    turned = replace(
+    transposed = replace(
         modes, shape=modes.participation_at(modes.input_dofs), dofs=modes.input_dofs,
         participation=modes.shape, input_dofs=modes.dofs,
         lower_residual=None if modes.lower_residual is None else modes.lower_residual.T,
         upper_residual=None if modes.upper_residual is None else modes.upper_residual.T, shape_variance=None)
     model = replace(identification.model, coefficients=np.swapaxes(identification.model.coefficients, -1, -2))
-    return replace(identification, modes=turned, frf=_transposed(identification.frf), model=model,
+    return replace(identification, modes=transposed, frf=_transpose_frf(identification.frf), model=model,
                    quality=identification.quality.T)
 
 
-def _alive(frf: Frf) -> tuple[Frf, list[str]]:
+def _select_live_channels(frf: Frf) -> tuple[Frf, list[str]]:
+    """Return the responses without dead channels, and a note on those."""
     power = (np.abs(frf.values) ** 2).sum(axis=0)
     rows, columns = power.any(axis=1), power.any(axis=0)
-    names = [str(dof) for dof, alive in zip(frf.outputs, rows, strict=True) if not alive]
-    names += [str(dof) for dof, alive in zip(frf.inputs, columns, strict=True) if not alive]
+    names = [str(dof) for dof, is_alive in zip(frf.outputs, rows, strict=True) if not is_alive]
+    names += [str(dof) for dof, is_alive in zip(frf.inputs, columns, strict=True) if not is_alive]
     if not names:
         return frf, []
-    kept = frf.selected(np.flatnonzero(rows).tolist(), np.flatnonzero(columns).tolist())
-    return kept, [f"dead channel{'s' * (len(names) > 1)} left out (all zero): {', '.join(names)}"]
+    live = frf.selected(np.flatnonzero(rows).tolist(), np.flatnonzero(columns).tolist())
+    return live, [f"dead channel{'s' * (len(names) > 1)} left out (all zero): {', '.join(names)}"]
 
 
-def _quality(fitted: _estimate.Estimate) -> FloatArray:
+def _explained_fractions(fitted: _estimate.Estimate) -> FloatArray:
+    """Return the fraction of each response's energy that the synthesis explains."""
     total = np.einsum("foi,foi->oi", fitted.data.values, fitted.data.values)
-    # A response of rounding alone, beside others, is explained by nothing: its share stays finite.
+    # A response of rounding alone has no energy to explain: its fraction stays finite.
     return 1 - fitted.fit.squares / np.maximum(total, max(1e-25 * float(total.max()), np.finfo(float).tiny))
 
 
-def _support(start: Start, poles: ComplexArray) -> FloatArray | None:
+def _support_of_modes(start: Start, poles: ComplexArray) -> FloatArray | None:
+    """Return the support of the starting pole nearest to each mode."""
     if start.support is None:
         return None
-    nearest = np.argmin(np.abs(poles[:, None] - start.poles), axis=1)
-    return start.support[nearest]
+    start_pole = np.argmin(np.abs(poles[:, None] - start.poles), axis=1)
+    return start.support[start_pole]

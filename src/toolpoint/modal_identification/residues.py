@@ -32,8 +32,8 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     Poles that coincide cannot be told apart by residues alone; a method with participation factors is needed for them.
     """
     size = np.abs(poles)
-    near = np.abs(poles[:, None] - poles) + np.eye(poles.size) * size.max(initial=1.0)
-    if poles.size > 1 and near.min() < 1e-6 * size.min():
+    distance = np.abs(poles[:, None] - poles) + np.eye(poles.size) * size.max(initial=1.0)
+    if poles.size > 1 and distance.min() < 1e-6 * size.min():
         fail("poles", "two poles coincide", "must differ", remedy="use method='refined', which parts them by their references")
     p = laplace(frf)
     terms = [pole_terms(p, poles).reshape(p.size, -1)]
@@ -43,15 +43,16 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     scale = np.linalg.norm(basis, axis=0)
     rows = real_rows(frf.values.reshape(p.size, -1))
     values = np.linalg.lstsq(basis / scale, rows, rcond=1e-12)[0] / scale[:, None]
-    left = rows - basis @ values
+    misfit = rows - basis @ values
     shape = frf.values.shape[1:]
     count = poles.size
-    parts = values[:2 * count].reshape(count, 2, *shape)
-    rest = list(values[2 * count:].reshape(-1, *shape))
+    residue_parts = values[:2 * count].reshape(count, 2, *shape)
+    residual_terms = list(values[2 * count:].reshape(-1, *shape))
     zero = np.zeros(shape)
     power = np.maximum((rows**2).sum(axis=0), np.finfo(float).tiny)
-    return Residues(np.moveaxis(parts[:, 0] + 1j * parts[:, 1], 0, -1), rest.pop(0) if lower else zero,
-                    rest.pop(0) if upper else zero, (1 - (left**2).sum(axis=0) / power).reshape(shape))
+    return Residues(np.moveaxis(residue_parts[:, 0] + 1j * residue_parts[:, 1], 0, -1), residual_terms.pop(0) if lower
+                    else zero,
+                    residual_terms.pop(0) if upper else zero, (1 - (misfit**2).sum(axis=0) / power).reshape(shape))
 
 
 def fit_participation(frf: Frf, poles: ComplexArray) -> ComplexArray:

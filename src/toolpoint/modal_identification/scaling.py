@@ -1,4 +1,4 @@
-r"""From residues to shapes: rank-one factors, mass normalisation by driving points.
+r"""Shapes from residues: rank-one factors, mass normalisation by driving points.
 
 A residue matrix of one mode is :math:`R = \phi \psi^T`; a driving point (output and input at one point along one axis)
 gives :math:`\phi_d = \pm \psi_d`, which fixes the scale. Several driving points are used in the least-squares sense.
@@ -37,12 +37,12 @@ def scale_shapes(shape: Array, participation: Array, points: Sequence[DrivingPoi
     a = np.array([shape[point.row] for point in points])
     b = np.array([point.sign * participation[point.column] for point in points])
     power = float((np.abs(a) ** 2).sum()) if a.size else 0.0
-    moves = a.size > 0 and power > 1e-12 * float((np.abs(shape) ** 2).mean())
-    square = (a.conj() * b).sum() / power if moves else 0.0
+    is_moving = a.size > 0 and power > 1e-12 * float((np.abs(shape) ** 2).mean())
+    square = (a.conj() * b).sum() / power if is_moving else 0.0
     if np.iscomplexobj(shape):
-        usable = bool(moves and abs(square) > 0)
+        usable = bool(is_moving and abs(square) > 0)
         factor = np.sqrt(square + 0j) if usable else 1.0
     else:
-        usable = bool(moves and square > 0)
+        usable = bool(is_moving and square > 0)
         factor = np.sqrt(square) if usable else 1.0
     return shape * factor, participation / factor, usable

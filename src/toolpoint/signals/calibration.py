@@ -23,6 +23,20 @@ def calibrate(record: Record, sensitivity: Sequence[float], quantities: Sequence
         value turns the sign of a channel.
     quantities : sequence of str
         What each channel is: ``force``, ``acceleration`` ..
+
+    Raises
+    ------
+    ToolpointError
+        For a sensitivity of zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import calibrate
+    >>> from toolpoint.vibration import Record
+    >>> volts = Record(np.array([[0.0, 0.0], [0.5, 0.1]]), 1000.0, ["1:+z", "2:+z"], ["voltage", "voltage"])
+    >>> calibrate(volts, [0.01, 0.05], ["force", "acceleration"]).samples[1].tolist()  # N, m/s^2
+    [50.0, 2.0]
     """
     factor = floats("sensitivity", sensitivity, (record.samples.shape[1],))
     if (factor == 0).any():

@@ -13,7 +13,11 @@ from toolpoint.vibration.frf import Frf
 
 @dataclass(frozen=True)
 class Reciprocity:
-    """Agreement of H(a, b) with H(b, a): assurance criterion (1: equal up to scale) and ratio of sizes."""
+    """Agreement of H(a, b) with H(b, a).
+
+    agreement : assurance criterion, 1 where they are equal up to scale; ratio : size of H(b, a) over that of H(a, b), negative
+    where the signs differ.
+    """
 
     first: Dof
     second: Dof
@@ -27,11 +31,22 @@ class Reciprocity:
 
 
 def reciprocity(frf: Frf) -> list[Reciprocity]:
-    """Return the comparison of every pair of Dofs that are both outputs and inputs (Maxwell)."""
-    both = [dof for dof in frf.outputs if dof in frf.inputs]
+    """Return the comparison of every pair of Dofs that are both outputs and inputs (Maxwell).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import reciprocity
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([10.0, 20.0], np.array([[[1, 2], [-2, 3]], [[1, 4], [-4, 3]]]) * 1e-8, ["1:+x", "2:+x"], ["1:+x", "2:+x"])
+    >>> pair = reciprocity(frf)[0]
+    >>> round(pair.agreement, 9), round(pair.ratio, 9), pair.holds
+    (1.0, -1.0, False)
+    """
+    shared = [dof for dof in frf.outputs if dof in frf.inputs]
     result = []
-    for i, first in enumerate(both):
-        for second in both[i + 1:]:
+    for i, first in enumerate(shared):
+        for second in shared[i + 1:]:
             a = frf.values[..., frf.outputs.index(first), frf.inputs.index(second)].reshape(-1)
             b = frf.values[..., frf.outputs.index(second), frf.inputs.index(first)].reshape(-1)
             cross, power = complex(np.vdot(a, b)), float(np.vdot(a, a).real * np.vdot(b, b).real)
@@ -47,12 +62,21 @@ def mass_loading(frf: Frf, mass: float) -> FloatArray:
     A mass m at a driving point with true accelerance A gives :math:`A/(1 + m A)`, so the change is about
     :math:`|m A_{measured}|`; above a few per cent on a resonance, the frequency there is that of structure plus sensor.
     Source: Ewins, Modal Testing, 2nd ed., section 3.10.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import mass_loading
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([10.0, 20.0], np.full((2, 1, 1), 2.0), ["tool:+x"], ["tool:+x"], "accelerance")
+    >>> mass_loading(frf, 0.01).tolist()
+    [[0.02], [0.02]]
     """
     nonnegative("mass", floats("mass", mass))
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1])).converted_to("accelerance")
-    both = [dof for dof in inside.outputs if dof in inside.inputs]
-    part = [inside.values[:, inside.outputs.index(dof), inside.inputs.index(dof)] for dof in both]
-    return np.abs(np.array(part).T * mass) if both else np.zeros((inside.frequency.size, 0))
+    shared = [dof for dof in inside.outputs if dof in inside.inputs]
+    direct = [inside.values[:, inside.outputs.index(dof), inside.inputs.index(dof)] for dof in shared]
+    return np.abs(np.array(direct).T * mass) if shared else np.zeros((inside.frequency.size, 0))
 
 
 def without_mass(frf: Frf, dof: Dof | str, mass: float) -> Frf:
@@ -60,12 +84,21 @@ def without_mass(frf: Frf, dof: Dof | str, mass: float) -> Frf:
 
     Removing m is adding -m, a structural modification that is exact for all responses measured with the sensor at p:
     :math:`A = A' + A'_{:p}\, \frac{m}{1 - m A'_{pp}}\, A'_{p:}` in accelerances.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import without_mass
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([10.0, 20.0], np.full((2, 1, 1), 2.0), ["tool:+x"], ["tool:+x"], "accelerance")
+    >>> without_mass(frf, "tool:+x", 0.1).values[0, 0, 0].real.round(9).tolist()  # 2 / (1 - 0.1 * 2)
+    2.5
     """
     row, column = positions("outputs", [dof], frf.outputs)[0], positions("inputs", [dof], frf.inputs)[0]
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
     values = inside.converted_to("accelerance").values
     point = values[:, row, column]
-    added = values[:, :, column, None] * values[:, None, row, :] * (mass / (1 - mass * point))[:, None, None]
-    whole = Frf(inside.frequency, values + added, inside.outputs, inside.inputs, "accelerance", decay=frf.decay,
+    correction = values[:, :, column, None] * values[:, None, row, :] * (mass / (1 - mass * point))[:, None, None]
+    corrected = Frf(inside.frequency, values + correction, inside.outputs, inside.inputs, "accelerance", decay=frf.decay,
                 notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"))
-    return whole.converted_to(frf.quantity)
+    return corrected.converted_to(frf.quantity)

@@ -1,7 +1,7 @@
-r"""What is wrong with a measured driving point: turned, conjugated, exchanged, of another quantity, late, or none at all.
+r"""Faults of a measured driving point: turned, conjugated, exchanged, of another quantity, late, or no driving point.
 
-Every explanation is tried on the lines that can be believed: the one that leaves a passive structure is named. A delay
-:math:`\tau` turns a response by :math:`e^{-i \omega \tau}`; one that hides in damping still turns the peaks.
+Every explanation is tried on the lines that can be believed, and the one that gives a passive structure is named. A delay
+:math:`\tau` turns the phase of a response by :math:`e^{-i \omega \tau}`; a small one, hidden by damping, still turns the peaks.
 """
 
 from __future__ import annotations
@@ -23,26 +23,25 @@ from toolpoint.signals.passivity import (
 )
 from toolpoint.signals.usable_band import find_compliant_band, usable_band
 from toolpoint.vibration.dof import Dof
-from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.frf import DERIVATIVE_ORDER, Frf
 
-MAX_ACTIVE, GRAVE_ACTIVE = 0.03, 0.08  # share of loud lines that give off power: doubted, grave
+MAX_ACTIVE_FRACTION, GRAVE_ACTIVE_FRACTION = 0.03, 0.08  # of loud lines that give off power: doubted, grave
 QUANTITY_PENALTY = 0.5  # a turned sign or a delay is likelier than another quantity that explains the lines a little better
-REMAINING = 0.3  # share of the active lines that an explanation may leave
-LONGEST_DELAY, MAX_DELAYS = 0.05, 401  # as a share of the record 1 / df; tried to each side
+MAX_UNEXPLAINED_ACTIVE = 0.3  # of the active lines, after an explanation
+MAX_DELAY_FRACTION, MAX_DELAY_COUNT = 0.05, 401  # of the record 1 / df; delays tried to each side
 MIN_FILE_LINES = 100  # of a response that is judged even where few of its lines can be believed
-MIN_LOUD = 0.05  # share of the lines that stand out of the noise
-PHASE_ERROR = np.radians(2.0)  # of a peak's residue whose neighbours are near or whose shape is complex, one deviation
-DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.8, 4.0, 0.7  # of a delay seen at peaks, at one alone, at all but one
-ADVANCE_FACTOR = 1.7  # on those of a response that is ahead of its force: near modes that overlap turn a peak as much
-EXPLAINED = 0.5  # share of the peaks' turn that a delay may leave
-REVERSED = np.radians(100)  # turn of a peak beyond which response and force are of different points
+MIN_LOUD_FRACTION = 0.05  # of the lines, above the noise
+PHASE_ERROR = np.radians(2.0)  # standard deviation, of a residue with near neighbours or a complex shape
+DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.8, 4.0, 0.7  # of a delay at several peaks, at one, at all but one
+ADVANCE_FACTOR = 1.7  # on the deviations of a response ahead of its force: overlapping modes turn a peak as much
+MAX_UNEXPLAINED_TURN = 0.5  # of the weighted squared phases of the peaks, after a delay
+MAX_PEAK_TURN = np.radians(100)  # phase of a peak: beyond, response and force are at different points
 _NOT_ONE_POINT = "not a driving point (response and force are not at one point and direction) or very noisy"
-_ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
 @dataclass(frozen=True)
 class DrivingPointCheck:
-    """Share of the believed lines on which a driving point takes in power, and the doubts about it."""
+    """Fraction of the believed lines on which a driving point takes in power, and the doubts about it."""
 
     dof: Dof
     share: float
@@ -50,8 +49,20 @@ class DrivingPointCheck:
 
 
 def driving_points(frf: Frf) -> list[DrivingPointCheck]:
-    """Return the check of every Dof that is output and input, by the rule of `question_driving_point`; the share is not a
-    number where too few lines can be believed."""
+    """Return the check of every Dof that is output and input, by the rule of `question_driving_point`.
+
+    The share is NaN where too few lines can be believed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import driving_points
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.02], np.array([[0.1]]), ["tool:+x"])
+    >>> check = driving_points(frequency_response.modal(modes, np.arange(20.0, 400.0)))[0]
+    >>> check.share, check.doubts
+    (1.0, ())
+    """
     checks = []
     for dof in frf.outputs:
         if dof in frf.inputs:
@@ -64,20 +75,20 @@ def driving_points(frf: Frf) -> list[DrivingPointCheck]:
 
 def select_lines(frf: Frf) -> BandLines | None:
     """Return the lines of a single response in the band that can be believed, None where they are too few."""
-    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
-    return band_lines(inside.between(*find_compliant_band(inside, usable_band(inside)).ends))
+    above_zero = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    return band_lines(above_zero.between(*find_compliant_band(above_zero, usable_band(above_zero)).ends))
 
 
 def question_driving_point(frf: Frf, dof: Dof | str | None = None) -> list[Doubt]:
-    """Return the doubts about a single response that is said to be a driving point, judged on the lines to be believed.
+    """Return the doubts about a single response labelled as a driving point, judged on the lines that can be believed.
 
-    dof : its name in the doubts; that of the response where left out. Grave doubts are those that change limits.
+    dof : its name in the doubts; that of the response where left out. Grave doubts are those that change limits of cuts.
     """
     name = str(frf.outputs[0] if dof is None else dof)
-    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
-    band = find_compliant_band(inside, usable_band(inside))
-    lines = band_lines(inside.between(*band.ends))
-    if lines is None and inside.frequency.size < MIN_FILE_LINES:
+    above_zero = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    band = find_compliant_band(above_zero, usable_band(above_zero))
+    lines = band_lines(above_zero.between(*band.ends))
+    if lines is None and above_zero.frequency.size < MIN_FILE_LINES:
         return []
     if lines is None:
         return [Doubt(name, f"only the lines from {band.low:.4g} to {band.high:.4g} Hz stand out of noise: there is hardly a "
@@ -85,129 +96,133 @@ def question_driving_point(frf: Frf, dof: Dof | str | None = None) -> list[Doubt
     if not np.abs(lines.receptance).any():
         return [Doubt(name, "the response is zero on every line: nothing was measured", "look at the channel and its cable",
                       grave=True)]
-    if float(lines.is_loud.mean()) < MIN_LOUD:
+    if float(lines.is_loud.mean()) < MIN_LOUD_FRACTION:
         return [Doubt(name, f"only {100 * lines.is_loud.mean():.2g} % of the lines stand {SIGNAL_TO_NOISE:g} times out of the "
                       "noise: there is hardly a response", "look at the sensor and its cable, strike harder, average more",
                       figure=1 - float(lines.is_loud.mean()), grave=True)]
     share = active_share(lines)
-    if share <= MAX_ACTIVE:
-        return _turned_peaks(name, find_peaks(lines))
-    return [_active(name, frf, lines, share)]
+    if share <= MAX_ACTIVE_FRACTION:
+        return _doubt_peak_phases(name, find_peaks(lines))
+    return [_doubt_active_lines(name, frf, lines, share)]
 
 
-def _active(name: str, frf: Frf, lines: BandLines, share: float) -> Doubt:
-    """Return the doubt about lines that give off power, with the explanation that leaves least of it."""
+def _doubt_active_lines(name: str, frf: Frf, lines: BandLines, share: float) -> Doubt:
+    """Return the doubt about lines that give off power, with the explanation that leaves the least of it."""
     delay, sign, _ = best_delay(lines)
-    late = _late(name, delay, sign, share)
-    tried = [*_explanations(name, frf, lines), (late.why, late.remedy, lines.turned(sign * np.exp(1j * lines.omega * delay)))]
-    left = [(active_share(turned), _strangeness(turned) + QUANTITY_PENALTY * ("passive as" in words))
-            for words, _, turned in tried]
-    passive = [k for k, (active, _) in enumerate(left) if active <= min(REMAINING * share, GRAVE_ACTIVE)]
+    delay_doubt = _doubt_delay(name, delay, sign, share)
+    explanations = [*_explanations(name, frf, lines),
+                    (delay_doubt.why, delay_doubt.remedy, lines.turned(sign * np.exp(1j * lines.omega * delay)))]
+    remaining = [(active_share(turned), _causality_misfit(turned) + QUANTITY_PENALTY * ("passive as" in words))
+            for words, _, turned in explanations]
+    passive = [k for k, (active, _) in enumerate(remaining)
+               if active <= min(MAX_UNEXPLAINED_ACTIVE * share, GRAVE_ACTIVE_FRACTION)]
     if passive:
         # Of what leaves a passive structure, that whose real part follows best from its imaginary part, in this band alone.
-        words, remedy, _ = tried[min(passive, key=lambda k: sum(left[k]))]
+        words, remedy, _ = explanations[min(passive, key=lambda k: sum(remaining[k]))]
         return Doubt(name, words, remedy, figure=share, grave=True)
     return Doubt(name, f"{_NOT_ONE_POINT}: it gives off power at {100 * share:.0f} % of the lines", "put sensor and hammer at "
                  "one point in one line, and check signs, labels, `quantity` and the order of the columns", figure=share,
-                 grave=share > GRAVE_ACTIVE)
+                 grave=share > GRAVE_ACTIVE_FRACTION)
 
 
-def _strangeness(lines: BandLines) -> float:
-    """Return how much of the real part does not follow from the imaginary one, and how much the band would leave out."""
+def _causality_misfit(lines: BandLines) -> float:
+    """Return the misfit of the real part with the imaginary one, and the relative size of what the band leaves out."""
     outside = look_outside(lines)
     return outside.misfit + (abs(outside.above) + abs(outside.below)) / max(float(np.abs(lines.receptance).max()), 1e-300)
 
 
-def _late(name: str, delay: float, sign: int, figure: float) -> Doubt:
+def _doubt_delay(name: str, delay: float, sign: int, figure: float) -> Doubt:
+    """Return the doubt about a delay between force and response."""
     return Doubt(name, f"the driving point fits a passive structure only with a delay of about {1e3 * delay:+.3g} ms taken out"
                  f"{' and its sign turned' if sign < 0 else ''}", "look for a filter or another amplifier in one channel",
                  figure=figure, grave=True)
 
 
 def _explanations(name: str, frf: Frf, lines: BandLines) -> list[tuple[str, str, BandLines]]:
-    """Return (words, remedy, lines as they would be) of what turns a whole response."""
-    away = "the driving point gives off power at nearly all lines"
-    explained = [
-        (f"{away}: the sign of one channel is wrong (sensor or force cell mounted the other way round)",
+    """Return (words, remedy, corrected lines) of every fault that turns the phase of a whole response."""
+    prefix = "the driving point gives off power at nearly all lines"
+    explanations = [
+        (f"{prefix}: the sign of one channel is wrong (sensor or force cell mounted the other way round)",
          f"check the mounting, then read it with its direction turned ({_opposite(frf.outputs[0])}); a receptance read as an "
          "accelerance turns its sign too: check `quantity`", lines.turned(-1)),
-        (f"{away}: its phase is that of the other time factor, exp(-i w t)", "turn the sign of the imaginary part",
+        (f"{prefix}: its phase is that of the other time factor, exp(-i w t)", "turn the sign of the imaginary part",
          lines.conjugated()),
         ("the driving point is passive only with real and imaginary part exchanged", "check the order of the columns",
          lines.conjugated().turned(1j))]
-    for other, order in _ORDERS.items():
-        if other != frf.quantity:
-            power = _ORDERS[frf.quantity] - order
-            explained.append((f"the driving point is passive as {other}, not as {frf.quantity}",
-                              f"check the quantity of the file (`quantity` {other})",
+    for quantity, order in DERIVATIVE_ORDER.items():
+        if quantity != frf.quantity:
+            power = DERIVATIVE_ORDER[frf.quantity] - order
+            explanations.append((f"the driving point is passive as {quantity}, not as {frf.quantity}",
+                              f"check the quantity of the file (`quantity` {quantity})",
                               lines.turned((1j * lines.omega) ** power)))
-    return explained
+    return explanations
 
 
 def best_delay(lines: BandLines) -> tuple[float, int, float]:
     """Return the delay (s) and sign that leave the least share of active lines once taken out, and that share."""
     omega = lines.omega
-    # A step turns the highest line by a tenth of a half turn; beyond the longest the responses wrap round.
+    # A step turns the phase of the highest line by pi/10; beyond the longest delay the responses wrap round.
     step = 0.1 * np.pi / omega[-1]
-    longest = LONGEST_DELAY * 2 * np.pi / float(np.median(np.diff(omega)))
-    delays = step * np.arange(1 - MAX_DELAYS, MAX_DELAYS)
+    longest = MAX_DELAY_FRACTION * 2 * np.pi / float(np.median(np.diff(omega)))
+    delays = step * np.arange(1 - MAX_DELAY_COUNT, MAX_DELAY_COUNT)
     delays = delays[np.abs(delays) <= longest]
-    active = _shares(lines, delays)
-    places = [int(np.argmin(active[0])), int(np.argmin(active[1]))]
-    way = 0 if active[0][places[0]] <= active[1][places[1]] else 1
-    fine = delays[places[way]] + step * np.linspace(-1, 1, 41)
-    finer = _shares(lines, fine)[way]
-    # Several delays may leave none: the middle of them.
-    least = np.flatnonzero(finer <= finer.min() + 1e-9)
-    at = int(least[least.size // 2])
-    return float(fine[at]), 1 - 2 * way, float(finer[at])
+    coarse_shares = _active_shares(lines, delays)
+    coarse_places = [int(np.argmin(coarse_shares[0])), int(np.argmin(coarse_shares[1]))]
+    sign_index = 0 if coarse_shares[0][coarse_places[0]] <= coarse_shares[1][coarse_places[1]] else 1
+    fine = delays[coarse_places[sign_index]] + step * np.linspace(-1, 1, 41)
+    fine_shares = _active_shares(lines, fine)[sign_index]
+    # Several delays may leave no active line: the middle of them is taken.
+    best_places = np.flatnonzero(fine_shares <= fine_shares.min() + 1e-9)
+    best_place = int(best_places[best_places.size // 2])
+    return float(fine[best_place]), 1 - 2 * sign_index, float(fine_shares[best_place])
 
 
-def _shares(lines: BandLines, delays: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the active shares with each delay taken out, for the sign as it is and turned."""
-    loud: BoolArray = lines.is_loud
-    part = BandLines(lines.omega[loud], lines.receptance[loud], lines.noise[loud])
-    turns: list[ComplexArray] = [np.exp(1j * part.omega * delay) for delay in delays]
-    return (np.array([active_share(part.turned(turn)) for turn in turns]),
-            np.array([active_share(part.turned(-turn)) for turn in turns]))
+def _active_shares(lines: BandLines, delays: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the active shares after each delay is taken out, for the sign as it is and for the opposite one."""
+    is_loud: BoolArray = lines.is_loud
+    loud_lines = BandLines(lines.omega[is_loud], lines.receptance[is_loud], lines.noise[is_loud])
+    phase_factors: list[ComplexArray] = [np.exp(1j * loud_lines.omega * delay) for delay in delays]
+    return (np.array([active_share(loud_lines.turned(turn)) for turn in phase_factors]),
+            np.array([active_share(loud_lines.turned(-turn)) for turn in phase_factors]))
 
 
-def _turned_peaks(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
-    """Return the doubt that the phases of the peaks give where no line gives off power."""
+def _doubt_peak_phases(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
+    """Return the doubt from the phases of the peaks, where no line gives off power."""
     if not peaks:
         return []
     omega = np.array([2 * np.pi * peak.frequency for peak in peaks])
     phase = np.array([peak.phase for peak in peaks])
-    # Hysteretic damping turns a residue by its damping ratio; its own deviation and near neighbours do the rest.
+    # The error of a residue's phase: its damping ratio (hysteretic damping), its own deviation, and near neighbours.
     error = np.array([np.sqrt(PHASE_ERROR**2 + peak.damping**2 + (2 * peak.deviation) ** 2) for peak in peaks])
-    if float(np.abs(phase[0])) > REVERSED:
+    if float(np.abs(phase[0])) > MAX_PEAK_TURN:
         return [Doubt(name, f"{_NOT_ONE_POINT}: its peak at {peaks[0].frequency:.0f} Hz is turned by "
                       f"{np.degrees(phase[0]):.0f} degrees", "put sensor and hammer at one point in one line", grave=True)]
-    delay, deviations = _delay_of(omega, phase, error)
-    left = float((((phase + omega * delay) / error) ** 2).sum() / max(float(((phase / error) ** 2).sum()), 1e-300))
-    least = DELAY_DEVIATIONS if len(peaks) > 1 else LONE_DEVIATIONS
+    delay, deviations = _fit_delay(omega, phase, error)
+    unexplained = float((((phase + omega * delay) / error) ** 2).sum() / max(float(((phase / error) ** 2).sum()), 1e-300))
+    min_deviations = DELAY_DEVIATIONS if len(peaks) > 1 else LONE_DEVIATIONS
     if delay < 0:
-        least *= ADVANCE_FACTOR
-    if deviations < least or left > EXPLAINED or not _is_shared(omega, phase, error, delay):
+        min_deviations *= ADVANCE_FACTOR
+    if deviations < min_deviations or unexplained > MAX_UNEXPLAINED_TURN or not _is_shared(omega, phase, error, delay):
         return []
-    return [_late(name, delay, 1, abs(float(phase[0])))]
+    return [_doubt_delay(name, delay, 1, abs(float(phase[0])))]
 
 
-def _delay_of(omega: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:
-    """Return the delay (s) that turns these peaks, and by how many of its deviations it differs from none."""
+def _fit_delay(omega: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """Return the delay (s) that turns these peaks, by weighted least squares, and its size in standard deviations."""
     weight = (omega / error) ** 2
     delay = float(-(weight * phase / omega).sum() / weight.sum())
     return delay, abs(delay) * float(np.sqrt(weight.sum()))
 
 
 def _is_shared(omega: FloatArray, phase: FloatArray, error: FloatArray, delay: float) -> bool:
-    """Whether the other peaks show the delay without that which shows it most: two near modes in one peak turn that alone."""
+    """Whether the other peaks show the delay without the strongest one: two near modes in one peak turn that alone."""
     if omega.size < 2:
         return True
     others = np.arange(omega.size) != int(np.argmax(np.abs(phase) / error))
-    rest, deviations = _delay_of(omega[others], phase[others], error[others])
-    return 0.5 < rest / delay < 2 and deviations > OTHER_DEVIATIONS
+    delay_of_others, deviations = _fit_delay(omega[others], phase[others], error[others])
+    return 0.5 < delay_of_others / delay < 2 and deviations > OTHER_DEVIATIONS
 
 
 def _opposite(dof: Dof) -> str:
+    """Return the label of the opposite direction."""
     return str(Dof(dof.point, ("-" if dof.direction.startswith("+") else "+") + dof.direction[1:]))

@@ -38,8 +38,8 @@ def average(frequency: FloatArray, force: ComplexArray, response: ComplexArray, 
     """Return the spectra of blocks; `force` (n_blocks, n_f, n_inputs), `response` (n_blocks, n_f, n_outputs)."""
     count = force.shape[0]
     f, x = force.transpose(1, 2, 0), response.transpose(1, 2, 0)
-    turned = np.swapaxes(f.conj(), -1, -2)
-    return Spectra(frequency, f @ turned / count, x @ turned / count, (np.abs(x) ** 2).mean(axis=-1),
+    conjugate_transpose = np.swapaxes(f.conj(), -1, -2)
+    return Spectra(frequency, f @ conjugate_transpose / count, x @ conjugate_transpose / count, (np.abs(x) ** 2).mean(axis=-1),
                    float(count if blocks is None else blocks),
                    x @ np.swapaxes(x.conj(), -1, -2) / count if full else None)
 
@@ -51,13 +51,14 @@ def responses(spectra: Spectra, estimator: str = "H1") -> ComplexArray:
     H2 with several inputs uses all outputs together and needs at least as many outputs as inputs.
     """
     one_of("estimator", estimator, ESTIMATORS)
-    _usable(spectra)
+    _check_forces(spectra)
     if estimator == "H1":
         return spectra.cross @ np.linalg.inv(spectra.force)
     return _h2(spectra) if estimator == "H2" else _hv(spectra)
 
 
-def _usable(spectra: Spectra) -> None:
+def _check_forces(spectra: Spectra) -> None:
+    """Refuse fewer blocks than inputs, an input without power, and inputs that are correlated on most lines."""
     inputs = spectra.force.shape[-1]
     if spectra.blocks < inputs:
         fail("blocks", f"{spectra.blocks:g} for {inputs} inputs", "must be at least one for each input", remedy="average more")
@@ -66,14 +67,15 @@ def _usable(spectra: Spectra) -> None:
         fail("force", f"input {int(np.argmin(power.max(axis=0)))} is zero", "must excite",
              remedy="check the channel assignment")
     if inputs > 1:
-        size = np.linalg.eigvalsh(spectra.force / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300))
-        worst = float(np.median(size[:, 0]))
-        if worst < 1e-6:
+        eigenvalues = np.linalg.eigvalsh(spectra.force / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300))
+        smallest_median = float(np.median(eigenvalues[:, 0]))
+        if smallest_median < 1e-6:
             fail("force", "the inputs are correlated (they move together on most lines)", "must be independent",
                  remedy="use independent random signals, or more blocks than inputs")
 
 
 def _h2(spectra: Spectra) -> ComplexArray:
+    """Return H2 = G_XX G_FX^+; G_XX / G_FX for one input."""
     if spectra.force.shape[-1] == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = spectra.response[..., None] / spectra.cross.conj()
@@ -86,7 +88,7 @@ def _h2(spectra: Spectra) -> ComplexArray:
 
 
 def _hv(spectra: Spectra) -> ComplexArray:
-    """Total least squares for each output: the eigenvector of the smallest eigenvalue of the scaled joint spectrum."""
+    """Return the total least squares of each output: the smallest eigenvector of the scaled joint spectrum."""
     lines, outputs, inputs = spectra.cross.shape
     level = np.sqrt(np.maximum(np.einsum("fii->fi", spectra.force).real, 1e-300))
     result = np.empty((lines, outputs, inputs), complex)
@@ -105,20 +107,20 @@ def _hv(spectra: Spectra) -> ComplexArray:
 
 
 def multiple_coherence(spectra: Spectra) -> FloatArray:
-    """Return the share of each response that all forces together explain, (n_f, n_outputs); 1 with one block."""
-    _usable(spectra)
+    """Return the fraction of each response that all forces together explain, (n_f, n_outputs); 1 with one block."""
+    _check_forces(spectra)
     explained = (spectra.cross @ np.linalg.inv(spectra.force) * spectra.cross.conj()).sum(axis=-1).real
     return np.clip(explained / np.maximum(spectra.response, 1e-300), 0.0, 1.0)
 
 
 def ordinary_coherence(spectra: Spectra) -> FloatArray:
-    """Return |G_XF|^2 / (G_FF G_XX) of every pair, (n_f, n_outputs, n_inputs)."""
+    """Return the coherence |G_XF|^2 / (G_FF G_XX) of every pair, (n_f, n_outputs, n_inputs)."""
     power = np.einsum("fii->fi", spectra.force).real[:, None, :] * spectra.response[:, :, None]
     return np.clip(np.abs(spectra.cross) ** 2 / np.maximum(power, 1e-300), 0.0, 1.0)
 
 
 def variance(spectra: Spectra) -> FloatArray | None:
-    r"""Return E|e|^2 of H1 on every line, (n_f, n_outputs, n_inputs); None where there are no more blocks than inputs.
+    r"""Return the variance E|e|^2 of H1 on every line, (n_f, n_outputs, n_inputs); None for no more blocks than inputs.
 
     :math:`\frac{G_{XX} (1 - \gamma^2)}{n - n_i} [G_{FF}^{-1}]_{ii}` with the multiple coherence; for one input this is
     :math:`|H|^2 (1 - \gamma^2) / (\gamma^2 (n - 1))` (Bendat, Piersol, section 9.2, whose n - 1 is n for many blocks).
@@ -126,9 +128,9 @@ def variance(spectra: Spectra) -> FloatArray | None:
     inputs = spectra.force.shape[-1]
     if spectra.blocks <= inputs:
         return None
-    left = spectra.response * (1 - multiple_coherence(spectra))
+    unexplained = spectra.response * (1 - multiple_coherence(spectra))
     inverse = np.einsum("fii->fi", np.linalg.inv(spectra.force)).real
-    return np.maximum(left[:, :, None] * inverse[:, None, :] / (spectra.blocks - inputs), 0.0)
+    return np.maximum(unexplained[:, :, None] * inverse[:, None, :] / (spectra.blocks - inputs), 0.0)
 
 
 def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tuple[FloatArray | None, FloatArray | None]:
@@ -149,8 +151,8 @@ def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tup
     total = np.maximum(power.sum(axis=0), 1e-300)
     mean = (response * force.conj()[:, :, None]).sum(axis=0) / total[:, None]
     error = (response - mean * force[:, :, None]) * (force.conj() / total)[:, :, None]
-    worth = 1 / np.maximum(1 - power / total, 1e-9)[:, :, None]
-    size = (np.abs(error) ** 2 * worth).sum(axis=0)
-    turned = np.abs((error**2 * worth).sum(axis=0))
-    freedom = 2 * size**2 / np.maximum(size**2 + turned**2, 1e-300)
-    return size[:, :, None], np.clip(freedom, 1.0, 2.0)[:, :, None]
+    leverage_factor = 1 / np.maximum(1 - power / total, 1e-9)[:, :, None]
+    total_variance = (np.abs(error) ** 2 * leverage_factor).sum(axis=0)
+    pseudo_variance = np.abs((error**2 * leverage_factor).sum(axis=0))
+    degrees = 2 * total_variance**2 / np.maximum(total_variance**2 + pseudo_variance**2, 1e-300)
+    return total_variance[:, :, None], np.clip(degrees, 1.0, 2.0)[:, :, None]

@@ -1,4 +1,4 @@
-"""Hammer tests: records with hits -> frequency responses; every hit judged, the window's damping carried along."""
+"""Hammer tests: records with hits to frequency responses; every hit is judged, the window's decay is kept in the result."""
 
 from __future__ import annotations
 
@@ -15,32 +15,30 @@ from toolpoint._notebook import NotebookText
 from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
 from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
-from toolpoint.signals.hits import SHORT, Hit, HitRules, find_hits, judge_hits
+from toolpoint.signals.hits import MIN_PRETRIGGER_SAMPLES, Hit, HitRules, find_hits, judge_hits
 from toolpoint.signals.ringing import choose_final, find_ringing
-from toolpoint.signals.windows import doubt_window, exponential, force
+from toolpoint.signals.windows import FILTER_RINGING_SAMPLES, doubt_window, exponential, force
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.record import Record
 
-# Anti-aliasing filters ring for tens of samples around a pulse: cut off, that biases damping by some tenths of a per mille.
-RINGING = 40
-STANDS_OUT = 6.0
-OUTERMOST = 0.02  # of the samples, at either end, that may be ringing or a bounce
-MOST_LOOKED_AT = 5  # hits whose ring-down decides about the window
-MOST_LISTED = 12  # hits whose reasons an error lists
-LEVEL = 0.95
-QUANTITY = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
+MIN_PULSE_NOISE_RATIO = 6.0  # of the force over its noise, in samples of the pulse and of the filters' ringing
+TRIMMED_FRACTION = 0.02  # of the samples, at either end of their values, that may be ringing or a bounce
+MAX_WINDOW_HITS = 5  # the strongest, whose ring-down decides the window
+MAX_LISTED_HITS = 12  # whose reasons an error lists
+CIRCLE_PROBABILITY = 0.95  # of the circles about responses
+RESPONSE_QUANTITIES = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
 
 
 @dataclass(frozen=True, eq=False)
 class HammerTest(NotebookText):
-    """Result of a hammer test: the responses, and all hits with what was decided about each.
+    """Result of a hammer test: the responses, and all hits with the verdict on each.
 
     Parameters
     ----------
     frf : Frf
         One column (the struck Dof), with coherence, variance and the decay of the exponential window.
     hits : tuple of Hit
-        All hits of all records in order; `reasons` says why one is not used.
+        All hits of all records in order, with the reasons against those that are not used.
     force_spectrum : (n_f,) floats
         Root mean square of the force spectrum of the hits used, N s; lines where it is 20 dB down carry a note.
     duration : float
@@ -49,6 +47,15 @@ class HammerTest(NotebookText):
         Degrees of freedom of the error of every response, 1 (one phase) .. 2 (any phase).
     averages : Spectra, optional
         Averaged spectra of the hits used, for other estimators.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import HammerTest
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([0.0, 1.0, 2.0], np.zeros((3, 1, 1)), ["tool:+x"], ["tool:+x"])
+    >>> HammerTest(frf, (), np.array([1.0, 0.9, 0.05])).excited  # Hz
+    2.0
     """
 
     frf: Frf
@@ -72,16 +79,16 @@ class HammerTest(NotebookText):
     @property
     def excited(self) -> float:
         """Frequency (Hz) above which the force is 20 dB down; the last line where it is not."""
-        weak = np.flatnonzero(self.force_spectrum < 0.1 * self.force_spectrum.max())
-        return float(self.frf.frequency[weak[0] if weak.size else -1])
+        weak_lines = np.flatnonzero(self.force_spectrum < 0.1 * self.force_spectrum.max())
+        return float(self.frf.frequency[weak_lines[0] if weak_lines.size else -1])
 
-    def radius(self, level: float = LEVEL) -> FloatArray | None:
+    def radius(self, level: float = CIRCLE_PROBABILITY) -> FloatArray | None:
         r"""Return the radius of the circle about every response in which the true one lies with probability `level`.
 
         With n hits the squared error over the estimated variance is F-distributed with :math:`\nu` and :math:`\nu (n - 1)`
         degrees of freedom, where :math:`\nu` is 2 for noise of any phase and 1 for errors of one phase, as a missed spot makes
-        them (Satterthwaite). None with one hit. It holds scatter from hit to hit, not what all hits share: calibration, the
-        mass of the sensor, a window that is too short, noise of the force where it excites little.
+        them (Satterthwaite). None with one hit. It covers scatter from hit to hit, not errors that all hits share: calibration,
+        the mass of the sensor, a window that is too short, noise of the force where it excites little.
         """
         if self.frf.variance is None or self.freedom is None:
             return None
@@ -89,7 +96,7 @@ class HammerTest(NotebookText):
 
     @property
     def status(self) -> str:
-        """Which hits were used and why others were not."""
+        """Number of hits used, reasons against the others, and notes, one a line."""
         lines = [f"{self.used} of {len(self.hits)} hits used"]
         lines += [f"- hit {i} rejected: {'; '.join(hit.reasons)}" for i, hit in enumerate(self.hits, 1) if hit.reasons]
         return "\n".join([*lines, *(f"- {note}" for note in self.frf.notes)])
@@ -116,96 +123,113 @@ def hammer_test(
         ``H1``, ``H2`` or ``Hv``.
     final : float, optional
         End value of the exponential window on both channels; 1 is no window. Its decay is kept in the Frf and taken out
-        of the poles by identification. None: what the slowest mode needs to end within the block.
+        of the poles by identification. None: as much as the slowest mode needs to decay within the block.
     force_window : bool
         Whether the force after its pulse is set to zero (its noise would be taken for excitation).
     highest : float, optional
         Last line, Hz; the sample rate over 2.56 where left out.
     rules : HitRules, optional
-        What makes a hit good.
+        Limits that a good hit keeps.
     decisions : mapping of hit number (from 0, over all records) to bool, optional
-        Hits that a person accepts or refuses, whatever is judged of them.
+        Hits that a person accepts or refuses, against or with the verdict.
 
     Raises
     ------
     ToolpointError
         Without hits, where all are rejected (with the reasons of each), or where channels do not fit together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import hammer_test
+    >>> from toolpoint.vibration import Record
+    >>> time = np.arange(2048) / 2048.0
+    >>> force = np.where((time >= 0.1) & (time < 0.104), np.sin(np.pi * (time - 0.1) / 0.004), 0.0)  # a pulse of 4 ms
+    >>> free = np.where(time > 0.1, np.exp(-20 * (time - 0.1)) * np.sin(2 * np.pi * 60 * (time - 0.1)), 0.0)
+    >>> records = [Record(np.column_stack([scale * force, scale * free]), 2048.0, ["1:+z", "1:+z"], ["force", "acceleration"])
+    ...            for scale in (100.0, 90.0)]
+    >>> test = hammer_test(records)
+    >>> test.used, round(float(test.frf.frequency[np.abs(test.frf.values[:, 0, 0]).argmax()]))
+    (2, 60)
     """
-    every = [records] if isinstance(records, Record) else list(records)
-    force_at, others, quantity = _channels(every)
-    others, dead = _alive(every, others)
+    all_records = [records] if isinstance(records, Record) else list(records)
+    force_at, outputs, quantity = _assign_channels(all_records)
+    outputs, dead_notes = _select_live_channels(all_records, outputs)
     rules = HitRules() if rules is None else rules
-    rate = every[0].sample_rate
-    block, said = (fit_block(every, force_at, rules) if duration is None
+    rate = all_records[0].sample_rate
+    block, decision_notes = (fit_block(all_records, force_at, rules) if duration is None
                    else (round(positive("duration", duration) * rate), ()))
-    hits = _found(every, force_at, block, rules)
+    hits = _find_hits(all_records, force_at, block, rules)
     if final is None:
-        final, more = _window_of(hits, every, others, block, rules)
-        said = (*said, *more)
-    hits = judge_hits(hits, every, force_at, others=others, block=block, rules=rules, final=final)
-    hits = _decided(hits, decisions or {})
-    _check_any(hits)
-    lines = _lines(rate, block, highest)
-    cutter = _Cutter(force_at, tuple(others), block, final, force_window, lines)
+        final, window_notes = _choose_window(hits, all_records, outputs, block, rules)
+        decision_notes = (*decision_notes, *window_notes)
+    hits = judge_hits(hits, all_records, force_at, others=outputs, block=block, rules=rules, final=final)
+    hits = _apply_decisions(hits, decisions or {})
+    _check_any_hit(hits)
+    lines = _line_count(rate, block, highest)
+    block_spectra = _BlockSpectra(force_at, tuple(outputs), block, final, force_window, lines)
     # The spectrum of a transient is its transform times the sampling interval: N s and m/s^2 s.
-    spectra = [cutter.spectra(hit, every[hit.record]) for hit in hits]
+    spectra = [block_spectra.spectra(hit, all_records[hit.record]) for hit in hits]
     hits, doubts = compare_hits(hits, spectra, rules)
-    hits = _decided(hits, decisions or {})
-    good = [i for i, hit in enumerate(hits) if hit.accepted]
-    averages = average(np.arange(lines) * rate / block, np.array([spectra[i][0] for i in good])[:, :, None],
-                       np.array([spectra[i][1] for i in good]))
+    hits = _apply_decisions(hits, decisions or {})
+    accepted = [i for i, hit in enumerate(hits) if hit.accepted]
+    averages = average(np.arange(lines) * rate / block, np.array([spectra[i][0] for i in accepted])[:, :, None],
+                       np.array([spectra[i][1] for i in accepted]))
     level = np.sqrt(averages.force[:, 0, 0].real)
     decay = exponential(block, rate, final)[1]
-    notes = (*doubts, *doubt_window(hits, every, block), *dead, *_shortened(hits, block, rate, rules), *said,
-             *_notes(averages.frequency, level, len(good), decay))
-    scatter = scatter_of_hits([spectra[i] for i in good])
-    coherence = multiple_coherence(averages)[:, :, None] if len(good) > 1 else None
-    frf = Frf(averages.frequency, responses(averages, estimator), tuple(every[0].channels[i] for i in others),
-              (every[0].channels[force_at],), quantity, coherence=coherence, variance=scatter[0], decay=decay,
+    notes = (*doubts, *doubt_window(hits, all_records, block), *dead_notes, *_note_short_pretriggers(hits, block, rate, rules),
+             *decision_notes,
+             *_result_notes(averages.frequency, level, len(accepted), decay))
+    scatter = scatter_of_hits([spectra[i] for i in accepted])
+    coherence = multiple_coherence(averages)[:, :, None] if len(accepted) > 1 else None
+    frf = Frf(averages.frequency, responses(averages, estimator), tuple(all_records[0].channels[i] for i in outputs),
+              (all_records[0].channels[force_at],), quantity, coherence=coherence, variance=scatter[0], decay=decay,
               notes=notes)
     return HammerTest(frf, tuple(hits), level, block / rate, scatter[1], averages)
 
 
 def locate_hits(records: Sequence[Record], duration: float | None = None, rules: HitRules | None = None) -> list[Hit]:
-    """Return the hits of records in their order, found but not judged."""
-    force_at, _, _ = _channels(records)
+    """Return the hits of records in their order, unjudged."""
+    force_at, _, _ = _assign_channels(records)
     rules = rules or HitRules()
     block = (fit_block(records, force_at, rules)[0] if duration is None
              else round(positive("duration", duration) * records[0].sample_rate))
-    return _found(records, force_at, block, rules)
+    return _find_hits(records, force_at, block, rules)
 
 
-def _found(records: Sequence[Record], force_at: int, block: int, rules: HitRules) -> list[Hit]:
+def _find_hits(records: Sequence[Record], force_at: int, block: int, rules: HitRules) -> list[Hit]:
+    """Return all hits of the records, unjudged; blocks longer than every record, or shorter than the pulse, are refused."""
     shortest = min(records, key=lambda record: record.samples.shape[0])
     if all(record.samples.shape[0] < block for record in records):
         fail("duration", f"{block / shortest.sample_rate:g} s", f"must not exceed the record of {shortest.duration:g} s")
     hits = [hit for k, record in enumerate(records) for hit in find_hits(record.samples[:, force_at], block, rules, record=k)]
     pulse = max((hit.pulse - hit.start for hit in hits), default=0)
     if pulse >= block:
-        rate = records[0].sample_rate
-        fail("duration", f"{block / rate:.2g} s", f"must exceed the {pulse / rate:.2g} s of the force pulse by far",
+        sample_rate = records[0].sample_rate
+        fail("duration", f"{block / sample_rate:.2g} s",
+             f"must exceed the {pulse / sample_rate:.2g} s of the force pulse by far",
              remedy="take one over the line spacing that is wanted")
     return hits
 
 
-def _window_of(hits: Sequence[Hit], records: Sequence[Record], others: list[int], block: int, rules: HitRules
+def _choose_window(hits: Sequence[Hit], records: Sequence[Record], others: list[int], block: int, rules: HitRules
                ) -> tuple[float, tuple[str, ...]]:
-    """Return the end value of the window that the ring-down needs in the median over hits, and what was decided."""
-    loudest = sorted((hit for hit in hits if hit.accepted and hit.start + block <= records[hit.record].samples.shape[0]),
-                     key=lambda hit: -hit.force)[:MOST_LOOKED_AT]
+    """Return the end value of the window that the ring-down needs in the median over hits, and this decision in words."""
+    strongest = sorted((hit for hit in hits if hit.accepted and hit.start + block <= records[hit.record].samples.shape[0]),
+                     key=lambda hit: -hit.force)[:MAX_WINDOW_HITS]
     rings = [find_ringing(records[hit.record].samples[hit.pulse:hit.start + block][:, others], records[hit.record].sample_rate)
-             for hit in loudest]
+             for hit in strongest]
     if not rings:
         return 1.0, ()
-    ordered = sorted(rings, key=lambda ring: 0.0 if ring is None else ring.share)
-    return choose_final(ordered[len(ordered) // 2], rules.undecayed)
+    by_share = sorted(rings, key=lambda ring: 0.0 if ring is None else ring.share)
+    return choose_final(by_share[len(by_share) // 2], rules.undecayed)
 
 
-def _decided(hits: Sequence[Hit], decisions: Mapping[int, bool]) -> list[Hit]:
-    """Return the hits as a person decided, where one did."""
-    unknown = [number for number in decisions if not 0 <= number < len(hits)]
-    if unknown:
-        fail("decisions", f"hit {unknown[0]}", f"must be within 0 .. {len(hits) - 1}")
+def _apply_decisions(hits: Sequence[Hit], decisions: Mapping[int, bool]) -> list[Hit]:
+    """Return the hits with the decisions of a person in place of their verdicts."""
+    unknown_hits = [number for number in decisions if not 0 <= number < len(hits)]
+    if unknown_hits:
+        fail("decisions", f"hit {unknown_hits[0]}", f"must be within 0 .. {len(hits) - 1}")
     result = list(hits)
     for number, accept in decisions.items():
         hit = hits[number]
@@ -216,17 +240,18 @@ def _decided(hits: Sequence[Hit], decisions: Mapping[int, bool]) -> list[Hit]:
     return result
 
 
-def _check_any(hits: Sequence[Hit]) -> None:
+def _check_any_hit(hits: Sequence[Hit]) -> None:
+    """Refuse a test without an accepted hit, with the reasons of each."""
     if not any(hit.accepted for hit in hits):
-        reasons = "; ".join(f"hit {i}: {', '.join(hit.reasons)}" for i, hit in enumerate(hits, 1) if i <= MOST_LISTED)
-        more = f"; and {len(hits) - MOST_LISTED} more" if len(hits) > MOST_LISTED else ""
-        fail("records", f"none of {len(hits)} hits is usable ({reasons}{more})", "must hold at least one good hit",
+        reasons = "; ".join(f"hit {i}: {', '.join(hit.reasons)}" for i, hit in enumerate(hits, 1) if i <= MAX_LISTED_HITS)
+        continuation = f"; and {len(hits) - MAX_LISTED_HITS} more" if len(hits) > MAX_LISTED_HITS else ""
+        fail("records", f"none of {len(hits)} hits is usable ({reasons}{continuation})", "must hold at least one good hit",
              remedy="measure again, or relax the rules (HitRules)")
 
 
 @dataclass(frozen=True)
-class _Cutter:
-    """Takes the block of a hit out of its record, windows it, and transforms it."""
+class _BlockSpectra:
+    """Spectra of the block of a hit: taken out of its record, windowed and transformed."""
 
     force_at: int
     others: tuple[int, ...]
@@ -237,58 +262,63 @@ class _Cutter:
 
     def spectra(self, hit: Hit, record: Record) -> tuple[ComplexArray, ComplexArray]:
         """Return the spectra of force (n_f,) and responses (n_f, n_outputs)."""
-        part = np.zeros((self.block, record.samples.shape[1]))
-        have = record.samples[hit.start:hit.start + self.block]
-        part[:have.shape[0]] = have
-        part = part - _offsets(part, self.force_at, hit)
-        struck = part[:, self.force_at]
+        block = np.zeros((self.block, record.samples.shape[1]))
+        samples = record.samples[hit.start:hit.start + self.block]
+        block[:samples.shape[0]] = samples
+        block = block - _offsets(block, self.force_at, hit)
+        struck = block[:, self.force_at]
         if self.force_window:
-            struck = struck * force(self.block, *_ringing(struck, hit))
-        decaying = exponential(self.block, record.sample_rate, self.final)[0]
-        both = (struck * decaying, part[:, list(self.others)] * decaying[:, None])
-        f, x = (np.fft.rfft(values, axis=0)[:self.lines] / record.sample_rate for values in both)
+            struck = struck * force(self.block, *_pulse_ends(struck, hit))
+        window = exponential(self.block, record.sample_rate, self.final)[0]
+        windowed = (struck * window, block[:, list(self.others)] * window[:, None])
+        f, x = (np.fft.rfft(values, axis=0)[:self.lines] / record.sample_rate for values in windowed)
         return f, x
 
 
-def _shortened(hits: Sequence[Hit], block: int, rate: float, rules: HitRules) -> list[str]:
-    """Return a note where records begin sooner before their hits than the pretrigger asks for."""
-    asked = round(rules.pretrigger * block)
-    short = [(hit.peak - hit.start) / rate for hit in hits if hit.start == 0 and hit.peak < asked]
-    if not short:
+def _note_short_pretriggers(hits: Sequence[Hit], block: int, rate: float, rules: HitRules) -> list[str]:
+    """Return a note on records that begin too late before their hits for the pretrigger."""
+    pretrigger = round(rules.pretrigger * block)
+    times = [(hit.peak - hit.start) / rate for hit in hits if hit.start == 0 and hit.peak < pretrigger]
+    if not times:
         return []
-    return [f"the records of {len(short)} of {len(hits)} hits begin {1e3 * min(short):.3g} ms before the peak of the force: "
+    return [f"the records of {len(times)} of {len(hits)} hits begin {1e3 * min(times):.3g} ms before the peak of the force: "
             "the pretrigger is what is there" + ("; sensors' offsets are told by the rest of the block"
-                                                 if min(short) * rate < SHORT else "")]
+                                                 if min(times) * rate < MIN_PRETRIGGER_SAMPLES else "")]
 
 
-def _offsets(part: FloatArray, force_at: int, hit: Hit) -> FloatArray:
-    """Return the offset of every sensor: the level before the filters ring, and of the force also that long after."""
-    before = hit.peak - hit.start
-    quiet = part[:max(before - RINGING, before // 4, 1)]
-    offsets = quiet.mean(axis=0) if before >= SHORT else part.mean(axis=0)
-    after = part[hit.pulse - hit.start + RINGING:, force_at]
-    if after.size >= RINGING:
-        offsets[force_at] = _usual(after).mean()
+def _offsets(block: FloatArray, force_at: int, hit: Hit) -> FloatArray:
+    """Return the offset of every sensor: its level before the filters ring, and of the force also after they have."""
+    before_peak = hit.peak - hit.start
+    quiet = block[:max(before_peak - FILTER_RINGING_SAMPLES, before_peak // 4, 1)]
+    offsets = quiet.mean(axis=0) if before_peak >= MIN_PRETRIGGER_SAMPLES else block.mean(axis=0)
+    after_pulse = block[hit.pulse - hit.start + FILTER_RINGING_SAMPLES:, force_at]
+    if after_pulse.size >= FILTER_RINGING_SAMPLES:
+        offsets[force_at] = _trim_outliers(after_pulse).mean()
     return np.asarray(offsets, float)
 
 
-def _usual(values: FloatArray) -> FloatArray:
-    """Return the values without the outermost: of a force stored in steps coarser than its noise the median is a step, its mean
-    lies between."""
-    low, high = np.quantile(values, [OUTERMOST, 1 - OUTERMOST])
-    return values[(values >= low) & (values <= high)]
+def _trim_outliers(values: FloatArray) -> FloatArray:
+    """Return the values without the outermost ones.
+
+    Of a force stored in steps coarser than its noise the median is a step, and the mean lies between two.
+    """
+    lower_limit, upper_limit = np.quantile(values, [TRIMMED_FRACTION, 1 - TRIMMED_FRACTION])
+    return values[(values >= lower_limit) & (values <= upper_limit)]
 
 
-def _ringing(struck: FloatArray, hit: Hit) -> tuple[int, int]:
-    """Return first and last sample of the pulse with the ringing of the filters, as far as it stands out of the noise."""
+def _pulse_ends(struck: FloatArray, hit: Hit) -> tuple[int, int]:
+    """Return first and last sample of the pulse with the ringing of the filters, as far as it is above the noise."""
     peak, pulse, width = hit.peak - hit.start, hit.pulse - hit.start, max(hit.pulse - hit.peak, 2)
-    noise = float(_usual(struck[pulse + RINGING:]).std()) if pulse + RINGING < struck.size else 0.0
-    loud = np.flatnonzero(np.abs(struck) > STANDS_OUT * noise)
-    first, last = min(peak - 4 * width, peak - RINGING, int(loud[0])), max(pulse + width, pulse + RINGING, int(loud[-1]) + 1)
+    noise = (float(_trim_outliers(struck[pulse + FILTER_RINGING_SAMPLES:]).std())
+             if pulse + FILTER_RINGING_SAMPLES < struck.size else 0.0)
+    above_noise = np.flatnonzero(np.abs(struck) > MIN_PULSE_NOISE_RATIO * noise)
+    first, last = min(peak - 4 * width, peak - FILTER_RINGING_SAMPLES,
+                      int(above_noise[0])), max(pulse + width, pulse + FILTER_RINGING_SAMPLES, int(above_noise[-1]) + 1)
     return max(first, 0), min(last, struck.size)
 
 
-def _channels(records: Sequence[Record]) -> tuple[int, list[int], str]:
+def _assign_channels(records: Sequence[Record]) -> tuple[int, list[int], str]:
+    """Return the force channel, the response channels and the quantity of the responses, after checking all records."""
     if not records:
         fail("records", "none", "must be at least one Record")
     first = records[0]
@@ -303,13 +333,13 @@ def _channels(records: Sequence[Record]) -> tuple[int, list[int], str]:
         fail("records", f"{len(forces)} force channels and {len(others)} others", "must have one force and some "
              "responses", remedy="select channels with record.selected, or name their quantities")
     kinds = {first.quantities[i] for i in others}
-    if len(kinds) > 1 or not kinds <= QUANTITY.keys():
-        fail("records", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(QUANTITY)}")
-    return forces[0], others, QUANTITY[kinds.pop()]
+    if len(kinds) > 1 or not kinds <= RESPONSE_QUANTITIES.keys():
+        fail("records", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(RESPONSE_QUANTITIES)}")
+    return forces[0], others, RESPONSE_QUANTITIES[kinds.pop()]
 
 
-def _alive(records: Sequence[Record], others: list[int]) -> tuple[list[int], list[str]]:
-    """Return the response channels that show anything, and a note on each that does not."""
+def _select_live_channels(records: Sequence[Record], others: list[int]) -> tuple[list[int], list[str]]:
+    """Return the response channels that change at all, and a note on each that does not."""
     dead = [i for i in others if all(np.ptp(record.samples[:, i]) == 0 for record in records)]
     if len(dead) == len(others):
         fail("records", "all response channels are dead (constant)", "must show a response", remedy="check cables and sensors")
@@ -318,19 +348,21 @@ def _alive(records: Sequence[Record], others: list[int]) -> tuple[list[int], lis
                                                   for i in dead]
 
 
-def _lines(sample_rate: float, block: int, highest: float | None) -> int:
-    top = sample_rate / 2.56 if highest is None else positive("highest", highest, sample_rate / 2)
-    return int(np.floor(top * block / sample_rate + 1e-9)) + 1
+def _line_count(sample_rate: float, block: int, highest: float | None) -> int:
+    """Return the number of lines up to the highest frequency."""
+    highest_frequency = sample_rate / 2.56 if highest is None else positive("highest", highest, sample_rate / 2)
+    return int(np.floor(highest_frequency * block / sample_rate + 1e-9)) + 1
 
 
-def _notes(frequency: FloatArray, level: FloatArray, used: int, decay: float) -> tuple[str, ...]:
+def _result_notes(frequency: FloatArray, level: FloatArray, used: int, decay: float) -> tuple[str, ...]:
+    """Return the notes on few hits, the band of the force and the exponential window."""
     notes: list[str] = []
     if used == 1:
         notes.append(Doubt("one hit only", "no coherence and no variance", "strike at least three times"))
         warnings.warn(notes[-1], ToolpointWarning, stacklevel=3)
-    weak = np.flatnonzero(level < 0.1 * level.max())
-    if weak.size and frequency[weak[0]] < frequency[-1]:
-        notes.append(f"the force spectrum is 20 dB down above {frequency[weak[0]]:g} Hz: use a harder tip for more")
+    weak_lines = np.flatnonzero(level < 0.1 * level.max())
+    if weak_lines.size and frequency[weak_lines[0]] < frequency[-1]:
+        notes.append(f"the force spectrum is 20 dB down above {frequency[weak_lines[0]]:g} Hz: use a harder tip for more")
     if decay:
         notes.append(f"exponential window with a decay of {decay:.4g} 1/s, to be taken out of the poles")
     return tuple(notes)

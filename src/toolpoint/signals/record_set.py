@@ -1,4 +1,4 @@
-"""Records of a hammer test, labelled and in SI, with the name of each and what was assumed of them."""
+"""Records of a hammer test, labelled and in SI, with their names and the assumptions made of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from toolpoint.vibration.record import Record
 
 @dataclass(frozen=True, eq=False)
 class RecordSet(NotebookText):
-    """Records with their names, remarks (what was assumed of labels and units), and doubts among them.
+    """Records with their names, notes (assumptions of labels and units), and doubts.
 
     `decisions` : name of a hit to whether a person accepts it.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, fail, one_of, positive
 from toolpoint.signals.estimators import average, multiple_coherence, ordinary_coherence, responses, variance
-from toolpoint.signals.hammer import QUANTITY
+from toolpoint.signals.hammer import RESPONSE_QUANTITIES
 from toolpoint.signals.windows import hann, independent_blocks
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.record import Record
@@ -41,9 +41,25 @@ def shaker_test(
     Frf
         With the multiple coherence of every output in `coherence` (the ordinary one, for one input) and the variance
         of H1.
+
+    Raises
+    ------
+    ToolpointError
+        For records shorter than a block, fewer blocks than forces, or channels that do not fit together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import shaker_test
+    >>> from toolpoint.vibration import Record
+    >>> force = np.random.default_rng(1).standard_normal(4096)
+    >>> record = Record(np.column_stack([force, 0.5 * force]), 1024.0, ["1:+z", "1:+z"], ["force", "acceleration"])
+    >>> frf = shaker_test(record, resolution=4.0, band=(20.0, 200.0))
+    >>> bool(np.allclose(frf.values, 0.5))  # a mass of 2 kg: accelerance 1/m
+    True
     """
     one_of("excitation", excitation, EXCITATIONS)
-    forces, others, quantity = _channels(record)
+    forces, outputs, quantity = _split_channels(record)
     block = round(record.sample_rate / positive("resolution", resolution))
     window = hann(block) if excitation == "random" else np.ones(block)
     step = block // 2 if excitation == "random" else block
@@ -55,46 +71,61 @@ def shaker_test(
         fail("record", f"{starts.size} blocks for {len(forces)} forces", "must be at least one block for each",
              remedy="measure longer or choose a coarser resolution")
     frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
-    low, high = (0.0, record.sample_rate / 2.56) if band is None else band
-    keep = (frequency >= low - 1e-9) & (frequency <= high + 1e-9)
-    if not keep.any():
-        fail("band", f"{low:g} .. {high:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
-    spectra = _transformed(record, starts, block, window, keep)
-    worth = independent_blocks(starts.size, window, step) if excitation == "random" else float(starts.size)
-    means = average(frequency[keep], spectra[:, :, forces], spectra[:, :, others], blocks=worth, full=estimator == "H2")
-    together = multiple_coherence(means)[:, :, None] if starts.size > len(forces) else None
-    coherence = None if together is None else np.repeat(together, len(forces), axis=2)
-    return Frf(frequency[keep], responses(means, estimator), tuple(record.channels[i] for i in others),
-               tuple(record.channels[i] for i in forces), quantity, coherence=coherence, variance=variance(means),
+    band_min, band_max = (0.0, record.sample_rate / 2.56) if band is None else band
+    in_band = (frequency >= band_min - 1e-9) & (frequency <= band_max + 1e-9)
+    if not in_band.any():
+        fail("band", f"{band_min:g} .. {band_max:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
+    spectra = _transform_blocks(record, starts, block, window, in_band)
+    effective_blocks = independent_blocks(starts.size, window, step) if excitation == "random" else float(starts.size)
+    averages = average(frequency[in_band], spectra[:, :, forces], spectra[:, :, outputs], blocks=effective_blocks,
+                       full=estimator == "H2")
+    multiple = multiple_coherence(averages)[:, :, None] if starts.size > len(forces) else None
+    coherence = None if multiple is None else np.repeat(multiple, len(forces), axis=2)
+    return Frf(frequency[in_band], responses(averages, estimator), tuple(record.channels[i] for i in outputs),
+               tuple(record.channels[i] for i in forces), quantity, coherence=coherence, variance=variance(averages),
                notes=() if len(forces) == 1 else ("coherence is the multiple coherence of each output",))
 
 
 def coherences(record: Record, resolution: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return frequency, ordinary (n_f, n_o, n_i) and multiple (n_f, n_o) coherence of a random record."""
-    forces, others, _ = _channels(record)
+    """Return frequency, ordinary (n_f, n_o, n_i) and multiple (n_f, n_o) coherence of a random record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import coherences
+    >>> from toolpoint.vibration import Record
+    >>> force = np.random.default_rng(1).standard_normal(4096)
+    >>> record = Record(np.column_stack([force, 0.5 * force]), 1024.0, ["1:+z", "1:+z"], ["force", "acceleration"])
+    >>> frequency, ordinary, multiple = coherences(record, resolution=4.0)
+    >>> float(ordinary.min().round(9))
+    1.0
+    """
+    forces, outputs, _ = _split_channels(record)
     block = round(record.sample_rate / positive("resolution", resolution))
     window = hann(block)
     starts = np.arange(0, record.samples.shape[0] - block + 1, block // 2)
     if starts.size <= len(forces):
         fail("resolution", f"{starts.size} blocks for {len(forces)} forces", "must be more blocks than forces")
     frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
-    spectra = _transformed(record, starts, block, window, np.ones(frequency.size, bool))
-    means = average(frequency, spectra[:, :, forces], spectra[:, :, others])
-    return frequency, ordinary_coherence(means), multiple_coherence(means)
+    spectra = _transform_blocks(record, starts, block, window, np.ones(frequency.size, bool))
+    averages = average(frequency, spectra[:, :, forces], spectra[:, :, outputs])
+    return frequency, ordinary_coherence(averages), multiple_coherence(averages)
 
 
-def _transformed(record: Record, starts: Array, block: int, window: FloatArray, keep: Array) -> ComplexArray:
+def _transform_blocks(record: Record, starts: Array, block: int, window: FloatArray, in_band: Array) -> ComplexArray:
+    """Return the spectra of all blocks, (n_blocks, n_f, n_channels)."""
     offset = record.samples.mean(axis=0)
-    return np.stack([np.fft.rfft((record.samples[start:start + block] - offset) * window[:, None], axis=0)[keep]
+    return np.stack([np.fft.rfft((record.samples[start:start + block] - offset) * window[:, None], axis=0)[in_band]
                      for start in starts.tolist()])
 
 
-def _channels(record: Record) -> tuple[list[int], list[int], str]:
+def _split_channels(record: Record) -> tuple[list[int], list[int], str]:
+    """Return force channels, response channels and the quantity of the responses."""
     forces = [i for i, quantity in enumerate(record.quantities) if quantity == "force"]
     others = [i for i in range(len(record.quantities)) if i not in forces]
     if not forces or not others:
         fail("record", f"{len(forces)} force channels and {len(others)} others", "must have forces and responses")
     kinds = {record.quantities[i] for i in others}
-    if len(kinds) > 1 or not kinds <= QUANTITY.keys():
-        fail("record", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(QUANTITY)}")
-    return forces, others, QUANTITY[kinds.pop()]
+    if len(kinds) > 1 or not kinds <= RESPONSE_QUANTITIES.keys():
+        fail("record", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(RESPONSE_QUANTITIES)}")
+    return forces, others, RESPONSE_QUANTITIES[kinds.pop()]

@@ -1,4 +1,4 @@
-"""What a hammer test is, as plain data, one to one with a test file: channels, records, settings, decisions about hits."""
+"""Description of a hammer test as plain data, one to one with a test file: channels, records, settings, decisions."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Motion = Literal["force", "acceleration", "velocity", "displacement", "ignored"]
 
 @dataclass(frozen=True)
 class ChannelDescription:
-    """A channel of the records: what it measures, where, and its sensor.
+    """Channel of the records: its quantity, its place, and its sensor.
 
     `channel` is its name in the files, or its number from 1. `dof` is a label such as ``5:-z``; of the force channel it is
     where and in which direction the hammer strikes. `sensitivity`, such as ``2.25 mV/N`` or ``100 mV/g`` (a number: V per SI
     unit), is needed where the files hold volts; a negative one turns the channel. `full_scale`: volts of the largest sample of
-    a sound file. The point ``*`` (``*:+x``) is that of a sensor whose place names of files say by ``{output}``.
+    a sound file. The point ``*`` (``*:+x``) is that of a sensor whose place stands in names of files as ``{output}``.
     """
 
     channel: str
@@ -40,11 +40,11 @@ class RecordsDescription:
 
 @dataclass(frozen=True)
 class HammerTestDescription:
-    """A hammer test: its name, records, channels, settings, and what a person decided about single hits.
+    """Hammer test: its name, records, channels, settings, and decisions of a person about single hits.
 
     `block` is the length of a block (s; the longest that fits where left out), `window_end` the end value of the exponential
-    window (what the slowest mode needs where left out; 1 is none), `sample_rate` for files that do not say it. `hits` holds
-    decisions: the name of a hit as `toolpoint frf` lists it to ``accepted`` or ``refused``; else the judgement counts.
+    window (as much as the slowest mode needs where left out; 1 is none), `sample_rate` for files that do not say it. `hits`
+    holds decisions: the name of a hit as `toolpoint frf` lists it to ``accepted`` or ``refused``; else the judgement counts.
     """
 
     test: str
@@ -58,5 +58,5 @@ class HammerTestDescription:
     hits: Mapping[str, Literal["accepted", "refused"]] = field(default_factory=dict)
 
     def with_decisions(self, decisions: Mapping[str, bool]) -> HammerTestDescription:
-        """Return the description with what a person decided about hits by their names, True: accepted; no other."""
+        """Return the description with the decisions of a person about hits by their names (True: accepted), and no other."""
         return replace(self, hits={name: "accepted" if accept else "refused" for name, accept in decisions.items()})

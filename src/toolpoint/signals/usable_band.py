@@ -1,10 +1,10 @@
-r"""The part of measured lines that can be believed: above where integrated accelerations drift, below where noise takes over.
+r"""Band of measured lines that can be believed: above the drift of integrated accelerations, below the noise.
 
-Noise is the stated variance, else the third differences along the lines; its share of the responses is looked at in windows of
-lines, the median over the responses, and over the root of their number where there are many: a mode that all share stands
-out of noise that hides it in each. From the strongest window the band grows to both sides until several windows in a row are
-mostly noise (antiresonances are narrower). Drift is loud but rough: a window at the low end whose accelerance is a small part
-of the strongest one's and whose noise is not small does not belong to the band.
+Noise is the stated variance, else the third differences along the lines. Its fraction of the responses is computed in windows
+of lines, as the median over the responses, divided by the root of their number where there are many: a mode that all share is
+visible in noise that hides it in each. From the strongest window the band grows to both sides until several windows in a row
+are mostly noise (antiresonances are narrower). Drift is loud but rough: a window at the low end whose accelerance is a small
+part of the strongest one's and whose noise is not small does not belong to the band.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.vibration.frf import Frf
 
-WINDOW, FEWEST = 0.006, 16  # of the lines in a window; at least so many
-NOISY, IN_A_ROW = 0.25, 4  # share of noise; windows in a row that end the band
-CLEAR_AGAIN = 2  # windows in a row behind a gap of noise that belong to the band again: a narrow mode fills no more
-FEW = 5  # responses; more of them show a mode through more noise
-ROUGH, FAINT = 0.1, 0.05  # at the low end: noise above the first and accelerance below the second share
-CLEAR, HIDDEN = 0.1, 0.05  # noise in a window whose peak counts; noise of the receptance over the highest peak, at the end
-_POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
+WINDOW_FRACTION, MIN_WINDOW_LINES = 0.006, 16  # of all lines, in a window; at least so many
+MAX_NOISE_FRACTION, NOISY_WINDOW_COUNT = 0.25, 4  # of the responses; windows in a row above it that end the band
+CLEAR_WINDOW_COUNT = 2  # in a row behind a gap of noise that belong to the band again: a narrow mode fills no more
+FEW_RESPONSES = 5  # more of them show a mode through more noise
+MIN_DRIFT_NOISE, MAX_DRIFT_LEVEL = 0.1, 0.05  # of drift: noise fraction; accelerance over that of the strongest window
+MAX_PEAK_NOISE, MAX_HIDING_NOISE = 0.1, 0.05  # noise fraction where a peak counts; noise at the low end over that peak
+_ACCELERANCE_POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
 
 
 @dataclass(frozen=True)
 class UsableBand:
-    """Lowest and highest line (Hz) to be believed, and why each is where it is (empty: the end of the lines)."""
+    """Lowest and highest line (Hz) to be believed, and the reason for each end (none: the end of the lines)."""
 
     low: float
     high: float
@@ -40,132 +40,139 @@ class UsableBand:
 
 
 def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
-    """Return the band of responses of one pose that can be believed; `excited`: where the force ends, Hz, if known."""
+    """Return the band of responses of one pose that can be believed; `excited` is the end of the force's band, Hz, if known."""
     lines = frf.frequency
     first = int(np.searchsorted(lines, np.nextafter(0, 1)))
-    size = max(FEWEST, round(WINDOW * lines.size))
+    size = max(MIN_WINDOW_LINES, round(WINDOW_FRACTION * lines.size))
     starts = np.arange(first, lines.size - size + 1, size)
-    top = float(lines[-1]) if excited is None else min(excited, float(lines[-1]))
+    highest = float(lines[-1]) if excited is None else min(excited, float(lines[-1]))
     if starts.size < 3:
-        return UsableBand(float(lines[first]), top, _force_note(excited, lines))
-    share, level = _looked_at(frf, starts, size)
-    below = lines[starts] < top
-    loudest = int(np.argmax(np.where(below, level * (share < NOISY), 0.0)))
-    low, high = _grown(share, loudest)
-    # What an accelerometer says is not integrated: only noise that hides the response counts as drift there.
-    drift, notes = _drift_end(share, level, loudest, NOISY if frf.quantity == "accelerance" else ROUGH), []
-    if max(low, drift) > 0:
-        why = (f"noise is more than {100 * NOISY:.0f} % of the responses there" if low >= drift else
+        return UsableBand(float(lines[first]), highest, _force_note(excited, lines))
+    noise_fraction, level = _measure_windows(frf, starts, size)
+    is_excited = lines[starts] < highest
+    strongest = int(np.argmax(np.where(is_excited, level * (noise_fraction < MAX_NOISE_FRACTION), 0.0)))
+    first_window, last_window = _grow_band(noise_fraction, strongest)
+    # An accelerance is not integrated: only noise that hides the response counts as drift there.
+    drift, notes = _drift_end(noise_fraction, level, strongest, MAX_NOISE_FRACTION if frf.quantity == "accelerance"
+                              else MIN_DRIFT_NOISE), []
+    if max(first_window, drift) > 0:
+        why = (f"noise is more than {100 * MAX_NOISE_FRACTION:.0f} % of the responses there" if first_window >= drift else
                "noise and the drift of integrated accelerations are what they show")
-        notes.append(f"lines below {lines[starts[max(low, drift)]]:.4g} Hz are left out: {why}")
-    low = max(low, drift)
-    end = float(lines[-1]) if high == starts.size - 1 else float(lines[starts[high] + size - 1])
-    if end < float(lines[-1]) and end < top:
-        notes.append(f"lines above {end:.4g} Hz are left out: noise is more than {100 * NOISY:.0f} % of the responses there")
-    elif excited is not None and top < float(lines[-1]):
+        notes.append(f"lines below {lines[starts[max(first_window, drift)]]:.4g} Hz are left out: {why}")
+    first_window = max(first_window, drift)
+    end = float(lines[-1]) if last_window == starts.size - 1 else float(lines[starts[last_window] + size - 1])
+    if end < float(lines[-1]) and end < highest:
+        notes.append(f"lines above {end:.4g} Hz are left out: noise is more than {100 * MAX_NOISE_FRACTION:.0f} % of the "
+                     "responses there")
+    elif excited is not None and highest < float(lines[-1]):
         notes += _force_note(excited, lines)
-    return UsableBand(float(lines[starts[low]]) if low else float(lines[first]), min(end, top), tuple(notes))
+    return UsableBand(float(lines[starts[first_window]]) if first_window else float(lines[first]), min(end, highest),
+                      tuple(notes))
 
 
 def find_compliant_band(frf: Frf, band: UsableBand) -> UsableBand:
     """Return the band of a driving point for questions of compliance (limits of cuts), from the `usable_band` of its lines.
 
     Its low end is where the noise of the receptance is a small part of the highest peak: soft modes far below fast ones are
-    faint in the accelerance, and lines between them, where noise hides the little that is there, do no harm.
+    faint in the accelerance, and noisy lines between them, where the receptance is small, do no harm.
     """
     lines = frf.frequency
     first = int(np.searchsorted(lines, np.nextafter(0, 1)))
-    size = max(FEWEST, round(WINDOW * lines.size))
+    size = max(MIN_WINDOW_LINES, round(WINDOW_FRACTION * lines.size))
     starts = np.arange(first, int(np.searchsorted(lines, band.high)) - size + 1, size)
     if starts.size < 3:
         return band
-    share, _ = _looked_at(frf, starts, size)
+    noise_fraction, _ = _measure_windows(frf, starts, size)
     values = np.abs(frf.values.reshape(lines.size, -1)[:, 0]) / (2 * np.pi * np.maximum(lines, lines[first])) ** (
-        2 - _POWER[frf.quantity])
+        2 - _ACCELERANCE_POWER[frf.quantity])
     peak = np.array([values[start:start + size].max() for start in starts])
-    noise = share * np.array([np.sqrt((values[start:start + size] ** 2).mean()) for start in starts])
-    clear = share < CLEAR
-    if not clear.any():
+    noise = noise_fraction * np.array([np.sqrt((values[start:start + size] ** 2).mean()) for start in starts])
+    is_clear = noise_fraction < MAX_PEAK_NOISE
+    if not is_clear.any():
         return band
-    highest = int(np.argmax(np.where(clear, peak, 0.0)))
-    hidden = np.flatnonzero(noise[:highest] > HIDDEN * peak[highest])
-    low = float(lines[starts[int(hidden[-1]) + 1 if hidden.size else 0]])
-    kept = [note for note in band.notes if not note.startswith("lines below")]
-    notes = [f"lines below {low:.4g} Hz are left out: noise is more than {100 * HIDDEN:g} % of the highest peak of the "
-             "receptance there"] if hidden.size else []
-    return UsableBand(low, max(band.high, low), (*notes, *kept))
+    highest = int(np.argmax(np.where(is_clear, peak, 0.0)))
+    hiding = np.flatnonzero(noise[:highest] > MAX_HIDING_NOISE * peak[highest])
+    frequency_min = float(lines[starts[int(hiding[-1]) + 1 if hiding.size else 0]])
+    other_notes = [note for note in band.notes if not note.startswith("lines below")]
+    notes = [f"lines below {frequency_min:.4g} Hz are left out: noise is more than {100 * MAX_HIDING_NOISE:g} % of the "
+             "highest peak of the receptance there"] if hiding.size else []
+    return UsableBand(frequency_min, max(band.high, frequency_min), (*notes, *other_notes))
 
 
 def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:
+    """Return the note on lines above the end of the force's band."""
     if excited is None or excited >= lines[-1]:
         return ()
     return (f"lines above {excited:.4g} Hz are left out: the force is 20 dB down there (a harder tip excites more)",)
 
 
-def _looked_at(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
-    """Return of every window the share of noise (median over responses, less where they are many) and the level, both as
-    accelerance."""
-    factor = (frf.omega ** _POWER[frf.quantity])[:, None]
+def _measure_windows(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
+    """Return the noise fraction of every window (median over responses, less where they are many) and its level, as
+    accelerance.
+    """
+    factor = (frf.omega ** _ACCELERANCE_POWER[frf.quantity])[:, None]
     values = frf.values.reshape(frf.frequency.size, -1) * factor
     variance = None if frf.variance is None else frf.variance.reshape(frf.frequency.size, -1) * factor**2
-    share, level = np.empty(starts.size), np.empty(starts.size)
+    noise_fraction, level = np.empty(starts.size), np.empty(starts.size)
     for k, start in enumerate(starts.tolist()):
         part = values[start:start + size]
         power = np.maximum((np.abs(part) ** 2).mean(axis=0), 1e-300)
-        noise = _differences(part) if variance is None else variance[start:start + size].mean(axis=0)
-        share[k] = float(np.median(np.sqrt(noise / power)) / np.sqrt(max(part.shape[1] / FEW, 1.0)))
+        noise = _noise_power(part) if variance is None else variance[start:start + size].mean(axis=0)
+        noise_fraction[k] = float(np.median(np.sqrt(noise / power)) / np.sqrt(max(part.shape[1] / FEW_RESPONSES, 1.0)))
         level[k] = float(np.median(np.sqrt(power)))
-    return share, level
+    return noise_fraction, level
 
 
-def _differences(part: np.ndarray) -> FloatArray:
+def _noise_power(part: np.ndarray) -> FloatArray:
     """Return the noise power of every response from third differences (1, -3, 3, -1: twenty times the power)."""
     return (np.abs(np.diff(part, 3, axis=0)) ** 2).mean(axis=0) / 20
 
 
-def _drift_end(share: FloatArray, level: FloatArray, loudest: int, limit: float) -> int:
-    """Return the first window above the drift at the low end: all windows below are faint, and most of them rough.
+def _drift_end(noise_fraction: FloatArray, level: FloatArray, strongest: int, limit: float) -> int:
+    """Return the first window above the drift at the low end: all windows below are faint, and most of them noisy.
 
-    Several smooth windows in a row are no drift but a structure that moves: a machine on its feet is faint, as accelerance,
+    Several smooth windows in a row are no drift but motion of the structure: a machine on its feet is faint, as accelerance,
     beside its spindle.
     """
-    faint = level[:loudest] < FAINT * level[loudest]
-    run = int(np.argmin(faint)) if not faint.all() else loudest
-    smooth = _runs(share[:run] <= limit, IN_A_ROW)
-    rough = share[:int(smooth[0]) if smooth.size else run] > limit
-    ends = [k + 1 for k in np.flatnonzero(rough).tolist() if 2 * rough[:k + 1].sum() >= k + 1]
+    is_faint = level[:strongest] < MAX_DRIFT_LEVEL * level[strongest]
+    faint_count = int(np.argmin(is_faint)) if not is_faint.all() else strongest
+    smooth_runs = _find_runs(noise_fraction[:faint_count] <= limit, NOISY_WINDOW_COUNT)
+    is_rough = noise_fraction[:int(smooth_runs[0]) if smooth_runs.size else faint_count] > limit
+    ends = [k + 1 for k in np.flatnonzero(is_rough).tolist() if 2 * is_rough[:k + 1].sum() >= k + 1]
     return max(ends, default=0)
 
 
-def _grown(share: FloatArray, start: int) -> tuple[int, int]:
+def _grow_band(noise_fraction: FloatArray, start: int) -> tuple[int, int]:
     """Return the ends of the band about its strongest window, grown over gaps behind which responses stand out again.
 
-    A gap of noise between two resonances is an antiresonance that the sensor cannot resolve: what lies behind it is a mode like
-    any other. Behind the end of the force there is nothing but noise, whose share stays near one.
+    A gap of noise between two resonances is an antiresonance that the sensor cannot resolve; behind it is a mode like any
+    other. Behind the end of the force there is only noise, whose fraction stays near one.
     """
-    low = high = start
+    first_window = last_window = start
     for step in (-1, 1):
-        at = start
-        while (after := _next_clear(share, at, step)) is not None:
-            at = after
-        low, high = (at, high) if step < 0 else (low, at)
-    return low, high
+        window = start
+        while (next_window := _next_clear(noise_fraction, window, step)) is not None:
+            window = next_window
+        first_window, last_window = (window, last_window) if step < 0 else (first_window, window)
+    return first_window, last_window
 
 
-def _next_clear(share: FloatArray, at: int, step: int) -> int | None:
-    """Return the next window outwards that belongs to the band, or None: one within reach of the last, or the first of a clear
-    stretch behind a gap."""
-    outwards = share[at + step::step] if at + step >= 0 else share[:0]
-    clear = outwards <= NOISY
-    near = np.flatnonzero(clear[:IN_A_ROW])
-    if near.size:
-        return int(at + step * (near[0] + 1))
-    for first in _runs(clear, CLEAR_AGAIN).tolist():
-        if outwards[first:first + CLEAR_AGAIN].min() <= ROUGH:
-            return int(at + step * (first + 1))
+def _next_clear(noise_fraction: FloatArray, window: int, step: int) -> int | None:
+    """Return the next window outwards that belongs to the band, or None.
+
+    It is one within reach of the last, or the first of a clear stretch behind a gap.
+    """
+    outwards = noise_fraction[window + step::step] if window + step >= 0 else noise_fraction[:0]
+    is_clear = outwards <= MAX_NOISE_FRACTION
+    within_reach = np.flatnonzero(is_clear[:NOISY_WINDOW_COUNT])
+    if within_reach.size:
+        return int(window + step * (within_reach[0] + 1))
+    for first in _find_runs(is_clear, CLEAR_WINDOW_COUNT).tolist():
+        if outwards[first:first + CLEAR_WINDOW_COUNT].min() <= MIN_DRIFT_NOISE:
+            return int(window + step * (first + 1))
     return None
 
 
-def _runs(true: np.ndarray, length: int) -> np.ndarray:
-    """Return where runs of at least this length begin, at every place of a longer one."""
-    return np.flatnonzero(np.convolve(true, np.ones(length), "valid") == length) if true.size >= length else np.zeros(0, int)
+def _find_runs(mask: np.ndarray, length: int) -> np.ndarray:
+    """Return the begins of runs of at least this length, with every place of a longer one."""
+    return np.flatnonzero(np.convolve(mask, np.ones(length), "valid") == length) if mask.size >= length else np.zeros(0, int)

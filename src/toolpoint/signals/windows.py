@@ -1,8 +1,8 @@
-"""Windows for blocks of samples: force, exponential (with its decay), Hann; and what overlap is worth.
+"""Windows for blocks of samples: force, exponential (with its decay), Hann; and the worth of overlapping blocks.
 
-An exponential window that the analyser has put on the records already shows by noise that dies away along them: the noise of
-sensors and front end does not depend on time, a window multiplies it with the signal. What changes fastest from sample to
-sample, before the blow and at the end of its block, is compared: what still rings can only add to it.
+An exponential window that the analyser has already applied shows by noise that decays along the records: the noise of sensors
+and front end does not depend on time, and a window multiplies it with the signal. The fastest changes from sample to sample,
+before the blow and at the end of its block, are compared: vibration that still rings can only add to them.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from toolpoint._doubt import Doubt
 from toolpoint.signals.hits import Hit
 from toolpoint.vibration.record import Record
 
-FEWEST = 48  # samples before the blow that tell their noise
-CLEAR_OF = 40  # samples before the peak in which filters ring
-LATE = 0.05  # of the block, at its end
-DIED = 0.3  # noise at the end over that before the blow
-DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+MIN_NOISE_SAMPLES = 48  # before the blow, from which the noise is computed
+# Anti-aliasing filters ring for tens of samples around a pulse: cut off, that biases damping by some tenths of a per mille.
+FILTER_RINGING_SAMPLES = 40
+END_FRACTION = 0.05  # of the block, whose noise is compared
+MAX_NOISE_RATIO = 0.3  # noise at the end over that before the blow: below, a window was applied
+FOURTH_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
 def exponential(n: int, sample_rate: float, final: float) -> tuple[FloatArray, float]:
@@ -51,7 +52,7 @@ def hann(n: int) -> FloatArray:
 
 
 def independent_blocks(count: int, window: FloatArray, step: int) -> float:
-    r"""Return how many independent blocks overlapping ones are worth: :math:`n / (1 + 2 \sum (1 - j/n) \rho_j^2)`.
+    r"""Return the number of independent blocks equivalent to overlapping ones: :math:`n / (1 + 2 \sum (1 - j/n) \rho_j^2)`.
 
     Source: Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70.
     """
@@ -66,27 +67,29 @@ def independent_blocks(count: int, window: FloatArray, step: int) -> float:
 
 
 def doubt_window(hits: Sequence[Hit], records: Sequence[Record], block: int) -> tuple[Doubt, ...]:
-    """Return the doubt that records were windowed before they were stored; none where their noise stays, or is not seen."""
+    """Return the doubt that records were windowed before they were stored; none where their noise is constant or unseen."""
     parts = [(records[hit.record].samples[hit.start:hit.start + block], hit.peak - hit.start) for hit in hits if hit.accepted]
-    shares = [share for part, peak in parts for share in _shares(part, peak)]
-    if not shares or np.median(shares) > DIED:
+    ratios = [r for part, peak in parts for r in _noise_ratios(part, peak)]
+    if not ratios or np.median(ratios) > MAX_NOISE_RATIO:
         return ()
-    left = float(np.median(shares))
-    return (Doubt("window", f"the noise of the records dies away to {max(100 * left, 1.0):.2g} % or less along them: the "
+    ratio = float(np.median(ratios))
+    return (Doubt("window", f"the noise of the records dies away to {max(100 * ratio, 1.0):.2g} % or less along them: the "
                   "analyser has put an exponential window on them, whose damping makes limits come out too high",
                   "switch the window of the analyser off and strike again (what is needed is applied here, and taken out)",
-                  figure=left),)
+                  figure=ratio),)
 
 
-def _shares(part: FloatArray, peak: int) -> list[float]:
-    """Return the noise at the end over that before the blow, of every channel whose noise is seen."""
-    before = part[:max(peak - CLEAR_OF, 0)]
-    late = part[-max(int(LATE * part.shape[0]), FEWEST):]
-    if before.shape[0] < FEWEST or part.shape[0] < 4 * FEWEST:
+def _noise_ratios(part: FloatArray, peak: int) -> list[float]:
+    """Return the noise at the end over that before the blow, of every channel with noise."""
+    before_blow = part[:max(peak - FILTER_RINGING_SAMPLES, 0)]
+    block_end = part[-max(int(END_FRACTION * part.shape[0]), MIN_NOISE_SAMPLES):]
+    if before_blow.shape[0] < MIN_NOISE_SAMPLES or part.shape[0] < 4 * MIN_NOISE_SAMPLES:
         return []
-    sizes = [(_rough(a), _rough(b), np.abs(channel).max()) for a, b, channel in zip(before.T, late.T, part.T, strict=True)]
-    return [b / a for a, b, top in sizes if a > 1e-12 * top and b > 0]
+    sizes = [(_fast_noise(a), _fast_noise(b), np.abs(channel).max()) for a, b,
+             channel in zip(before_blow.T, block_end.T, part.T, strict=True)]
+    return [b / a for a, b, largest in sizes if a > 1e-12 * largest and b > 0]
 
 
-def _rough(values: FloatArray) -> float:
-    return float(np.sqrt((np.convolve(values, DIFFERENCE, "valid") ** 2).mean()))
+def _fast_noise(values: FloatArray) -> float:
+    """Return the root mean square of fourth differences."""
+    return float(np.sqrt((np.convolve(values, FOURTH_DIFFERENCE, "valid") ** 2).mean()))

@@ -26,7 +26,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, dofs, positions, summary
 
 QUANTITIES = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
-_DERIVATIVE_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+DERIVATIVE_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Frf(NotebookText):
         A line at 0 Hz cannot be integrated: it is refused with the remedy to cut it away first.
         """
         one_of("quantity", quantity, QUANTITIES)
-        power = _DERIVATIVE_ORDER[quantity] - _DERIVATIVE_ORDER[self.quantity]
+        power = DERIVATIVE_ORDER[quantity] - DERIVATIVE_ORDER[self.quantity]
         if power == 0:
             return self
         if power < 0 and self.frequency[0] == 0:

@@ -1,1 +1,1 @@
-"""All poles refined at once with residues and what lies outside the band, and their covariance."""
+"""Refinement of all poles at once with residues and terms outside the band, and their covariance."""

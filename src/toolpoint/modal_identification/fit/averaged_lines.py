@@ -1,4 +1,4 @@
-"""Very many lines averaged to as many as the resonances ask for: modes are searched on these, and solved for on all."""
+"""Averages of very many lines, as few as the resonances allow: modes are searched on these, and solved for on all."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.vibration.frf import Frf
 
-PARTS = 24  # blocks to the distance from a line to the nearest pole
-FINEST = 5e-4  # of the frequency: no block is longer, so that a mode of 0.1 % damping that nobody saw yet is not averaged away
+BLOCKS_PER_POLE_DISTANCE = 24  # from a line to the nearest pole
+MAX_BLOCK_FRACTION = 5e-4  # of the frequency: an undetected mode of 0.1 % damping is not averaged away
 
 
 def average_lines(frf: Frf, poles: ComplexArray) -> tuple[Frf, FloatArray]:
@@ -36,7 +36,7 @@ def _starts(frf: Frf, poles: ComplexArray) -> Array:
     distance = np.full(omega.size, np.inf)
     for pole in poles:
         np.minimum(distance, np.abs(1j * omega - pole), out=distance)
-    size = np.maximum(1, (np.minimum(distance / PARTS, FINEST * omega) / step).astype(int))
+    size = np.maximum(1, (np.minimum(distance / BLOCKS_PER_POLE_DISTANCE, MAX_BLOCK_FRACTION * omega) / step).astype(int))
     starts = [0]
     while starts[-1] + size[starts[-1]] < omega.size:
         starts.append(int(starts[-1] + size[starts[-1]]))

@@ -11,10 +11,10 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.modal_identification.basis import pole_terms, real_rows
 from toolpoint.modal_identification.fit.refinement import Data
 
-DENSE = 6000  # lines above which they are averaged
-PARTS = 4  # averaged lines to a half width
-REACH = 15.0  # half widths to either side of a trial pole that it is looked at over
-TOGETHER = 40  # trial poles worked on at once
+MAX_UNAVERAGED_LINES = 6000  # above, lines are averaged
+BLOCKS_PER_HALF_WIDTH = 4
+TRIAL_HALF_WIDTHS = 15.0  # to either side of a trial pole, whose lines are used for it
+TRIALS_AT_ONCE = 40  # trial poles whose moments are computed together
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +25,10 @@ class AveragedLines:
     p: ComplexArray
     weight: ComplexArray
     rows: FloatArray
-    known: FloatArray
+    explained: FloatArray
 
     @classmethod
-    def of(cls, data: Data, poles: ComplexArray, left: ComplexArray, *, ratio: float) -> AveragedLines:
+    def of(cls, data: Data, poles: ComplexArray, residual: ComplexArray, *, ratio: float) -> AveragedLines:
         """Return the lines of `data` averaged in blocks of a quarter of the half width that damping `ratio` gives there."""
         starts = _starts(data, ratio)
         size = np.diff(np.append(starts, data.p.size))
@@ -38,7 +38,7 @@ class AveragedLines:
             return np.add.reduceat(values, starts, axis=0) / size.reshape(shape)
 
         root = np.sqrt(size)
-        rows = real_rows(mean(left.reshape(left.shape[0], -1)) * root[:, None])
+        rows = real_rows(mean(residual.reshape(residual.shape[0], -1)) * root[:, None])
         p, weight = mean(data.p), mean(data.factor) * root
         outside = mean(data.outside[:data.p.size] + 1j * data.outside[data.p.size:]) * root[:, None]
         modes = (pole_terms(p, poles) * weight[:, None, None]).reshape(p.size, -1)
@@ -53,22 +53,23 @@ class AveragedLines:
     def _windows(self, trial: ComplexArray, ratio: float) -> Iterator[tuple[slice, Array]]:
         """Trials in turn, and the rows about them."""
         lines = self.p.imag
-        for first in range(0, trial.size, TOGETHER):
-            some = np.abs(trial[first:first + TOGETHER])
-            inside = np.flatnonzero((lines >= some[0] * (1 - REACH * ratio)) & (lines <= some[-1] * (1 + REACH * ratio)))
+        for first in range(0, trial.size, TRIALS_AT_ONCE):
+            sizes = np.abs(trial[first:first + TRIALS_AT_ONCE])
+            inside = np.flatnonzero((lines >= sizes[0] * (1 - TRIAL_HALF_WIDTHS * ratio))
+                                    & (lines <= sizes[-1] * (1 + TRIAL_HALF_WIDTHS * ratio)))
             if inside.size == 0:  # trials below the first averaged line of a band that begins near 0 Hz
-                inside = np.array([int(np.argmin(np.abs(lines - some.mean())))])
-            yield slice(first, first + TOGETHER), inside
+                inside = np.array([int(np.argmin(np.abs(lines - sizes.mean())))])
+            yield slice(first, first + TRIALS_AT_ONCE), inside
 
     def _part(self, trial: ComplexArray, inside: Array) -> tuple[FloatArray, FloatArray]:
         count = trial.size
         terms = pole_terms(self.p[inside], trial) * self.weight[inside, None, None]
         columns = real_rows(terms.reshape(inside.size, -1))
         rows = np.concatenate([inside, self.p.size + inside])
-        shared = self.known[rows].T @ columns
-        moments = columns.T @ self.rows[rows] - shared.T @ (self.known.T @ self.rows)
-        pairs, seen = columns.reshape(-1, count, 2), shared.reshape(-1, count, 2)
-        gram = np.einsum("fga,fgb->gab", pairs, pairs) - np.einsum("fga,fgb->gab", seen, seen)
+        shared = self.explained[rows].T @ columns
+        moments = columns.T @ self.rows[rows] - shared.T @ (self.explained.T @ self.rows)
+        pairs, shared_pairs = columns.reshape(-1, count, 2), shared.reshape(-1, count, 2)
+        gram = np.einsum("fga,fgb->gab", pairs, pairs) - np.einsum("fga,fgb->gab", shared_pairs, shared_pairs)
         return gram, moments.reshape(count, 2, -1)
 
 
@@ -76,7 +77,7 @@ def _starts(data: Data, ratio: float) -> Array:
     """Return the first line of every block."""
     omega = data.p.imag
     step = float(omega[-1] - omega[0]) / (omega.size - 1)
-    size = np.maximum(1, (ratio * omega / step / PARTS).astype(int))
+    size = np.maximum(1, (ratio * omega / step / BLOCKS_PER_HALF_WIDTH).astype(int))
     starts = [0]
     while starts[-1] + size[starts[-1]] < omega.size:
         starts.append(int(starts[-1] + size[starts[-1]]))

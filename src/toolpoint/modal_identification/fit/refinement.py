@@ -30,8 +30,8 @@ from toolpoint.modal_identification.basis import (
 from toolpoint.vibration.frf import Frf
 
 NOISE_FLOOR = 1e-9
-MOST_STEPS = 30
-NEGLIGIBLE = 0.1
+MAX_REFINEMENT_STEPS = 30
+NEGLIGIBLE_GAIN_RATIO = 0.1  # predicted gain of a step over the tolerance: below, the step is not taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +61,11 @@ class Data:
         np.multiply(frf.values.real, weight[:, None, None], out=values[:lines])
         np.multiply(frf.values.imag, weight[:, None, None], out=values[lines:])
         outside = real_rows(outside_terms(frf) * (factor(frf) * weight)[:, None])
-        left, size, _ = np.linalg.svd(outside, full_matrices=False)
-        left = np.ascontiguousarray(left[:, size > 1e-10 * size[0]])
+        outside_basis, singular, _ = np.linalg.svd(outside, full_matrices=False)
+        outside_basis = np.ascontiguousarray(outside_basis[:, singular > 1e-10 * singular[0]])
         flat = values.reshape(values.shape[0], -1)
-        power = np.einsum("fk,fk->k", flat, flat) - ((left.T @ flat) ** 2).sum(axis=0)
-        return cls(frf, scale, laplace(frf) / scale, factor(frf) * weight, weight, values, left,
+        power = np.einsum("fk,fk->k", flat, flat) - ((outside_basis.T @ flat) ** 2).sum(axis=0)
+        return cls(frf, scale, laplace(frf) / scale, factor(frf) * weight, weight, values, outside_basis,
                    np.maximum(power, 0.0).reshape(values.shape[1:]))
 
     def columns(self, terms: ComplexArray) -> FloatArray:
@@ -75,12 +75,12 @@ class Data:
 
 
 class Indistinguishable(ToolpointError):
-    """Modes whose shapes the responses within the band cannot tell apart."""
+    """Error: the responses within the band do not distinguish the shapes of the modes."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoleFit:
-    """Poles (in units of `Data.scale`), participation (n_inputs, n_modes), shapes, and what they explain.
+    """Poles (in units of `Data.scale`), participation (n_inputs, n_modes), shapes, and the residuals of their fit.
 
     `weight` (n_outputs, n_inputs) is sqrt(2) over the standard deviation of the noise, `squares` the sum of squared
     residuals of each response, `information` the Gauss-Newton matrix of (Re s, Im s, Re l_i, Im l_i ..) of each mode,
@@ -117,10 +117,10 @@ class PoleFit:
 def evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
     """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there.
 
-    Raises Indistinguishable where the responses do not tell the shapes of the modes apart.
+    Raises Indistinguishable where the responses do not distinguish the shapes of the modes.
     """
     try:
-        return _evaluated(data, poles, participation, weight=weight)
+        return _evaluate(data, poles, participation, weight=weight)
     except np.linalg.LinAlgError:
         lines = data.frf.frequency
         raise Indistinguishable(
@@ -130,45 +130,47 @@ def evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, we
         ) from None
 
 
-def _evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
+def _evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
+    """Return the fit of `evaluate`; raises LinAlgError for a singular normal matrix."""
     m, (outputs, inputs) = poles.size, weight.shape
     base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
     columns = np.concatenate([base, slope], axis=1)
     gram = columns.T @ columns
     moments = (columns.T @ data.values.reshape(columns.shape[0], -1)).reshape(-1, outputs, inputs)
     moments = np.ascontiguousarray(moments.transpose(2, 1, 0))  # (input, output, column)
-    turn, square = _turns(participation), weight**2
-    turned = _turned(turn, gram[:2 * m])
-    seen = _turned(turn, turned[:, :, :2 * m].transpose(0, 2, 1))
-    shape_information = np.tensordot(square, seen, axes=(1, 0))
-    right = np.stack([square[:, i, None] * (moments[i, :, :2 * m] @ _block(turn[i])) for i in range(inputs)])
+    participation_matrices, weight_squared = _participation_matrices(participation), weight**2
+    gram_rows = _apply_participation(participation_matrices, gram[:2 * m])
+    shape_grams = _apply_participation(participation_matrices, gram_rows[:, :, :2 * m].transpose(0, 2, 1))
+    shape_information = np.tensordot(weight_squared, shape_grams, axes=(1, 0))
+    right_sides = np.stack([weight_squared[:, i, None] * (moments[i, :, :2 * m] @ _block_diagonal(participation_matrices[i]))
+                            for i in range(inputs)])
     inverse = np.asarray(np.linalg.inv(shape_information), float)
-    shape = (inverse @ right.sum(axis=0)[:, :, None])[..., 0]
-    residues = shape @ np.stack([_block(block).T for block in turn])  # (input, output, 2 n_modes)
-    left = moments - residues @ gram[:2 * m]
-    explained = (residues * (moments + left)[:, :, :2 * m]).sum(axis=-1).T
-    parts = _Parts(gram, turned, left, _tangents(residues, shape), square, inverse)
+    shape = (inverse @ right_sides.sum(axis=0)[:, :, None])[..., 0]
+    residues = shape @ np.stack([_block_diagonal(block).T for block in participation_matrices])  # (input, output, 2 n_modes)
+    residual_moments = moments - residues @ gram[:2 * m]
+    explained = (residues * (moments + residual_moments)[:, :, :2 * m]).sum(axis=-1).T
+    parts = _NormalParts(gram, gram_rows, residual_moments, _tangents(residues, shape), weight_squared, inverse)
     information, slopes = _gauss_newton(parts)
     scores = slopes.reshape(outputs, m, -1)[:, :, :2]
     return PoleFit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
                np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
-def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit | None:
-    """Return the fit of `evaluate`, or None where two modes are so nearly one that their shapes cannot be told apart."""
+def try_evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit | None:
+    """Return the fit of `evaluate`, or None where the responses do not distinguish the shapes of two modes."""
     try:
         return evaluate(data, poles, participation, weight=weight)
     except Indistinguishable:
         return None
 
 
-def _turned(turn: FloatArray, matrix: FloatArray) -> FloatArray:
+def _apply_participation(matrices: FloatArray, matrix: FloatArray) -> FloatArray:
     """Return diag(turn_i)^T times the (2 n_modes, n) rows of `matrix`, (n_inputs, 2 n_modes, n)."""
-    rows = matrix.reshape(*matrix.shape[:-2], turn.shape[1], 2, matrix.shape[-1])
-    return (np.swapaxes(turn, -1, -2) @ rows).reshape(turn.shape[0], matrix.shape[-2], matrix.shape[-1])
+    rows = matrix.reshape(*matrix.shape[:-2], matrices.shape[1], 2, matrix.shape[-1])
+    return (np.swapaxes(matrices, -1, -2) @ rows).reshape(matrices.shape[0], matrix.shape[-2], matrix.shape[-1])
 
 
-def _block(turn: FloatArray) -> FloatArray:
+def _block_diagonal(turn: FloatArray) -> FloatArray:
     """Return the (n_modes, 2, 2) matrices as one block-diagonal matrix."""
     m = turn.shape[0]
     block = np.zeros((m, 2, m, 2))
@@ -176,7 +178,7 @@ def _block(turn: FloatArray) -> FloatArray:
     return block.reshape(2 * m, 2 * m)
 
 
-def _turns(participation: ComplexArray) -> FloatArray:
+def _participation_matrices(participation: ComplexArray) -> FloatArray:
     """Return multiplication by each participation factor as real 2 x 2 matrices, (n_inputs, n_modes, 2, 2)."""
     re, im = participation.real, participation.imag
     return np.stack([np.stack([re, -im], axis=-1), np.stack([im, re], axis=-1)], axis=-2)
@@ -196,39 +198,39 @@ def _tangents(residues: FloatArray, shape: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Parts:
-    """Parts of the Gauss-Newton matrix: `turned` (input, 2 n_modes, 4 n_modes), `left` (input, output, column)."""
+class _NormalParts:
+    """Parts of the Gauss-Newton matrix: `gram_rows` (input, 2 m, 4 m), `residual_moments` (input, output, column); m modes."""
 
     gram: FloatArray
-    turned: FloatArray
-    left: FloatArray
+    gram_rows: FloatArray
+    residual_moments: FloatArray
     tangents: FloatArray
-    square: FloatArray
+    weight_squared: FloatArray
     inverse: FloatArray
 
 
-def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
+def _gauss_newton(parts: _NormalParts) -> tuple[FloatArray, FloatArray]:
     """Return the Gauss-Newton matrix and the part of each output in the gradient, (n_outputs, unknowns)."""
     inputs, outputs, m = parts.tangents.shape[:3]
-    each = 2 + 2 * inputs
+    unknowns_per_mode = 2 + 2 * inputs
     # Columns that belong to each (mode, tangent, component): slopes for the pole, pole functions for the participation.
     slope = 2 * m + np.arange(2 * m).reshape(m, 1, 2)
     columns = np.concatenate([np.repeat(slope, 2, 1), np.repeat(slope - 2 * m, 2, 1)], axis=1)
     pairs = parts.gram[columns.reshape(-1)[:, None], columns.reshape(-1)]
-    information, gradient = np.zeros((m * each, m * each)), np.zeros((outputs, m * each))
-    cross = np.zeros((outputs, m, each, 2 * m))
+    information, gradient = np.zeros((m * unknowns_per_mode, m * unknowns_per_mode)), np.zeros((outputs, m * unknowns_per_mode))
+    cross = np.zeros((outputs, m, unknowns_per_mode, 2 * m))
     for i in range(inputs):
-        kinds = np.array([0, 1, 2 + 2 * i, 3 + 2 * i])
-        at = (np.arange(m)[:, None] * each + kinds).reshape(-1)
-        weighted = parts.tangents[i] * parts.square[:, i, None, None, None]
+        unknowns = np.array([0, 1, 2 + 2 * i, 3 + 2 * i])
+        rows_of_input = (np.arange(m)[:, None] * unknowns_per_mode + unknowns).reshape(-1)
+        weighted = parts.tangents[i] * parts.weight_squared[:, i, None, None, None]
         products = weighted.reshape(outputs, -1).T @ parts.tangents[i].reshape(outputs, -1)
-        information[np.ix_(at, at)] += (pairs * products).reshape(4 * m, 2, 4 * m, 2).sum(axis=(1, 3))
-        gradient[:, at] += (weighted * parts.left[i][:, columns]).sum(axis=-1).reshape(outputs, -1)
+        information[np.ix_(rows_of_input, rows_of_input)] += (pairs * products).reshape(4 * m, 2, 4 * m, 2).sum(axis=(1, 3))
+        gradient[:, rows_of_input] += (weighted * parts.residual_moments[i][:, columns]).sum(axis=-1).reshape(outputs, -1)
         for first in (0, 2):  # slope functions, then pole functions
-            rows = parts.turned[i][:, columns[:, first]].transpose(1, 2, 0)  # (mode, component, 2 n_modes)
-            cross[:, :, kinds[first:first + 2]] += weighted[:, :, first:first + 2] @ rows
-    whitened = cross.reshape(outputs, m * each, 2 * m) @ np.linalg.cholesky(parts.inverse)
-    flat = whitened.transpose(1, 0, 2).reshape(m * each, -1)
+            rows = parts.gram_rows[i][:, columns[:, first]].transpose(1, 2, 0)  # (mode, component, 2 n_modes)
+            cross[:, :, unknowns[first:first + 2]] += weighted[:, :, first:first + 2] @ rows
+    whitened = cross.reshape(outputs, m * unknowns_per_mode, 2 * m) @ np.linalg.cholesky(parts.inverse)
+    flat = whitened.transpose(1, 0, 2).reshape(m * unknowns_per_mode, -1)
     information -= flat @ flat.T
     return (information + information.T) / 2, gradient
 
@@ -240,21 +242,21 @@ def refine_poles(data: Data, poles: ComplexArray, participation: ComplexArray, *
     `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed. Steps end when
     one gains less than `tolerance` in half a chi-squared (1 moves all unknowns by about one standard deviation).
     """
-    lead = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
-    fit = evaluate(data, poles / data.scale, participation / lead, weight=weight)
-    guard = 0.0
-    for _ in range(MOST_STEPS):
-        step = _step(fit, guard)
+    leading_factor = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
+    fit = evaluate(data, poles / data.scale, participation / leading_factor, weight=weight)
+    damping = 0.0
+    for _ in range(MAX_REFINEMENT_STEPS):
+        step = _solve_step(fit, damping)
         gain = 0.5 * float(step @ fit.information @ step)
-        if gain < NEGLIGIBLE * tolerance and guard == 0:
+        if gain < NEGLIGIBLE_GAIN_RATIO * tolerance and damping == 0:
             break
-        trial = _moved(data, fit, step)
+        trial = _take_step(data, fit, step)
         if trial is None or trial.cost > fit.cost * (1 + 1e-12):
-            if gain < 1e-6 or guard > 1e6:
+            if gain < 1e-6 or damping > 1e6:
                 break
-            guard = max(10 * guard, 1e-3)
+            damping = max(10 * damping, 1e-3)
             continue
-        guard, fit = guard / 10, trial
+        damping, fit = damping / 10, trial
         if gain < tolerance:
             break
     return fit
@@ -264,31 +266,33 @@ def free_parameters(fit: PoleFit) -> np.ndarray:
     """Return the indices of the non-linear unknowns less the participation factor of each mode that is held at one."""
     inputs, m = fit.participation.shape
     lead = np.argmax(np.abs(fit.participation), axis=0)
-    held = np.arange(m) * (2 + 2 * inputs) + 2 + 2 * lead
-    return np.setdiff1d(np.arange(m * (2 + 2 * inputs)), np.concatenate([held, held + 1]))
+    fixed = np.arange(m) * (2 + 2 * inputs) + 2 + 2 * lead
+    return np.setdiff1d(np.arange(m * (2 + 2 * inputs)), np.concatenate([fixed, fixed + 1]))
 
 
-def informative(matrix: FloatArray) -> FloatArray:
+def scale_unknowns(matrix: FloatArray) -> FloatArray:
     """Return the roots of the diagonal; infinite where an unknown has no information, which takes it out of a solve."""
     square = np.diagonal(matrix)
     return np.where(square > 1e-24 * square.max(), np.sqrt(np.maximum(square, 0.0)), np.inf)
 
 
-def _step(fit: PoleFit, guard: float) -> FloatArray:
+def _solve_step(fit: PoleFit, damping: float) -> FloatArray:
+    """Return the Levenberg-Marquardt step of the unknowns."""
     free = free_parameters(fit)
     matrix = fit.information[np.ix_(free, free)]
-    diagonal = informative(matrix)
-    scaled = matrix / diagonal[:, None] / diagonal + guard * np.eye(free.size)
-    # Participations of exactly repeated poles can be mixed freely: such directions carry no information and stay put.
-    size, vectors = np.linalg.eigh(scaled)
-    usable = size > 1e-10 * size[-1]
+    diagonal = scale_unknowns(matrix)
+    scaled = matrix / diagonal[:, None] / diagonal + damping * np.eye(free.size)
+    # Participations of exactly repeated poles can be combined freely: such directions carry no information and are not moved.
+    eigenvalues, vectors = np.linalg.eigh(scaled)
+    is_determined = eigenvalues > 1e-10 * eigenvalues[-1]
     right = vectors.T @ (fit.gradient[free] / diagonal)
     step = np.zeros(fit.gradient.size)
-    step[free] = vectors @ np.where(usable, right / np.where(usable, size, 1.0), 0.0) / diagonal
+    step[free] = vectors @ np.where(is_determined, right / np.where(is_determined, eigenvalues, 1.0), 0.0) / diagonal
     return step
 
 
-def _moved(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
+def _take_step(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
+    """Return the fit after a step; None where a pole leaves the band, is overdamped, or shapes are not distinguished."""
     change = step.reshape(fit.poles.size, -1)
     poles = fit.poles + change[:, 0] + 1j * change[:, 1]
     if (poles.imag <= 0).any() or (np.abs(poles.real) > 0.5 * np.abs(poles)).any():
@@ -296,4 +300,4 @@ def _moved(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
     if (np.abs(poles) > 1.1).any() or (np.abs(poles) < 0.9 * data.frf.omega[0] / data.scale).any():
         return None
     factors = (change[:, 2::2] + 1j * change[:, 3::2]).T
-    return solvable(data, poles, fit.participation + factors, weight=fit.weight)
+    return try_evaluate(data, poles, fit.participation + factors, weight=fit.weight)

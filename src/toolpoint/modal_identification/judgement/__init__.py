@@ -1,1 +1,1 @@
-"""What may be believed of modes: indicators, complexity, resonances that stand out, advice."""
+"""Judgement of modes: indicators, complexity, resonances, steadiness, advice."""

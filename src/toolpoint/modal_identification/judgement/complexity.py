@@ -1,4 +1,4 @@
-r"""How complex a mode shape is, and its real shape: MPC, MPD, MCF.
+r"""Complexity of a mode shape, and its real shape: MPC, MPD, MCF.
 
 Sources: Juang, Pappa, J. Guidance 8 (1985) 620 (modal phase collinearity); Heylen, Lammens, Sas, Modal Analysis Theory
 and Testing, section A.5 (mean phase, mean phase deviation); Imregun, Ewins, IMAC 13 (1995) (complexity, as an area);
@@ -23,8 +23,8 @@ def phase_collinearity(shape: Array) -> FloatArray:
 
     `shape`: (n_dofs, n_modes).
     """
-    large, small = _principal(_shapes(shape))
-    return ((large - small) / (large + small)) ** 2
+    major, minor = _principal(_shapes(shape))
+    return ((major - minor) / (major + minor)) ** 2
 
 
 def mean_phase(shape: Array) -> FloatArray:
@@ -60,26 +60,28 @@ def real_modes(modes: Modes) -> Modes:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
     if not np.iscomplexobj(modes.shape):
         return modes
-    scaled = modes.scaling == "modal A"
-    turn = np.sqrt(2j * modes.poles.imag) if scaled else np.exp(-1j * mean_phase(modes.shape))
-    shape = (modes.shape * turn).real
+    is_scaled = modes.scaling == "modal A"
+    phase_factor = np.sqrt(2j * modes.poles.imag) if is_scaled else np.exp(-1j * mean_phase(modes.shape))
+    shape = (modes.shape * phase_factor).real
     participation = None
     if modes.participation is not None:
-        # The residue is shape times participation: what is turned out of one is turned into the other.
-        participation = (modes.participation * turn).real if scaled else modes.participation / turn
-    weak = np.flatnonzero(phase_collinearity(modes.shape) < 0.9) + 1
-    notes = [f"mode {i}: phase collinearity below 0.9, its real shape is an approximation" for i in weak]
-    variance = None if modes.shape_variance is None else modes.shape_variance * np.abs(turn) ** 2 / 2
-    return replace(modes, shape=shape, participation=participation, scaling="unit modal mass" if scaled else "unscaled",
+        # The residue is shape times participation: the phase taken from one goes to the other.
+        participation = (modes.participation * phase_factor).real if is_scaled else modes.participation / phase_factor
+    complex_modes = np.flatnonzero(phase_collinearity(modes.shape) < 0.9) + 1
+    notes = [f"mode {i}: phase collinearity below 0.9, its real shape is an approximation" for i in complex_modes]
+    variance = None if modes.shape_variance is None else modes.shape_variance * np.abs(phase_factor) ** 2 / 2
+    return replace(modes, shape=shape, participation=participation, scaling="unit modal mass" if is_scaled else "unscaled",
                    shape_variance=variance, lower_residual=_real(modes.lower_residual),
                    upper_residual=_real(modes.upper_residual), notes=(*modes.notes, *notes))
 
 
 def _real(residual: ComplexArray | None) -> ComplexArray | None:
+    """Return the real part of a residual as complex."""
     return None if residual is None else residual.real.astype(complex)
 
 
 def _shapes(shape: Array) -> ComplexArray:
+    """Return shapes as complex, after checking that each moves."""
     phi = complexes("shape", shape, (None, None))
     if (np.abs(phi).sum(axis=0) == 0).any():
         fail("shape", "a mode that is zero at all Dofs", "must move somewhere")
@@ -87,6 +89,7 @@ def _shapes(shape: Array) -> ComplexArray:
 
 
 def _principal(phi: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return the eigenvalues of the 2 x 2 matrix of sums of squares, larger first."""
     xx, yy, xy = (phi.real**2).sum(axis=0), (phi.imag**2).sum(axis=0), (phi.real * phi.imag).sum(axis=0)
-    half, root = (xx + yy) / 2, np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
-    return half + root, half - root
+    mean, half_difference = (xx + yy) / 2, np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
+    return mean + half_difference, mean - half_difference

@@ -42,7 +42,7 @@ class ModalModel:
 
 @dataclass(frozen=True, eq=False)
 class Identification(NotebookText):
-    """What `identify` returns.
+    """Result of `identify`: modes with the evidence for them.
 
     Parameters
     ----------
@@ -65,18 +65,18 @@ class Identification(NotebookText):
     significance : (n_modes,) floats, optional
         Chi-squared of each mode per degree of freedom: about 1 for a mode that is not there.
     advice : tuple of str
-        What is doubtful and what to try next; empty if nothing is.
+        Remarks on doubtful results, with the next step; empty if there are none.
     resonances : tuple of Resonance
         The modes as a person would count them: those that overlap and look alike as one, each with its share of the
         responses at its frequency.
     doubts : tuple of str
-        What the responses betray of wrong signs, delays, scales and labels; first in table, status and plain data.
+        Doubts about signs, delays, scales and labels of the responses; first in table, status and plain data.
     smooth : bool
-        Whether the residual is something that the model misses rather than noise.
+        Whether the residual is a misfit of the model rather than noise.
     steadiness : Steadiness, optional
-        How the modes move and vanish when the band is cut; judged where the residual is smooth.
+        Changes of the modes when the band is cut; judged where the residual is smooth.
     choice : PoleChoice, optional
-        What a person changed in the modes that were found.
+        Changes that a person made in the identified modes.
     repeated : RepeatedModes, optional
         Modes that are seen once in every set-up of sensors: one mode under another mass.
     """
@@ -118,12 +118,12 @@ class Identification(NotebookText):
     def doubtful(self) -> np.ndarray:
         """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise or the bands that
         are cut do not show it, or it repeats another one in a further set-up."""
-        unsure = {i for resonance in self.resonances if resonance.doubtful for i in resonance.modes}
+        doubtful_modes = {i for resonance in self.resonances if resonance.doubtful for i in resonance.modes}
         if self.steadiness is not None:
-            unsure |= set(np.flatnonzero(self.steadiness.unsteady).tolist()) - set(self.dominant.tolist())
+            doubtful_modes |= set(np.flatnonzero(self.steadiness.unsteady).tolist()) - set(self.dominant.tolist())
         if self.repeated is not None:
-            unsure |= {i for member in self.repeated.members for i in member} - set(self.repeated.strongest)
-        return np.array([i in unsure for i in range(self.modes.count)])
+            doubtful_modes |= {i for member in self.repeated.members for i in member} - set(self.repeated.strongest)
+        return np.array([i in doubtful_modes for i in range(self.modes.count)])
 
     @property
     def share(self) -> FloatArray:
@@ -140,7 +140,7 @@ class Identification(NotebookText):
 
     @property
     def status(self) -> str:
-        """One paragraph: what was found, how well it fits, what to try next."""
+        """Summary in words: number of modes, fit, doubts and advice."""
         count = self.modes.count
         head = (f"{count} mode{'s' * (count != 1)} by {self.method} within {self.frf.frequency[0]:g} .. "
                 f"{self.frf.frequency[-1]:g} Hz; the synthesis explains {100 * self.fit:.5g} % of the responses "
@@ -187,9 +187,9 @@ def mode_quality(frf: Frf, model: ModalModel, modes: Modes) -> FloatArray:
     scale = np.maximum(np.sqrt((np.abs(frf.values) ** 2).mean(axis=0)), np.finfo(float).tiny)
     for i in range(modes.count):
         distance = np.abs(frf.frequency - modes.frequency[i])
-        third = np.partition(distance, 2)[2]
-        lines = np.flatnonzero(distance <= max(abs(modes.damping_ratio[i]) * modes.frequency[i], third))
+        third_distance = np.partition(distance, 2)[2]
+        lines = np.flatnonzero(distance <= max(abs(modes.damping_ratio[i]) * modes.frequency[i], third_distance))
         measured = frf.values[lines] / scale
-        left = measured - model.values(lines) / scale
-        result[i] = 1 - float((np.abs(left) ** 2).sum() / max((np.abs(measured) ** 2).sum(), np.finfo(float).tiny))
+        misfit = measured - model.values(lines) / scale
+        result[i] = 1 - float((np.abs(misfit) ** 2).sum() / max((np.abs(measured) ** 2).sum(), np.finfo(float).tiny))
     return result

@@ -46,12 +46,13 @@ def mvmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
     values = inside.values * 1j if inside.quantity == "mobility" else inside.values
     real = np.swapaxes(values.real, -1, -2) @ values.real
     total = real + np.swapaxes(values.imag, -1, -2) @ values.imag
-    size, vectors = np.linalg.eigh(total)
-    keep = size > 1e-12 * size[:, -1:]
-    whiten = np.where(keep[:, None, :], vectors / np.sqrt(np.where(keep, size, 1.0))[:, None, :], 0.0)
+    eigenvalues, vectors = np.linalg.eigh(total)
+    is_excited = eigenvalues > 1e-12 * eigenvalues[:, -1:]
+    whiten = np.where(is_excited[:, None, :], vectors / np.sqrt(np.where(is_excited, eigenvalues, 1.0))[:, None, :], 0.0)
     indicators = np.linalg.eigvalsh(np.swapaxes(whiten, -1, -2) @ real @ whiten)
     # Directions without response carry a zero that is no mode: they count as one.
-    indicators = np.sort(np.where(keep.sum(axis=1)[:, None] > np.arange(indicators.shape[1])[::-1], indicators, 1.0), axis=1)
+    indicators = np.sort(np.where(is_excited.sum(axis=1)[:, None] > np.arange(indicators.shape[1])[::-1], indicators, 1.0),
+                         axis=1)
     return Indicator(inside.frequency, np.clip(indicators, 0.0, 1.0))
 
 

@@ -19,15 +19,15 @@ from toolpoint.modal_identification.scaling import scale_shapes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.modes import Modes
 
-ITERATIONS = 20  # of the bare modes: each takes an error of the order of the mass ratio away
-MAX_LEFT = 0.35  # share of the spread of a mode over its set-ups that their mass may leave
-MODEL_SHARE = 0.05  # of the correction, one deviation: modes outside the band and directions that were not measured
-MAX_ONE_SENSOR = 2e-3  # of a frequency that one sensor may move without being named
+BARE_MODE_ITERATIONS = 20  # each reduces the error by about the mass ratio
+MAX_UNEXPLAINED_SPREAD = 0.35  # of the spread of a mode over its set-ups, after their mass is taken out
+CORRECTION_ERROR = 0.05  # of the correction, one standard deviation: modes outside the band, directions not measured
+MAX_UNDOUBTED_SENSOR_SHIFT = 2e-3  # of a frequency, by one sensor, without a doubt
 
 
 @dataclass(frozen=True, eq=False)
 class JoinedModes:
-    """Modes of all set-ups, which modes of the fit each of them stands for, and what is doubted of them."""
+    """Modes of all set-ups, the identified modes that each of them joins, and doubts about them."""
 
     modes: Modes
     members: tuple[tuple[int, ...], ...]
@@ -41,46 +41,48 @@ def join_setups(modes: Modes, repeated: RepeatedModes, mass: float) -> JoinedMod
     Where they have none, or the mass does not explain the frequencies, the highest frequency is kept, as of the set-up that
     moved it least, with an interval as wide as the set-ups differ, and a doubt.
     """
-    inside = {k for member in repeated.members for k in member}
-    members = tuple(sorted((*repeated.members, *((k,) for k in range(modes.count) if k not in inside))))
-    joined = _joined(modes, repeated, members)
+    in_groups = {k for member in repeated.members for k in member}
+    members = tuple(sorted((*repeated.members, *((k,) for k in range(modes.count) if k not in in_groups))))
+    joined = _join_modes(modes, repeated, members)
     # A rigid mass lowers frequencies, so the highest is nearest to the bare structure.
     spread = np.array([float(np.ptp(modes.frequency[list(member)])) for member in members])
     if joined.scaling == "unscaled":
         doubt = Doubt("sensor's mass", "no driving point gives the shapes a scale, so its mass cannot be taken out: "
                       "frequencies are those of the set-up that moved each least, too low still", "measure a driving point",
                       figure=float(np.max(spread / joined.frequency)))
-        return JoinedModes(_widened(joined, spread), members, (doubt,), ())
-    bare, scatter = _bare(modes, repeated, members, joined, mass)
-    left = float(np.linalg.norm(scatter)) / max(float(np.linalg.norm(spread / joined.frequency)), 1e-300)
-    if left > MAX_LEFT:
-        doubt = Doubt("sensor's mass", f"{1e3 * mass:.3g} g at every point of a set-up leave {100 * left:.0f} % of what the "
+        return JoinedModes(_widen_intervals(joined, spread), members, (doubt,), ())
+    bare, scatter = _remove_mass(modes, repeated, members, joined, mass)
+    unexplained = float(np.linalg.norm(scatter)) / max(float(np.linalg.norm(spread / joined.frequency)), 1e-300)
+    if unexplained > MAX_UNEXPLAINED_SPREAD:
+        doubt = Doubt("sensor's mass",
+                      f"{1e3 * mass:.3g} g at every point of a set-up leave {100 * unexplained:.0f} % of what the "
                       "set-ups differ: frequencies are those of the set-up that moved each least", "check the mass, and which "
-                      "points carried a sensor at once; else the structure itself has changed", figure=left)
-        return JoinedModes(_widened(joined, spread), members, (doubt,), ())
-    moved = bare.frequency - joined.frequency
-    wider = scatter * bare.frequency + MODEL_SHARE * np.abs(moved)
+                      "points carried a sensor at once; else the structure itself has changed", figure=unexplained)
+        return JoinedModes(_widen_intervals(joined, spread), members, (doubt,), ())
+    change = bare.frequency - joined.frequency
+    deviation = scatter * bare.frequency + CORRECTION_ERROR * np.abs(change)
     note = (f"the mass of {1e3 * mass:.3g} g at every point of each set-up is taken out of the modes: up to "
-            f"{100 * float(np.abs(moved / bare.frequency).max()):.2g} % of a frequency; directions that were not measured and "
+            f"{100 * float(np.abs(change / bare.frequency).max()):.2g} % of a frequency; directions that were not measured and "
             "modes outside the band are not in it")
-    return JoinedModes(_widened(bare, wider), members, (), (note,))
+    return JoinedModes(_widen_intervals(bare, deviation), members, (), (note,))
 
 
 def question_sensor(modes: Modes, mass: float) -> list[Doubt]:
     """Doubt frequencies that one sensor of a mass (kg) moves, in a test where no set-up shows modes of its own."""
-    real = real_modes(modes)
-    if real.scaling != "unit modal mass":
+    scaled = real_modes(modes)
+    if scaled.scaling != "unit modal mass":
         return []
-    moved = mass * (np.abs(real.shape) ** 2).max(axis=0) / 2
-    worst = int(moved.argmax())
-    if moved[worst] < MAX_ONE_SENSOR:
+    shifts = mass * (np.abs(scaled.shape) ** 2).max(axis=0) / 2
+    mode = int(shifts.argmax())
+    if shifts[mode] < MAX_UNDOUBTED_SENSOR_SHIFT:
         return []
-    return [Doubt(f"mode {worst + 1} at {modes.frequency[worst]:.4g} Hz", f"a sensor of {1e3 * mass:.3g} g lowers it by "
-                  f"{100 * moved[worst]:.2g} % where it moves most", "measure with a lighter sensor: no set-ups can be told "
-                  "apart, so its mass is not taken out", figure=float(moved[worst]))]
+    return [Doubt(f"mode {mode + 1} at {modes.frequency[mode]:.4g} Hz",
+                  f"a sensor of {1e3 * mass:.3g} g lowers it by "
+                  f"{100 * shifts[mode]:.2g} % where it moves most", "measure with a lighter sensor: no set-ups can be told "
+                  "apart, so its mass is not taken out", figure=float(shifts[mode]))]
 
 
-def _joined(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...], ...]) -> Modes:
+def _join_modes(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...], ...]) -> Modes:
     """Return every mode once: the rows of each set-up from its own member, at the highest frequency."""
     shares = modes.participation
     assert shares is not None
@@ -90,14 +92,14 @@ def _joined(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...
     points, is_scaled = driving_points(modes.dofs, modes.input_dofs), True
     for place, member in enumerate(members):
         strongest = max(member, key=lambda k: float(np.abs(modes.shape[:, k]).max() * np.abs(shares[:, k]).max()))
-        base = shares[:, strongest]
+        reference_shares = shares[:, strongest]
         for k in member:
             rows = slice(None) if len(member) == 1 else repeated.setup == repeated.setup_of_mode[k]
-            ratio = np.vdot(base, shares[:, k]) / np.vdot(base, base)
+            ratio = np.vdot(reference_shares, shares[:, k]) / np.vdot(reference_shares, reference_shares)
             shape[rows, place] = modes.shape[rows, k] * ratio
             if variance is not None and modes.shape_variance is not None:
                 variance[rows, place] = modes.shape_variance[rows, k] * abs(ratio) ** 2
-        scaled, participation[:, place], usable = scale_shapes(shape[:, place], base, points)
+        scaled, participation[:, place], usable = scale_shapes(shape[:, place], reference_shares, points)
         if variance is not None:
             variance[:, place] *= (np.abs(scaled).max() / max(float(np.abs(shape[:, place]).max()), 1e-300)) ** 2
         shape[:, place], is_scaled = scaled, is_scaled and usable
@@ -110,6 +112,7 @@ def _joined(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...
 
 
 def _mean_damping(modes: Modes, member: tuple[int, ...]) -> float:
+    """Return the mean damping ratio of the members of a mode, weighted by their variances."""
     ratios = modes.damping_ratio[list(member)]
     if modes.covariance is None:
         return float(ratios.mean())
@@ -117,45 +120,47 @@ def _mean_damping(modes: Modes, member: tuple[int, ...]) -> float:
     return float((ratios / variance).sum() / (1 / variance).sum())
 
 
-def _bare(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...], ...], joined: Modes, mass: float
+def _remove_mass(modes: Modes, repeated: RepeatedModes, members: tuple[tuple[int, ...], ...], joined: Modes, mass: float
           ) -> tuple[Modes, FloatArray]:
     """Return the modes without the sensors, and the relative scatter of each frequency over its set-ups."""
     start = np.real(real_modes(joined).shape)
     shape, frequency = start.copy(), joined.frequency.copy()
     setups = np.unique(repeated.setup[repeated.setup >= 0])
-    seen = np.full((setups.size, len(members)), np.nan)
+    measured = np.full((setups.size, len(members)), np.nan)
     for place, member in enumerate(members):
         for k in member:
-            here = slice(None) if repeated.setup_of_mode[k] < 0 else int(np.searchsorted(setups, repeated.setup_of_mode[k]))
-            seen[here, place] = modes.frequency[k]
+            rows_of_setup = slice(None) if repeated.setup_of_mode[k] < 0 else int(np.searchsorted(setups,
+                                                                                                  repeated.setup_of_mode[k]))
+            measured[rows_of_setup, place] = modes.frequency[k]
     reference = [point.row for point in driving_points(modes.dofs, modes.input_dofs)]
-    error = np.zeros_like(seen)
-    for _ in range(ITERATIONS):
+    error = np.zeros_like(measured)
+    for _ in range(BARE_MODE_ITERATIONS):
         change = np.ones_like(shape)
-        for at, setup in enumerate(setups):
+        for row, setup in enumerate(setups):
             rows = repeated.setup == setup
-            there, loaded = _loaded(frequency, shape, rows, mass)
-            error[at] = seen[at] / there - 1
+            predicted, loaded = _add_mass(frequency, shape, rows, mass)
+            error[row] = measured[row] / predicted - 1
             # Measured residues are those with the sensors: at the reference, too.
-            gain = _gain(loaded[reference], shape[reference])
+            gain = _reference_gain(loaded[reference], shape[reference])
             change[rows] = start[rows] / np.where(np.abs(loaded[rows]) > 0, loaded[rows] * gain, 1.0)
-        home = repeated.setup[reference[0]]
-        _, loaded = _loaded(frequency, shape, repeated.setup == home, mass)
-        change *= _gain(loaded[reference], shape[reference])
+        reference_setup = repeated.setup[reference[0]]
+        _, loaded = _add_mass(frequency, shape, repeated.setup == reference_setup, mass)
+        change *= _reference_gain(loaded[reference], shape[reference])
         frequency = frequency * (1 + np.nanmean(error, axis=0))
         shape = shape * np.clip(change, 0.5, 2.0)
-    several = (~np.isnan(seen)).sum(axis=0) > 1
-    scatter = np.where(several, np.nanstd(error, axis=0), np.nanstd(error[:, several]) if several.any() else 0.0)
+    in_several_setups = (~np.isnan(measured)).sum(axis=0) > 1
+    scatter = np.where(in_several_setups, np.nanstd(error, axis=0), np.nanstd(error[:, in_several_setups])
+                       if in_several_setups.any() else 0.0)
     factor = np.where(np.abs(start) > 0, shape / np.where(np.abs(start) > 0, start, 1.0), 1.0)
     return replace(joined, frequency=frequency, shape=joined.shape * factor), scatter
 
 
-def _gain(loaded: FloatArray, bare: FloatArray) -> FloatArray:
-    """Return how much the sensors change the participation of each mode at the reference."""
+def _reference_gain(loaded: FloatArray, bare: FloatArray) -> FloatArray:
+    """Return the factor by which the sensors change the participation of each mode at the reference."""
     return np.asarray((loaded * bare).sum(axis=0) / np.maximum((bare**2).sum(axis=0), 1e-300))
 
 
-def _loaded(frequency: FloatArray, shape: FloatArray, rows: np.ndarray, mass: float) -> tuple[FloatArray, FloatArray]:
+def _add_mass(frequency: FloatArray, shape: FloatArray, rows: np.ndarray, mass: float) -> tuple[FloatArray, FloatArray]:
     """Return frequencies (Hz) and shapes of unit modal mass with a mass at some rows, in the order of the bare modes."""
     root = np.linalg.cholesky(np.eye(frequency.size) + mass * shape[rows].T @ shape[rows])
     inverse = np.linalg.inv(root)
@@ -165,7 +170,7 @@ def _loaded(frequency: FloatArray, shape: FloatArray, rows: np.ndarray, mass: fl
     return np.sqrt(values[order]) / (2 * np.pi), shape @ (mixed * np.sign(np.diagonal(mixed)))
 
 
-def _widened(modes: Modes, deviation: FloatArray) -> Modes:
+def _widen_intervals(modes: Modes, deviation: FloatArray) -> Modes:
     """Return modes whose frequencies may be off by a deviation (Hz) more."""
     order = np.argsort(modes.frequency, kind="stable")
     if modes.covariance is None:

@@ -1,4 +1,4 @@
-"""Where synthesis and measurement part: bands in which the identified modes do not explain what was measured."""
+"""Bands in which the identified modes do not explain the measured responses."""
 
 from __future__ import annotations
 
@@ -8,41 +8,41 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.modal_identification.band import noise_level
 from toolpoint.vibration.frf import Frf
 
-SHARE = 0.3  # of the power of the responses left unexplained, above which they part
-ABOVE_NOISE = 9.0  # power of the residual over that of the noise
-FEWEST = 7  # lines averaged
-MOST = 3  # bands named
+MAX_UNEXPLAINED_POWER = 0.3  # of the power of the responses
+MIN_RESIDUAL_TO_NOISE = 9.0  # powers
+MIN_AVERAGED_LINES = 7
+MAX_NAMED_BANDS = 3
 
 
 def parting_remarks(frf: Frf, synthesis: ComplexArray) -> list[str]:
-    """Return a remark on every band (the worst three) where more than 30 % of the responses' power is left unexplained and
-    stands out of the noise (third differences of the residual), with the call that looks at it alone.
+    """Return a remark on the worst three bands where more than 30 % of the responses' power is unexplained, above the noise.
 
-    synthesis : like `frf.values`, what the modes and the terms outside the band give.
+    Each remark has the call that identifies the band alone. synthesis : like `frf.values`, the response of the modes and of the
+    terms outside the band.
     """
-    left = (frf.values - synthesis).reshape(frf.frequency.size, -1)
-    if left.shape[0] < 4 * FEWEST:
+    misfit = (frf.values - synthesis).reshape(frf.frequency.size, -1)
+    if misfit.shape[0] < 4 * MIN_AVERAGED_LINES:
         return []
-    noise = float((noise_level(left.real) ** 2 + noise_level(left.imag) ** 2).sum())
-    width = max(FEWEST, left.shape[0] // 200)
-    residual = _smoothed((np.abs(left) ** 2).sum(axis=1), width)
-    power = _smoothed((np.abs(frf.values) ** 2).reshape(left.shape).sum(axis=1), width)
-    apart = (residual > SHARE * power) & (residual > ABOVE_NOISE * noise)
-    runs = sorted(_runs(apart), key=lambda run: -float(residual[run].max()))
-    return [_remark(frf.frequency, residual, power, run) for run in runs[:MOST]]
+    noise = float((noise_level(misfit.real) ** 2 + noise_level(misfit.imag) ** 2).sum())
+    width = max(MIN_AVERAGED_LINES, misfit.shape[0] // 200)
+    residual = _smooth((np.abs(misfit) ** 2).sum(axis=1), width)
+    power = _smooth((np.abs(frf.values) ** 2).reshape(misfit.shape).sum(axis=1), width)
+    is_unexplained = (residual > MAX_UNEXPLAINED_POWER * power) & (residual > MIN_RESIDUAL_TO_NOISE * noise)
+    runs = sorted(_runs(is_unexplained), key=lambda run: -float(residual[run].max()))
+    return [_remark(frf.frequency, residual, power, run) for run in runs[:MAX_NAMED_BANDS]]
 
 
 def _remark(frequency: FloatArray, residual: FloatArray, power: FloatArray, run: Array) -> str:
-    low, high = float(frequency[run[0]]), float(frequency[run[-1]])
-    top = run[int(np.argmax(residual[run]))]
-    share, margin = 100 * min(residual[top] / power[top], 1.0), max(2 * (high - low), 0.05 * high)
-    below, above = max(low - margin, float(frequency[0])), min(high + margin, float(frequency[-1]))
-    where = f"from {low:.5g} to {high:.5g} Hz, most at {frequency[top]:.5g} Hz"
-    return (f"synthesis and measurement part {where} ({share:.0f} % of the power is not explained): a mode may be missing; "
-            f"identify that band alone (--band {below:.5g}:{above:.5g})")
+    lower, upper = float(frequency[run[0]]), float(frequency[run[-1]])
+    peak = run[int(np.argmax(residual[run]))]
+    share, margin = 100 * min(residual[peak] / power[peak], 1.0), max(2 * (upper - lower), 0.05 * upper)
+    band_min, band_max = max(lower - margin, float(frequency[0])), min(upper + margin, float(frequency[-1]))
+    place = f"from {lower:.5g} to {upper:.5g} Hz, most at {frequency[peak]:.5g} Hz"
+    return (f"synthesis and measurement part {place} ({share:.0f} % of the power is not explained): a mode may be missing; "
+            f"identify that band alone (--band {band_min:.5g}:{band_max:.5g})")
 
 
-def _smoothed(values: FloatArray, width: int) -> FloatArray:
+def _smooth(values: FloatArray, width: int) -> FloatArray:
     kernel = np.ones(width)
     return np.asarray(np.convolve(values, kernel, "same") / np.convolve(np.ones_like(values), kernel, "same"))
 

@@ -1,4 +1,4 @@
-r"""Which modes matter between two points, tool against table: modes ranked by their relative motion.
+r"""Significance of modes between two points, tool against table: modes ranked by their relative motion.
 
 The relative receptance of a mode at its resonance is :math:`|\delta_d^2| / (2 \zeta_r \omega_r^2)` for unit modal mass,
 :math:`\delta = \phi_{plus} - \phi_{minus}`; a mode that moves both points alike does not matter to the cut.
@@ -28,10 +28,10 @@ class Significance:
     peak: FloatArray
     share: FloatArray
 
-    def selected(self, least: float = 0.1) -> Modes:
-        """Return the modes whose share is at least `least`, in their order of frequency."""
-        positive("least", least, 1.0)
-        return self.modes.selected(np.flatnonzero(self.share >= least).tolist())
+    def selected(self, min_share: float = 0.1) -> Modes:
+        """Return the modes whose share is at least `min_share`, in their order of frequency."""
+        positive("least", min_share, 1.0)
+        return self.modes.selected(np.flatnonzero(self.share >= min_share).tolist())
 
     @property
     def ranking(self) -> np.ndarray:
@@ -41,14 +41,14 @@ class Significance:
 
 def significance(modes: Modes, plus: str | int, minus: str | int,
                  *, directions: Iterable[str] = ("x", "y", "z")) -> Significance:
-    """Return how much each mode moves point `plus` against point `minus` (tool and table).
+    """Return the relative motion of point `plus` against point `minus` (tool and table) in every mode.
 
     Unscaled modes are compared by their shapes relative to the rms of each; the peaks then have no unit.
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
-    ways = tuple(directions)
-    relative = modes.shape_at([Dof(plus, way) for way in ways]) - modes.shape_at([Dof(minus, way) for way in ways])
+    axes = tuple(directions)
+    relative = modes.shape_at([Dof(plus, way) for way in axes]) - modes.shape_at([Dof(minus, way) for way in axes])
     square = np.abs(relative.T) ** 2
     w, zeta = modes.omega, np.maximum(np.abs(modes.damping_ratio), 1e-6)
     if modes.scaling == "unit modal mass":
@@ -57,6 +57,6 @@ def significance(modes: Modes, plus: str | int, minus: str | int,
         peak = square / (zeta * w)[:, None]
     else:
         peak = square / (np.abs(modes.shape) ** 2).mean(axis=0)[:, None]
-    top = peak.max(axis=0)
-    share = (peak / np.where(top > 0, top, 1.0)).max(axis=1)
-    return Significance(modes, ways, peak, share)
+    largest = peak.max(axis=0)
+    share = (peak / np.where(largest > 0, largest, 1.0)).max(axis=1)
+    return Significance(modes, axes, peak, share)

@@ -53,12 +53,13 @@ class RepeatedModes:
     def doubt(self, modes: Modes) -> Doubt:
         """Return what was seen, with frequencies, points and the remedy."""
         pairs = ", ".join(" and ".join(str(k + 1) for k in member) for member in self.members[:6])
-        more = f" (and {len(self.members) - 6} more)" if len(self.members) > 6 else ""
+        continuation = f" (and {len(self.members) - 6} more)" if len(self.members) > 6 else ""
         ratios = [float(modes.frequency[member[-1]] / modes.frequency[member[0]]) for member in self.members]
         spread = f"{100 * (min(ratios) - 1):.2g}" + (f" to {100 * (max(ratios) - 1):.2g}" if
                                                      max(ratios) - min(ratios) > 0.1 * (max(ratios) - 1) else "")
         points = _points(modes, self.setup == self.setup[self.setup >= 0].min())
-        return Doubt(f"modes {pairs}{more}", f"each is seen {spread} % apart at points that differ (one set-up: {points}) and "
+        return Doubt(f"modes {pairs}{continuation}",
+                     f"each is seen {spread} % apart at points that differ (one set-up: {points}) and "
                      "with the same share of the reference: one mode under another mass of sensors, or a structure that has "
                      "changed between the set-ups", "count them once; give the sensor's mass (`sensor_mass`) to join them, "
                      "measure with a lighter sensor, or put a dummy of its mass at every other point", figure=max(ratios) - 1)
@@ -74,13 +75,14 @@ def find_repeated_modes(modes: Modes) -> RepeatedModes | None:
     residue = np.abs(modes.shape) * np.linalg.norm(modes.participation, axis=0)
     size = residue / np.maximum(np.abs(modes.damping_ratio) * modes.frequency, 1e-300)
     candidates = _candidates(modes, size)
-    kept = _agreeing(candidates, size)
-    if not kept:
+    groups = _largest_agreement(candidates, size)
+    if not groups:
         return None
-    setup = _setups(kept, size, modes)
+    setup = _setups(groups, size, modes)
     counts = np.unique(setup[setup >= 0], return_counts=True)[1]
-    least = MIN_POINTS if len(kept) > 1 else MIN_POINTS + 1
-    if counts.size < 2 or counts.min() < least or not _parts_points(modes, setup) or _moves_at_reference(modes, kept, setup):
+    min_points = MIN_POINTS if len(groups) > 1 else MIN_POINTS + 1
+    if (counts.size < 2 or counts.min() < min_points or not _separates_points(modes, setup)
+            or _moves_at_reference(modes, groups, setup)):
         return None
     of_mode = _setups_of_modes(size, setup)
     members = _members(modes, of_mode)
@@ -93,7 +95,7 @@ def _candidates(modes: Modes, size: FloatArray) -> list[tuple[int, ...]]:
     runs, k = list[tuple[int, ...]](), 0
     while k < modes.count:
         run = [k]
-        while run[-1] + 1 < modes.count and all(_is_apart(modes, size, i, run[-1] + 1) for i in run):
+        while run[-1] + 1 < modes.count and all(_is_repetition(modes, size, i, run[-1] + 1) for i in run):
             run.append(run[-1] + 1)
         if len(run) > 1:
             runs.append(tuple(run))
@@ -101,10 +103,11 @@ def _candidates(modes: Modes, size: FloatArray) -> list[tuple[int, ...]]:
     return runs
 
 
-def _is_apart(modes: Modes, size: FloatArray, i: int, j: int) -> bool:
+def _is_repetition(modes: Modes, size: FloatArray, i: int, j: int) -> bool:
+    """Whether two modes of close frequency and equal participation are seen at different points."""
     if modes.frequency[j] > MAX_RATIO * modes.frequency[i]:
         return False
-    if not _participates_alike(modes, i, j):
+    if not _has_same_participation(modes, i, j):
         return False
     pair = size[:, [i, j]] ** 2
     powers = pair.sum(axis=0)
@@ -112,7 +115,7 @@ def _is_apart(modes: Modes, size: FloatArray, i: int, j: int) -> bool:
     return overlap < MAX_OVERLAP
 
 
-def _agreeing(candidates: list[tuple[int, ...]], size: FloatArray) -> list[tuple[int, ...]]:
+def _largest_agreement(candidates: list[tuple[int, ...]], size: FloatArray) -> list[tuple[int, ...]]:
     """Return the largest set of candidates that part the responses alike."""
     best: list[tuple[int, ...]] = []
     for first in candidates:
@@ -123,24 +126,25 @@ def _agreeing(candidates: list[tuple[int, ...]], size: FloatArray) -> list[tuple
 
 
 def _agree(first: Sequence[int], second: Sequence[int], size: FloatArray) -> bool:
-    parted, other = _labels(first, size), _labels(second, size)
-    known = (parted >= 0) & (other >= 0)
-    if known.sum() < 2 * MIN_POINTS:
+    """Whether two candidates separate the responses into the same groups."""
+    labels_first, labels_second = _labels(first, size), _labels(second, size)
+    is_labelled = (labels_first >= 0) & (labels_second >= 0)
+    if is_labelled.sum() < 2 * MIN_POINTS:
         return False
-    parted, other = parted[known], other[known]
-    # Which set-up is the lower one may change from mode to mode: only who goes with whom is compared.
-    together, also = parted[:, None] == parted, other[:, None] == other
-    return bool((together == also).mean() >= MIN_AGREEMENT)
+    labels_first, labels_second = labels_first[is_labelled], labels_second[is_labelled]
+    # The set-up of the lower frequency may change from mode to mode: only the grouping is compared.
+    pairs_first, pairs_second = labels_first[:, None] == labels_first, labels_second[:, None] == labels_second
+    return bool((pairs_first == pairs_second).mean() >= MIN_AGREEMENT)
 
 
 def _labels(member: Sequence[int], size: FloatArray) -> np.ndarray:
     """Return the member that shows each response, -1 where none stands out."""
-    part = size[:, list(member)]
-    best = part.argmax(axis=1)
-    level = part.max(axis=1) ** 2
-    typical = (part**2).sum(axis=0) / np.maximum((part**2 > MIN_SHARE * (part**2).max(axis=0)).sum(axis=0), 1)
-    second = np.sort(part, axis=1)[:, -2] ** 2
-    return np.where((level > MIN_SHARE * typical[best]) & (second < 0.25 * level), best, -1)
+    sizes = size[:, list(member)]
+    strongest = sizes.argmax(axis=1)
+    level = sizes.max(axis=1) ** 2
+    typical = (sizes**2).sum(axis=0) / np.maximum((sizes**2 > MIN_SHARE * (sizes**2).max(axis=0)).sum(axis=0), 1)
+    runner_up = np.sort(sizes, axis=1)[:, -2] ** 2
+    return np.where((level > MIN_SHARE * typical[strongest]) & (runner_up < 0.25 * level), strongest, -1)
 
 
 def _setups(members: list[tuple[int, ...]], size: FloatArray, modes: Modes) -> np.ndarray:
@@ -170,23 +174,24 @@ def _members(modes: Modes, setup_of_mode: np.ndarray) -> list[tuple[int, ...]]:
     members, k = list[tuple[int, ...]](), 0
     while k < modes.count:
         run = [k]
-        while (last := run[-1] + 1) < modes.count and setup_of_mode[last] >= 0 <= setup_of_mode[k] and (
-                setup_of_mode[last] not in setup_of_mode[run]) and modes.frequency[last] < MAX_RATIO * modes.frequency[k] and (
-                _participates_alike(modes, k, last)):
-            run.append(last)
+        while (other := run[-1] + 1) < modes.count and setup_of_mode[other] >= 0 <= setup_of_mode[k] and (
+                setup_of_mode[other] not in setup_of_mode[run]) and (
+                modes.frequency[other] < MAX_RATIO * modes.frequency[k]) and _has_same_participation(modes, k, other):
+            run.append(other)
         if len(run) > 1:
             members.append(tuple(run))
         k = run[-1] + 1
     return members
 
 
-def _participates_alike(modes: Modes, i: int, j: int) -> bool:
+def _has_same_participation(modes: Modes, i: int, j: int) -> bool:
+    """Whether two modes have the same participation up to a factor."""
     assert modes.participation is not None
     first, second = modes.participation[:, i], modes.participation[:, j]
     return bool(abs(np.vdot(first, second)) >= MIN_ALIKE * float(np.linalg.norm(first) * np.linalg.norm(second)))
 
 
-def _parts_points(modes: Modes, setup: np.ndarray) -> bool:
+def _separates_points(modes: Modes, setup: np.ndarray) -> bool:
     """Whether the set-ups part points that are measured in the same direction: bending in two planes parts directions."""
     axes = [{dof.direction[1:] for dof, k in zip(modes.dofs, setup, strict=True) if k == place}
             for place in np.unique(setup[setup >= 0])]
@@ -199,12 +204,13 @@ def _moves_at_reference(modes: Modes, members: list[tuple[int, ...]], setup: np.
     size = np.abs(modes.shape)
     for point in driving_points(modes.dofs, modes.input_dofs):
         for member in members:
-            there = size[point.row, list(member)] / size[:, list(member)].max(axis=0)
-            if np.sort(there)[-2] > MAX_AT_REFERENCE:
+            relative_size = size[point.row, list(member)] / size[:, list(member)].max(axis=0)
+            if np.sort(relative_size)[-2] > MAX_AT_REFERENCE:
                 return True
     return False
 
 
 def _points(modes: Modes, chosen: BoolArray) -> str:
+    """Return the names of some points."""
     names = list(dict.fromkeys(str(dof.point) for dof, inside in zip(modes.dofs, chosen, strict=True) if inside))
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

@@ -1,14 +1,13 @@
-r"""Resonances: what stands out of the responses, and which modes describe it together.
+r"""Resonances: peaks that dominate the responses, and the modes that describe each together.
 
-A fit to the level of the noise needs a mode for everything in the responses, also for what is small, hidden under the flank
-of a strong mode, or no mode at all (a structure that is not linear, channels that disagree, drift). Chi-squared calls all
-of it evident. What a person would pick is told by the share of the responses H at one frequency that belongs to one
-resonance,
+A fit to the level of the noise needs a mode for every feature of the responses, also for small ones, those hidden under the
+flank of a strong mode, and those that are no mode (a structure that is not linear, channels that disagree, drift). Chi-squared
+calls all of them evident. A person would pick by the share of the responses H at one frequency that belongs to one resonance,
 
 .. math:: \frac{\|C\|^2}{\|C\|^2 + \|H - C\|^2},
 
-C being the part of its modes, every response weighted by its rms: above one half the resonance moves the responses more
-than all the rest together. Neighbours that overlap and look alike count as one resonance, as no single response parts them.
+with C the part of its modes, every response weighted by its rms: above one half the resonance moves the responses more than all
+others together. Neighbours that overlap with similar shapes count as one resonance, as no single response separates them.
 """
 
 from __future__ import annotations
@@ -23,10 +22,9 @@ from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
-ALIKE = 0.5
-HALF = 0.5
-# Of the power of the responses at one frequency: what this little carries may be the error that all of them share.
-FAINT = 1e-3
+MIN_SIMILAR_MAC = 0.5  # of overlapping neighbours that are one resonance
+MIN_DOMINANT_SHARE = 0.5  # of the power of the responses at one frequency
+MAX_FAINT_SHARE = 1e-3  # of the same: so little may be an error that all responses share
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Resonance:
         Whether it is faint, or does not stand out while the residual is not noise: it may then stand for a misfit of
         stronger modes.
     frequency : float
-        Where its modes together move the responses most, Hz: between them where they overlap.
+        Frequency at which its modes together move the responses most, Hz: between them where they overlap.
     """
 
     modes: tuple[int, ...]
@@ -57,12 +55,12 @@ class Resonance:
     @property
     def stands_out(self) -> bool:
         """Whether it moves the responses at its frequency more than all the rest together."""
-        return self.share > HALF
+        return self.share > MIN_DOMINANT_SHARE
 
     @property
     def faint(self) -> bool:
         """Whether it carries less than a thousandth of the power of the responses at its frequency."""
-        return self.share < FAINT
+        return self.share < MAX_FAINT_SHARE
 
 
 def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance, ...]:
@@ -74,18 +72,19 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
     power = np.einsum("fr,fr->r", flat.real, flat.real) + np.einsum("fr,fr->r", flat.imag, flat.imag)
     weight = np.where(power > 0, 1 / np.sqrt(np.where(power > 0, power, 1.0)), 0.0)
     groups = []
-    for members in alike(modes):
+    for members in group_similar(modes):
         lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]
-        alone = [_power(modal_part(frf, modes.selected([i]), slice(line, line + 1)) * weight)[0]
+        single_powers = [_power(modal_part(frf, modes.selected([i]), slice(line, line + 1)) * weight)[0]
                  for i, line in zip(members, lines, strict=True)]
-        # A group is seen where its modes together move the responses most, which lies between them where they overlap.
+        # A group is judged where its modes together move the responses most: between them where they overlap.
         between = slice(min(lines), max(lines) + 1)
         parts = modal_part(frf, modes.selected(members), between) * weight
-        at = int(np.argmax(_power(parts)))
-        strength, rest = float(_power(parts)[at]), float(_power(flat[between] * weight - parts)[at])
-        share = strength / (strength + rest) if strength > 0 else 0.0
-        groups.append(Resonance(tuple(members), members[int(np.argmax(alone))], share,
-                                share < FAINT or (smooth_residual and share <= HALF), float(frf.frequency[min(lines) + at])))
+        peak = int(np.argmax(_power(parts)))
+        strength, others = float(_power(parts)[peak]), float(_power(flat[between] * weight - parts)[peak])
+        share = strength / (strength + others) if strength > 0 else 0.0
+        groups.append(Resonance(tuple(members), members[int(np.argmax(single_powers))], share,
+                                share < MAX_FAINT_SHARE or (smooth_residual and share <= MIN_DOMINANT_SHARE),
+                                float(frf.frequency[min(lines) + peak])))
     return tuple(groups)
 
 
@@ -94,13 +93,13 @@ def _power(values: ComplexArray) -> FloatArray:
     return np.asarray((np.abs(values) ** 2).sum(axis=-1))
 
 
-def alike(modes: Modes) -> list[list[int]]:
+def group_similar(modes: Modes) -> list[list[int]]:
     """Return the modes, lowest first, in runs of neighbours whose half-power bands overlap and whose MAC is above one half."""
-    half = np.abs(modes.damping_ratio) * modes.frequency
-    same = mac(modes.shape) if modes.count > 1 else np.eye(1)
+    width = np.abs(modes.damping_ratio) * modes.frequency
+    correlation = mac(modes.shape) if modes.count > 1 else np.eye(1)
     runs = [[0]]
     for i in range(1, modes.count):
-        if modes.frequency[i] - modes.frequency[i - 1] < half[i] + half[i - 1] and same[i, i - 1] > ALIKE:
+        if modes.frequency[i] - modes.frequency[i - 1] < width[i] + width[i - 1] and correlation[i, i - 1] > MIN_SIMILAR_MAC:
             runs[-1].append(i)
         else:
             runs.append([i])
@@ -108,27 +107,27 @@ def alike(modes: Modes) -> list[list[int]]:
 
 
 def modal_part(frf: Frf, modes: Modes, lines: slice) -> ComplexArray:
-    """Return what modes give to the responses on some lines, (n_lines, n_responses)."""
+    """Return the contribution of modes to the responses on some lines, (n_lines, n_responses)."""
     residue = (modes.shape_at(frf.outputs)[:, None, :] * modes.participation_at(frf.inputs)).reshape(-1, modes.count)
     terms = pole_terms(laplace(frf)[lines], modes.poles) * factor(frf)[lines, None, None]
     return np.asarray(terms[:, :, 0] @ residue.real.T + terms[:, :, 1] @ residue.imag.T, complex)
 
 
-def remark(groups: tuple[Resonance, ...], modes: Modes) -> list[str]:
-    """Return which resonances stand out and which modes are doubtful; nothing where none is."""
-    faint = [f"{_numbers(group.modes)} at {modes.frequency[group.strongest]:.4g} Hz "
+def resonance_remarks(groups: tuple[Resonance, ...], modes: Modes) -> list[str]:
+    """Return remarks on the dominant resonances and the doubtful modes; empty where there are none doubtful."""
+    faint_remarks = [f"{_numbers(group.modes)} at {modes.frequency[group.strongest]:.4g} Hz "
              f"{'carry' if len(group.modes) > 1 else 'carries'} only {100 * group.share:.2g} % of the responses "
              "there: look at the shape before using it; noise that the responses share makes such modes, and another "
              "band or reference does not" for group in groups if group.faint]
     doubtful = [i for group in groups if group.doubtful and not group.faint for i in group.modes]
     if not doubtful:
-        return faint
-    clear = ", ".join(f"{modes.frequency[group.strongest]:.4g} Hz ({_numbers(group.modes)})"
+        return faint_remarks
+    dominant = ", ".join(f"{modes.frequency[group.strongest]:.4g} Hz ({_numbers(group.modes)})"
                       for group in groups if group.stands_out)
-    return [f"{clear or 'no resonance'} stand{'s' * (not clear)} out of the responses; {_numbers(doubtful)} "
+    return [f"{dominant or 'no resonance'} stand{'s' * (not dominant)} out of the responses; {_numbers(doubtful)} "
             f"{'lie' if len(doubtful) > 1 else 'lies'} under stronger ones and, as the residual is not noise, may be small "
             "modes or stand for what the strong ones do not follow: real ones return in another band and in other responses "
-            "alone", *faint]
+            "alone", *faint_remarks]
 
 
 def _numbers(modes: tuple[int, ...] | list[int]) -> str:

@@ -1,7 +1,7 @@
-r"""Responses without the damping of the exponential window that they were measured with.
+r"""Removal of the damping that the exponential window added to measured responses.
 
-A window of decay a turns H(s) into H(s + a). What the identified modes give at i w less what they give at i w + a is added to
-the measured lines: exact for the modes, nothing for what lies far outside the band.
+A window of decay a turns H(s) into H(s + a). The response of the identified modes at i w less that at i w + a is added to
+the measured lines: exact for the modes; modes far outside the band are not corrected.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ def without_window(frf: Frf, modes: Modes) -> Frf:
     if frf.decay == 0:
         return frf
     bare = replace(frf, decay=0.0)
-    every = slice(0, frf.frequency.size)
-    change = modal_part(bare, modes, every) - modal_part(frf, modes, every)
+    all_lines = slice(0, frf.frequency.size)
+    change = modal_part(bare, modes, all_lines) - modal_part(frf, modes, all_lines)
     return replace(bare, values=frf.values + change.reshape(frf.values.shape),
                    notes=(*frf.notes, "the damping of the exponential window is taken out by the identified modes"))

@@ -1,1 +1,1 @@
-"""Methods that find poles, each a small object with one call; diagrams, and the choice among their poles."""
+"""Methods that find poles, each a small object with one call; diagrams, and the selection among their poles."""

@@ -1,4 +1,4 @@
-"""Poles chosen by hand: which modes of the automatic identification go, and which poles come, before all are refined again."""
+"""Poles chosen by hand: modes of the automatic identification that are removed, and poles that are added, before a refit."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from toolpoint.modal_identification.residues import residues
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
-NEAR, NEAR_SHARE = 1.0, 0.005  # half widths, and share of a frequency, within which a mode is the one that is meant
-SAME = 0.2  # half widths within which an added pole repeats a mode
-ASTRAY = 3.0  # half widths by which a refined pole may leave its place
+REMOVAL_HALF_WIDTHS, REMOVAL_FRACTION = 1.0, 0.005  # half widths, and fraction of a frequency, within which a mode is meant
+MIN_POLE_DISTANCE = 0.2  # half widths: nearer, an added pole repeats a mode
+MAX_POLE_SHIFT = 3.0  # half widths by which a refined pole may leave its place
 
 Hertz = Annotated[float, Quantity("frequency", "Hz", above=0)]
 
@@ -31,7 +31,7 @@ class AddedPole:
 
 @dataclass(frozen=True)
 class PoleChoice:
-    """What a person changes in the modes that were found: `add` poles, `remove` modes by their frequency (Hz)."""
+    """Changes of a person in the identified modes: `add` poles, `remove` modes by their frequency (Hz)."""
 
     add: tuple[AddedPole, ...] = ()
     remove: tuple[Hertz, ...] = ()
@@ -47,7 +47,7 @@ class PoleChoice:
 
     @property
     def remark(self) -> str:
-        """What was done by hand, and what that means for the intervals."""
+        """Remark on the changes by hand, and on the meaning of the intervals."""
         parts = [f"added {', '.join(f'{pole.frequency:.5g} Hz' for pole in self.add)}"] if self.add else []
         parts += [f"removed {', '.join(f'{f:.5g} Hz' for f in self.remove)}"] if self.remove else []
         return (f"poles chosen by hand: {'; '.join(parts)}. The intervals hold for this choice as if it were given; whether it "
@@ -65,14 +65,14 @@ def poles_with(frf: Frf, modes: Modes, choice: PoleChoice) -> tuple[ComplexArray
     ToolpointError
         Where an added pole lies outside the band or repeats a mode or another one.
     """
-    added = [_pole(frf, pole) for pole in choice.add]
-    replaced = {k for k in _removed(modes, choice.remove)
-                if any(abs(s - modes.poles[k]) < ASTRAY * abs(modes.poles[k].real) for s in added)}
+    added = [_check_pole(frf, pole) for pole in choice.add]
+    replaced = {k for k in _find_removed(modes, choice.remove)
+                if any(abs(s - modes.poles[k]) < MAX_POLE_SHIFT * abs(modes.poles[k].real) for s in added)}
     kept = [i for i in range(modes.count) if i not in replaced]
     poles, participation = modes.poles[kept], modes.participation_at(frf.inputs)[:, kept]
     for s in added:
         for other in poles:
-            if abs(s - other) < SAME * abs(other.real):
+            if abs(s - other) < MIN_POLE_DISTANCE * abs(other.real):
                 fail("choice.add", f"{abs(s) / (2 * np.pi):g} Hz", f"is there already as {abs(other) / (2 * np.pi):.5g} Hz",
                      remedy="leave it out, or remove that mode too")
         residue = residues(frf, np.array([s])).values[:, :, 0]  # a start; the refinement sees all poles
@@ -81,22 +81,23 @@ def poles_with(frf: Frf, modes: Modes, choice: PoleChoice) -> tuple[ComplexArray
     return poles, participation
 
 
-def remaining_modes(modes: Modes, before: Modes, choice: PoleChoice) -> list[int]:
-    """Return which of `modes` are left when those of `before` that a choice removes go; each goes with the mode nearest to it,
-    unless an added pole took its place.
+def remaining_modes(modes: Modes, automatic: Modes, choice: PoleChoice) -> list[int]:
+    """Return the `modes` that remain when a choice removes some of `automatic`.
+
+    Each of these goes with the mode nearest to it, unless an added pole took its place.
 
     Raises
     ------
     ToolpointError
         Where a removed frequency is no mode's, two of them mean one mode, or nothing is left.
     """
-    taken = {int(np.argmin(np.abs(modes.frequency - pole.frequency))) for pole in choice.add}
-    gone = set()
-    for k in _removed(before, choice.remove):
-        nearest = int(np.argmin(np.abs(modes.poles - before.poles[k])))
-        if nearest not in taken:
-            gone.add(nearest)
-    kept = [i for i in range(modes.count) if i not in gone]
+    added_modes = {int(np.argmin(np.abs(modes.frequency - pole.frequency))) for pole in choice.add}
+    removed = set()
+    for k in _find_removed(automatic, choice.remove):
+        match = int(np.argmin(np.abs(modes.poles - automatic.poles[k])))
+        if match not in added_modes:
+            removed.add(match)
+    kept = [i for i in range(modes.count) if i not in removed]
     if not kept:
         fail("choice.remove", f"all {modes.count} modes", "must leave at least one")
     return kept
@@ -104,33 +105,36 @@ def remaining_modes(modes: Modes, before: Modes, choice: PoleChoice) -> list[int
 
 def stray_remarks(modes: Modes, choice: PoleChoice) -> list[str]:
     """Return a line on every added pole that the responses did not hold where it was put."""
-    lines = []
+    remarks = []
     for pole in choice.add:
         k = int(np.argmin(np.abs(modes.frequency - pole.frequency)))
-        moved = abs(float(modes.frequency[k]) - pole.frequency)
-        if moved > ASTRAY * max(pole.damping_ratio, float(modes.damping_ratio[k])) * pole.frequency:
-            lines.append(f"the pole added at {pole.frequency:.5g} Hz has gone to {modes.frequency[k]:.5g} Hz: the responses "
+        shift = abs(float(modes.frequency[k]) - pole.frequency)
+        if shift > MAX_POLE_SHIFT * max(pole.damping_ratio, float(modes.damping_ratio[k])) * pole.frequency:
+            remarks.append(f"the pole added at {pole.frequency:.5g} Hz has gone to {modes.frequency[k]:.5g} Hz: the responses "
                          "hold no mode where it was put; leave it out")
-    return lines
+    return remarks
 
 
-def _removed(modes: Modes, frequencies: tuple[float, ...]) -> set[int]:
-    gone: set[int] = set()
+def _find_removed(modes: Modes, frequencies: tuple[float, ...]) -> set[int]:
+    """Return the modes that are meant by the removed frequencies."""
+    removed: set[int] = set()
     for f in frequencies:
         k = int(np.argmin(np.abs(modes.frequency - f)))
-        near = float(modes.frequency[k])
-        if abs(near - f) > max(NEAR * float(modes.damping_ratio[k]) * near, NEAR_SHARE * f):
-            fail("choice.remove", f"{f:g} Hz", f"must be the frequency of a mode; the nearest is {near:.5g} Hz")
-        if k in gone:
-            fail("choice.remove", f"{f:g} Hz", f"means the mode at {near:.5g} Hz a second time", remedy="name each mode once")
-        gone.add(k)
-    return gone
+        frequency = float(modes.frequency[k])
+        if abs(frequency - f) > max(REMOVAL_HALF_WIDTHS * float(modes.damping_ratio[k]) * frequency, REMOVAL_FRACTION * f):
+            fail("choice.remove", f"{f:g} Hz", f"must be the frequency of a mode; the nearest is {frequency:.5g} Hz")
+        if k in removed:
+            fail("choice.remove", f"{f:g} Hz", f"means the mode at {frequency:.5g} Hz a second time",
+                 remedy="name each mode once")
+        removed.add(k)
+    return removed
 
 
-def _pole(frf: Frf, pole: AddedPole) -> complex:
-    low, high = float(frf.frequency[0]), float(frf.frequency[-1])
-    if not low <= pole.frequency <= high:
-        fail("choice.add", f"{pole.frequency:g} Hz", f"must be within the band, {low:g} .. {high:g} Hz",
+def _check_pole(frf: Frf, pole: AddedPole) -> complex:
+    """Return an added pole, rad/s, after checking frequency and damping."""
+    lower, upper = float(frf.frequency[0]), float(frf.frequency[-1])
+    if not lower <= pole.frequency <= upper:
+        fail("choice.add", f"{pole.frequency:g} Hz", f"must be within the band, {lower:g} .. {upper:g} Hz",
              remedy="widen the band")
     if not 0 < pole.damping_ratio <= 0.5:
         fail("choice.add", f"damping ratio {pole.damping_ratio:g}", "must be above 0 and at most 0.5",

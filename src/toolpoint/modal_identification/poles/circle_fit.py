@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from toolpoint._check import Array, ComplexArray, FloatArray
-from toolpoint.modal_identification.band import POWER
+from toolpoint.modal_identification.band import QUANTITY_POWERS
 from toolpoint.modal_identification.poles.quadrature import quadrature
 from toolpoint.modal_identification.poles.start import Start
 from toolpoint.vibration.frf import Frf
@@ -33,14 +33,14 @@ class CircleFit:
     def start(self, frf: Frf) -> Start:
         """Return the poles with real participation."""
         picked = quadrature(frf, prominence=self.prominence, floor=self.floor)
-        mobility = (frf.values * ((1j * frf.omega) ** (1 - POWER[frf.quantity]))[:, None, None]).reshape(
+        mobility = (frf.values * ((1j * frf.omega) ** (1 - QUANTITY_POWERS[frf.quantity]))[:, None, None]).reshape(
             frf.frequency.size, -1)
         poles, notes = [], []
         for r in range(picked.count):
             s = complex(picked.poles[r]) - frf.decay
-            lines = _near(frf, s)
+            lines = _lines_about(frf, s)
             weight = np.outer(picked.shape[:, r], picked.participation_at(picked.input_dofs)[:, r]).reshape(-1)
-            circle = _fitted(frf.omega[lines], mobility[lines] @ weight, s) if lines.size >= 5 else None
+            circle = _fit_pole(frf.omega[lines], mobility[lines] @ weight, s) if lines.size >= 5 else None
             if circle is None:
                 notes.append(f"no circle at {picked.frequency[r]:.4g} Hz: the picked value is kept")
             poles.append(s if circle is None else circle)
@@ -62,7 +62,8 @@ class Quadrature:
         return Start(picked.poles - frf.decay, picked.participation_at(picked.input_dofs).astype(complex))
 
 
-def _near(frf: Frf, pole: complex) -> Array:
+def _lines_about(frf: Frf, pole: complex) -> Array:
+    """Return the lines within 1.5 half widths of a pole."""
     width = max(-pole.real, 1.5 * float(np.median(np.diff(frf.omega))))
     return np.flatnonzero(np.abs(frf.omega - abs(pole)) <= 1.5 * width)
 
@@ -75,7 +76,8 @@ def circle(points: ComplexArray) -> tuple[complex, float]:
     return complex(a, b) / 2 * scale, float(np.sqrt(max(c + (a**2 + b**2) / 4, 0.0))) * scale
 
 
-def _fitted(omega: FloatArray, mobility: ComplexArray, start: complex) -> complex | None:
+def _fit_pole(omega: FloatArray, mobility: ComplexArray, start: complex) -> complex | None:
+    """Return the pole from the angles about the circle's centre; None where it is outside the lines or overdamped."""
     centre, radius = circle(mobility)
     if radius == 0:
         return None
@@ -86,8 +88,8 @@ def _fitted(omega: FloatArray, mobility: ComplexArray, start: complex) -> comple
         return x[2] + 2 * np.arctan((natural**2 - omega**2) / (2 * ratio * natural * omega)) - angle
 
     ratio = -start.real / abs(start)
-    middle = int(np.argmin(np.abs(omega - abs(start))))
-    fit = least_squares(model, [0.0, np.log(ratio), angle[middle]], x_scale=[ratio, 0.3, 1.0])
+    nearest_line = int(np.argmin(np.abs(omega - abs(start))))
+    fit = least_squares(model, [0.0, np.log(ratio), angle[nearest_line]], x_scale=[ratio, 0.3, 1.0])
     natural, ratio = abs(start) * np.exp(fit.x[0]), float(np.exp(fit.x[1]))
     if not omega[0] <= natural <= omega[-1] or ratio > 0.3:
         return None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint.modal_identification.poles.lsce import impulse_responses, lag_products, within_edges
+from toolpoint.modal_identification.poles.lsce import drop_end_poles, impulse_responses, lag_products
 from toolpoint.modal_identification.poles.selection import select_poles
 from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.modal_identification.poles.start import Start
@@ -47,4 +47,4 @@ class Realization:
             keep = np.abs(roots) > 1e-8
             orders.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
         diagram = Diagram.collected(orders, frf)
-        return within_edges(select_poles(diagram, self.share), diagram, frf)
+        return drop_end_poles(select_poles(diagram, self.share), diagram, frf)

@@ -19,7 +19,7 @@ from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.modal_identification.poles.start import Start
 from toolpoint.vibration.frf import Frf
 
-EDGE = 0.01
+BAND_END_FRACTION = 0.01  # of the band, at either end, whose poles are left out
 
 
 @dataclass(frozen=True)
@@ -47,15 +47,15 @@ class ComplexExponential:
             roots, vectors = roots_of_order(factor, m, inputs)
             orders.append((m, -np.log(roots) / interval, vectors))
         diagram = Diagram.collected(orders, frf)
-        return within_edges(select_poles(diagram, self.share), diagram, frf)
+        return drop_end_poles(select_poles(diagram, self.share), diagram, frf)
 
 
-def within_edges(choice: Selection, diagram: Diagram, frf: Frf) -> Start:
+def drop_end_poles(choice: Selection, diagram: Diagram, frf: Frf) -> Start:
     """Return the selection without poles within a hundredth of the band of its ends.
 
     The transform of a band that is cut sharply rings at the two cuts; such a pole cannot be told from a mode there.
     """
-    margin = EDGE * (frf.omega[-1] - frf.omega[0])
+    margin = BAND_END_FRACTION * (frf.omega[-1] - frf.omega[0])
     size = np.abs(choice.poles)
     keep = (size > frf.omega[0] + margin) & (size < frf.omega[-1] - margin)
     notes = [f"a pole at {s / (2 * np.pi):.4g} Hz, at the cut of the band, is left out: it may be an artefact of the cut"

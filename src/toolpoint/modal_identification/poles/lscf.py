@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint.modal_identification.poles.plscf import poles_of_orders
-from toolpoint.modal_identification.poles.selection import distinct, select_poles
+from toolpoint.modal_identification.poles.selection import drop_repeated, select_poles
 from toolpoint.modal_identification.poles.start import Start
 from toolpoint.modal_identification.residues import fit_participation
 from toolpoint.vibration.dof import Dof
@@ -31,7 +31,7 @@ class CommonDenominator:
         """Return the poles selected across orders, with participation from their residues."""
         single = as_one_reference(frf)
         diagram = poles_of_orders(single, min(self.order, frf.frequency.size // 3), self.step)
-        choice = distinct(select_poles(diagram, self.share))
+        choice = drop_repeated(select_poles(diagram, self.share))
         if choice.poles.size == 0:
             return Start(choice.poles, np.zeros((len(frf.inputs), 0), complex), diagram, choice.support)
         return Start(choice.poles, fit_participation(frf, choice.poles), diagram, choice.support)

@@ -23,8 +23,8 @@ from toolpoint._check import Array, ComplexArray, FloatArray, count, fail
 from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.vibration.frf import Frf
 
-GAP = 1.05
-CHUNK = 64
+NYQUIST_RATIO = 1.05  # frequency of z = -1 over the top of the band
+OUTPUT_CHUNK = 64  # outputs whose normal matrices are summed at once
 
 
 def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatArray | None = None) -> Diagram:
@@ -45,10 +45,10 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatAr
     if frf.frequency.size < order + 2:
         fail("order", f"{order} with {frf.frequency.size} lines", "must be smaller than the number of lines less two",
              remedy="lower the order or widen the band")
-    values, reference_scale = _weighted(frf.values, weight)
+    values, reference_scale = _apply_weights(frf.values, weight)
     # Coefficients are real and frequencies are never shifted: a shift makes poles near the start of the band wrong. The
     # small gap keeps the top of the band clear of z = -1, where a pole and its mirror image fall together.
-    interval = np.pi / (GAP * frf.omega[-1])
+    interval = np.pi / (NYQUIST_RATIO * frf.omega[-1])
     normal = _normal_matrix(values, frf.omega * interval, order)
     inputs = len(frf.inputs)
     factor = cholesky(normal, float(np.abs(np.diagonal(normal)).mean()))
@@ -59,7 +59,7 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatAr
     return Diagram.collected(orders, frf)
 
 
-def _weighted(values: ComplexArray, weight: FloatArray | None) -> tuple[ComplexArray, FloatArray]:
+def _apply_weights(values: ComplexArray, weight: FloatArray | None) -> tuple[ComplexArray, FloatArray]:
     """Return the responses with separable weights (row times column), and the column weights."""
     rms = np.sqrt((np.abs(values) ** 2).mean(axis=0)) if weight is None else 1 / weight
     columns = 1 / np.maximum(np.sqrt((rms**2).mean(axis=0)), np.finfo(float).tiny)
@@ -78,13 +78,13 @@ def _normal_matrix(values: ComplexArray, angle: FloatArray, order: int) -> Float
     power = np.concatenate([np.swapaxes(part.conj(), -1, -2) @ part for part in np.array_split(values, 16)])
     toeplitz = _sums(power.reshape(lines, -1), waves)[lag].reshape(order + 1, order + 1, inputs, inputs)
     normal = toeplitz.transpose(0, 2, 1, 3).reshape((order + 1) * inputs, -1)
-    for at in range(0, outputs, CHUNK):
-        part = values[:, at:at + CHUNK, :]
+    for start in range(0, outputs, OUTPUT_CHUNK):
+        part = values[:, start:start + OUTPUT_CHUNK, :]
         sums = _sums(part.reshape(lines, -1), waves)
         block = sums.reshape(-1, part.shape[1], inputs)[lag]  # (row power, column power, output, input)
         flat = block.transpose(0, 2, 1, 3).reshape(order + 1, -1)
-        seen = (whiten @ flat).reshape(-1, (order + 1) * inputs)
-        normal = normal - seen.T @ seen
+        whitened = (whiten @ flat).reshape(-1, (order + 1) * inputs)
+        normal = normal - whitened.T @ whitened
     return (normal + normal.T) / 2
 
 
@@ -93,8 +93,8 @@ def _sums(values: ComplexArray, waves: tuple[FloatArray, FloatArray]) -> FloatAr
 
     A matrix product over the few lags that are needed is as fast as a transform here and takes any line spacing.
     """
-    even, odd = waves[0] @ np.ascontiguousarray(values.real), waves[1] @ np.ascontiguousarray(values.imag)
-    return np.concatenate([(even - odd)[:0:-1], even + odd])
+    cosine_sums, sine_sums = waves[0] @ np.ascontiguousarray(values.real), waves[1] @ np.ascontiguousarray(values.imag)
+    return np.concatenate([(cosine_sums - sine_sums)[:0:-1], cosine_sums + sine_sums])
 
 
 def _whitening(gram: FloatArray) -> FloatArray:

@@ -19,14 +19,14 @@ from scipy.signal import find_peaks
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._doubt import Doubt
-from toolpoint.modal_identification.band import POWER, cut, noise_level
+from toolpoint.modal_identification.band import QUANTITY_POWERS, cut, noise_level
 from toolpoint.modal_identification.scaling import factor_rank_one, scale_shapes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
-NOISE_FACTOR = 8.0
-PASSES = 3
+MIN_PEAK_DEVIATIONS = 8.0  # standard deviations of the noise
+PARABOLA_PASSES = 3
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ def quadrature(
     curves = imaginary(inside)
     lines = pick_peaks(curves, frf_noise(inside), prominence, floor=floor)
     limits = _valleys(curves, lines)
-    peaks = _distinct([peak for line, pair in zip(lines, limits) if (peak := _fitted(curves, omega, line, pair))])
+    peaks = _drop_ripples([peak for line, pair in zip(lines, limits) if (peak := _fit_peak(curves, omega, line, pair))])
     if not peaks:
         fail("frf", "no peak of the imaginary part stands out of the noise",
-             f"prominence must be {prominence:g} of the height, {floor:g} of the highest and {NOISE_FACTOR:g} noise",
+             f"prominence must be {prominence:g} of the height, {floor:g} of the highest and {MIN_PEAK_DEVIATIONS:g} noise",
              remedy="lower them, or widen the band")
     return _modes(inside, sorted(peaks, key=lambda peak: peak.omega))
 
@@ -101,7 +101,7 @@ def imaginary(frf: Frf) -> FloatArray:
     values = frf.values.reshape(frf.frequency.size, -1)
     part = values.real if frf.quantity == "mobility" else values.imag
     sign = -1.0 if frf.quantity == "receptance" else 1.0
-    return sign * part * frf.omega[:, None] ** (1 - POWER[frf.quantity])
+    return sign * part * frf.omega[:, None] ** (1 - QUANTITY_POWERS[frf.quantity])
 
 
 def frf_noise(frf: Frf) -> FloatArray:
@@ -114,31 +114,31 @@ def frf_noise(frf: Frf) -> FloatArray:
     count = part.shape[0]
     centres = np.arange(0, count, 16)
     level = [np.sqrt((noise_level(part[max(c - 32, 0):c + 32]) ** 2).mean() / part.shape[1]) for c in centres]
-    return np.interp(np.arange(count), centres, level) * frf.omega ** (1 - POWER[frf.quantity])
+    return np.interp(np.arange(count), centres, level) * frf.omega ** (1 - QUANTITY_POWERS[frf.quantity])
 
 
 def pick_peaks(curves: FloatArray, noise: FloatArray, prominence: float, *, floor: float) -> list[int]:
     """Return the lines of the peaks of the root-mean-square curve that meet the criterion of `quadrature`."""
     height = np.sqrt((curves**2).mean(axis=1))
-    peaks, about = find_peaks(height, prominence=floor * height.max())
-    keep = (about["prominences"] >= prominence * height[peaks]) & (
-        about["prominences"] >= NOISE_FACTOR * noise[peaks])
+    peaks, properties = find_peaks(height, prominence=floor * height.max())
+    keep = (properties["prominences"] >= prominence * height[peaks]) & (
+        properties["prominences"] >= MIN_PEAK_DEVIATIONS * noise[peaks])
     return [int(line) for line in peaks[keep]]
 
 
-def _distinct(peaks: list[Peak]) -> list[Peak]:
+def _drop_ripples(peaks: list[Peak]) -> list[Peak]:
     """Return the peaks without those whose fit ended at the mode of a higher one (ripples on one peak)."""
     kept: list[Peak] = []
     for peak in sorted(peaks, key=lambda candidate: -candidate.height):
-        if not any(_same(peak, other) for other in kept):
+        if not any(_is_same_mode(peak, other) for other in kept):
             kept.append(peak)
     return kept
 
 
-def _same(peak: Peak, other: Peak) -> bool:
-    near = abs(peak.omega - other.omega) < max(peak.ratio * peak.omega, other.ratio * other.omega)
+def _is_same_mode(peak: Peak, other: Peak) -> bool:
+    is_near = abs(peak.omega - other.omega) < max(peak.ratio * peak.omega, other.ratio * other.omega)
     product = abs((peak.residue * other.residue).sum())
-    return near and product > 0.7 * np.linalg.norm(peak.residue) * np.linalg.norm(other.residue)
+    return is_near and product > 0.7 * np.linalg.norm(peak.residue) * np.linalg.norm(other.residue)
 
 
 def _valleys(curves: FloatArray, lines: list[int]) -> list[tuple[int, int]]:
@@ -148,10 +148,10 @@ def _valleys(curves: FloatArray, lines: list[int]) -> list[tuple[int, int]]:
     return list(zip([0, *lowest], [*lowest, height.size - 1]))
 
 
-def _fitted(curves: FloatArray, omega: FloatArray, line: int, limits: tuple[int, int]) -> Peak | None:
+def _fit_peak(curves: FloatArray, omega: FloatArray, line: int, limits: tuple[int, int]) -> Peak | None:
     """Return the peak refined on the lines above half of its height; None where no bell curve can be found."""
     weight, pole = curves[max(line - 1, 0):line + 2].mean(axis=0), (0.0, 0.0)
-    for _ in range(PASSES):
+    for _ in range(PARABOLA_PASSES):
         bell = curves @ weight  # the responses joined in phase with the mode: noise and other modes average out
         lines = _above_half(bell, line, limits)
         fit = _parabola(bell[lines] / omega[lines], omega[lines])
@@ -167,12 +167,12 @@ def _fitted(curves: FloatArray, omega: FloatArray, line: int, limits: tuple[int,
 
 
 def _above_half(bell: FloatArray, line: int, limits: tuple[int, int]) -> FloatArray:
-    below = np.flatnonzero(bell <= 0.5 * bell[line])
-    low = max(below[below < line].max(initial=-1) + 1, limits[0])
-    high = min(below[below > line].min(initial=bell.size), limits[1] + 1)
-    if high - low < 3:
-        low, high = max(line - 1, 0), min(line + 2, bell.size)
-    lines = np.arange(low, high)
+    below_half = np.flatnonzero(bell <= 0.5 * bell[line])
+    lower = max(below_half[below_half < line].max(initial=-1) + 1, limits[0])
+    upper = min(below_half[below_half > line].min(initial=bell.size), limits[1] + 1)
+    if upper - lower < 3:
+        lower, upper = max(line - 1, 0), min(line + 2, bell.size)
+    lines = np.arange(lower, upper)
     return lines[bell[lines] > 0]
 
 

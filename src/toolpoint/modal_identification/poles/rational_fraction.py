@@ -15,14 +15,14 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, fail
 from toolpoint.modal_identification.basis import real_rows
 from toolpoint.modal_identification.poles.lscf import as_one_reference
-from toolpoint.modal_identification.poles.selection import distinct, select_poles
+from toolpoint.modal_identification.poles.selection import drop_repeated, select_poles
 from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.modal_identification.poles.start import Start
 from toolpoint.modal_identification.residues import fit_participation
 from toolpoint.vibration.frf import Frf
 
-EXTRA = 4
-PRINCIPAL = 24
+EXTRA_NUMERATOR_TERMS = 4  # for modes outside the band
+MAX_PRINCIPAL_RESPONSES = 24
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ class RationalFraction:
         values = values[:, rms > 0] / rms[rms > 0]
         if self.modes is not None or self.local:
             return self._fixed(frf, values)
-        values = _principal(values)
+        values = _principal_responses(values)
         highest = min(self.order, frf.frequency.size // 4)
-        basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA)
+        basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA_NUMERATOR_TERMS)
         orders = [(n, poles_of_order(values, basis, upper, n=n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
         diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], as_one_reference(frf))
-        choice = distinct(select_poles(diagram, self.share))
+        choice = drop_repeated(select_poles(diagram, self.share))
         return Start(choice.poles, _participation(frf, choice.poles), diagram, choice.support)
 
     def _fixed(self, frf: Frf, values: ComplexArray) -> Start:
@@ -71,7 +71,7 @@ class RationalFraction:
             fail("modes", "none", "must be given for the local method",
                  remedy="for example RationalFraction(local=True, modes=3)")
         modes = count("modes", self.modes)
-        basis, upper = orthogonal(frf.omega / frf.omega[-1], 2 * modes + EXTRA)
+        basis, upper = orthogonal(frf.omega / frf.omega[-1], 2 * modes + EXTRA_NUMERATOR_TERMS)
         parts = [values[:, [k]] for k in range(values.shape[1])] if self.local else [values]
         orders = []
         for part in parts:
@@ -89,10 +89,10 @@ class RationalFraction:
         return Start(poles, _participation(frf, poles), notes=notes)
 
 
-def _principal(values: ComplexArray) -> ComplexArray:
+def _principal_responses(values: ComplexArray) -> ComplexArray:
     """Return the real combinations of the responses that hold nearly all of their energy: fewer, with the same poles."""
     left, size, _ = np.linalg.svd(real_rows(values), full_matrices=False)
-    keep = min(int((size > 1e-6 * size[0]).sum()), PRINCIPAL)
+    keep = min(int((size > 1e-6 * size[0]).sum()), MAX_PRINCIPAL_RESPONSES)
     rows = left[:, :keep] * size[:keep]
     return rows[:values.shape[0]] + 1j * rows[values.shape[0]:]
 
@@ -119,7 +119,7 @@ def orthogonal(x: FloatArray, degree: int) -> tuple[ComplexArray, FloatArray]:
 
 def poles_of_order(values: ComplexArray, basis: ComplexArray, upper: FloatArray, *, n: int) -> ComplexArray:
     """Return the n roots of the common denominator of the responses (n_f, n_responses), over the top frequency."""
-    numerator = np.linalg.qr(real_rows(basis[:, :n + EXTRA - 1]))[0]
+    numerator = np.linalg.qr(real_rows(basis[:, :n + EXTRA_NUMERATOR_TERMS - 1]))[0]
     normal = np.zeros((n + 1, n + 1))
     for k in range(values.shape[1]):
         rows = real_rows(values[:, [k]] * basis[:, :n + 1])

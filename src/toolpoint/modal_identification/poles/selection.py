@@ -21,9 +21,9 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.poles.stabilization import Diagram
 
-WIDTH = 1.0
-NEWEST = 7
-SHORTEST = 4
+DISTANCE_HALF_WIDTHS = 1.0  # unit of the distance between poles
+MEDIAN_MEMBERS = 7  # of a group, in the highest orders, whose median is its pole
+MIN_GROUP_SIZE = 4  # orders
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +44,18 @@ def select_poles(diagram: Diagram, share: float = 0.35) -> Selection:
     A group's pole is the median of its members in the highest orders, where the bias of noise is least; its
     participation is that of its highest order.
     """
-    members = _groups(diagram)
-    top = np.array(diagram.orders)
+    members = _group_poles(diagram)
+    orders = np.array(diagram.orders)
     kept: list[tuple[complex, ComplexArray, float]] = []
     for group in members:
-        at = np.array(group)
-        possible = int((top >= diagram.order[at].min()).sum())
-        support = at.size / max(possible, SHORTEST)
-        if at.size < min(SHORTEST, top.size) or support < share:
+        indices = np.array(group)
+        possible = int((orders >= diagram.order[indices].min()).sum())
+        support = indices.size / max(possible, MIN_GROUP_SIZE)
+        if indices.size < min(MIN_GROUP_SIZE, orders.size) or support < share:
             continue
-        newest = at[np.argsort(-diagram.order[at], kind="stable")][:NEWEST]
-        s = diagram.poles[newest]
-        kept.append((complex(np.median(s.real), np.median(s.imag)), diagram.participation[:, newest[0]], support))
+        highest = indices[np.argsort(-diagram.order[indices], kind="stable")][:MEDIAN_MEMBERS]
+        s = diagram.poles[highest]
+        kept.append((complex(np.median(s.real), np.median(s.imag)), diagram.participation[:, highest[0]], support))
     kept.sort(key=lambda entry: abs(entry[0]))
     inputs = diagram.participation.shape[0]
     return Selection(np.array([entry[0] for entry in kept], complex),
@@ -63,7 +63,7 @@ def select_poles(diagram: Diagram, share: float = 0.35) -> Selection:
                      np.array([entry[2] for entry in kept]))
 
 
-def distinct(choice: Selection) -> Selection:
+def drop_repeated(choice: Selection) -> Selection:
     """Return the selection without poles that repeat another within a tenth of its half width.
 
     For methods with a common denominator, which know no participation and cannot have repeated roots.
@@ -77,28 +77,28 @@ def distinct(choice: Selection) -> Selection:
     return Selection(choice.poles[kept], choice.participation[:, kept], choice.support[kept])
 
 
-def _groups(diagram: Diagram) -> list[list[int]]:
+def _group_poles(diagram: Diagram) -> list[list[int]]:
     """Return the indices of the poles of every group, from the highest order down."""
     groups: list[list[int]] = []
     for order in sorted(set(diagram.order.tolist()), reverse=True):
-        here = np.flatnonzero(diagram.order == order)
-        last = np.array([group[-1] for group in groups], int)
-        centre = np.array([np.median(diagram.poles[group[-NEWEST:]].real)
-                           + 1j * np.median(diagram.poles[group[-NEWEST:]].imag) for group in groups], complex)
-        taken = set()
+        indices = np.flatnonzero(diagram.order == order)
+        last_members = np.array([group[-1] for group in groups], int)
+        centre = np.array([np.median(diagram.poles[group[-MEDIAN_MEMBERS:]].real)
+                           + 1j * np.median(diagram.poles[group[-MEDIAN_MEMBERS:]].imag) for group in groups], complex)
+        assigned = set()
         if groups:
-            distance = _distance(diagram, here, last, centre)
+            distance = _distance(diagram, indices, last_members, centre)
             rows, columns = linear_sum_assignment(np.minimum(distance, 10.0))
             for row, column in zip(rows, columns, strict=True):
                 if distance[row, column] < 1.0:
-                    groups[column].append(int(here[row]))
-                    taken.add(int(here[row]))
-        groups += [[int(i)] for i in here if int(i) not in taken]
+                    groups[column].append(int(indices[row]))
+                    assigned.add(int(indices[row]))
+        groups += [[int(i)] for i in indices if int(i) not in assigned]
     return groups
 
 
-def _distance(diagram: Diagram, here: np.ndarray, last: np.ndarray, centre: ComplexArray) -> FloatArray:
-    s = diagram.poles[here]
-    width = np.maximum(np.abs(s.real)[:, None], np.abs(centre.real)) * WIDTH + 1e-6 * np.abs(centre)
-    same = np.abs(diagram.participation[:, here].conj().T @ diagram.participation[:, last]) ** 2
-    return np.abs(s[:, None] - centre) / width + (1 - same)
+def _distance(diagram: Diagram, indices: np.ndarray, last_members: np.ndarray, centre: ComplexArray) -> FloatArray:
+    s = diagram.poles[indices]
+    width = np.maximum(np.abs(s.real)[:, None], np.abs(centre.real)) * DISTANCE_HALF_WIDTHS + 1e-6 * np.abs(centre)
+    correlation = np.abs(diagram.participation[:, indices].conj().T @ diagram.participation[:, last_members]) ** 2
+    return np.abs(s[:, None] - centre) / width + (1 - correlation)

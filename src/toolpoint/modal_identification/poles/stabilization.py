@@ -11,10 +11,10 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 
-LARGEST_DAMPING = 0.2
-FREQUENCY_TOLERANCE = 0.01
-DAMPING_TOLERANCE = 0.10
-VECTOR_TOLERANCE = 0.95
+MAX_POLE_DAMPING = 0.2  # ratio: above, a pole is not that of a structure
+STABLE_FREQUENCY_TOLERANCE = 0.01  # relative, between neighbouring orders
+STABLE_DAMPING_TOLERANCE = 0.10  # relative
+MIN_STABLE_MAC = 0.95  # of participation vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +44,12 @@ class Diagram(NotebookText):
     @classmethod
     def collected(cls, orders: Sequence[tuple[int, Array, Array]], frf: Frf) -> Diagram:
         """Return the diagram of (order, poles, participation) triples, kept to stable poles in the band of `frf`."""
-        low, high = frf.omega[0], frf.omega[-1]
+        omega_min, omega_max = frf.omega[0], frf.omega[-1]
         parts, previous = [], None
         for order, poles, vectors in orders:
             size = np.abs(poles)
-            keep = (poles.imag > 0) & (size >= low) & (size <= high) & (poles.real < 0)
-            keep &= -poles.real <= LARGEST_DAMPING * size
+            keep = (poles.imag > 0) & (size >= omega_min) & (size <= omega_max) & (poles.real < 0)
+            keep &= -poles.real <= MAX_POLE_DAMPING * size
             s, v = poles[keep], vectors[:, keep]
             v = v / np.maximum(np.linalg.norm(v, axis=0), np.finfo(float).tiny)
             parts.append((np.full(s.size, order), s, v, _levels(s, v, previous)))
@@ -73,15 +73,16 @@ class Diagram(NotebookText):
 
 
 def _levels(s: ComplexArray, v: ComplexArray, previous: tuple[ComplexArray, ComplexArray] | None) -> np.ndarray:
+    """Return the level of every pole against the poles of the next lower order."""
     level = np.zeros(s.size, int)
     if previous is None or previous[0].size == 0 or s.size == 0:
         return level
-    before, vectors = previous
-    shift = np.abs(np.abs(s)[:, None] - np.abs(before)) / np.abs(s)[:, None]
-    ratio, old = -s.real / np.abs(s), -before.real / np.abs(before)
-    change = np.abs(ratio[:, None] - old) / ratio[:, None]
-    same = np.abs(v.conj().T @ vectors) ** 2
-    first = shift < FREQUENCY_TOLERANCE
-    second = first & (change < DAMPING_TOLERANCE)
-    third = second & (same > VECTOR_TOLERANCE)
+    previous_poles, vectors = previous
+    shift = np.abs(np.abs(s)[:, None] - np.abs(previous_poles)) / np.abs(s)[:, None]
+    ratio, previous_ratio = -s.real / np.abs(s), -previous_poles.real / np.abs(previous_poles)
+    change = np.abs(ratio[:, None] - previous_ratio) / ratio[:, None]
+    correlation = np.abs(v.conj().T @ vectors) ** 2
+    first = shift < STABLE_FREQUENCY_TOLERANCE
+    second = first & (change < STABLE_DAMPING_TOLERANCE)
+    third = second & (correlation > MIN_STABLE_MAC)
     return first.any(axis=1).astype(int) + second.any(axis=1) + third.any(axis=1)

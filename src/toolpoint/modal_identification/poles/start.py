@@ -1,4 +1,4 @@
-"""Start: what a method hands on, poles with participation, and the form that every method has."""
+"""Start: the poles and participation that a method returns, and the protocol of all methods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from toolpoint.vibration.frf import Frf
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Poles (rad/s, of the data as windowed), participation (n_inputs, n_modes), and where they came from."""
+    """Poles (rad/s, of the data as windowed), participation (n_inputs, n_modes), and their diagram."""
 
     poles: ComplexArray
     participation: ComplexArray
