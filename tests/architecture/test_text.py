@@ -10,7 +10,7 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 import house_text  # noqa: E402
 
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
-ROOMS_REREAD = ("bodies", "cutting", "joints", "kinematics", "spatial", "substructuring", "vibration")
+ROOMS_REREAD = ("bodies", "cutting", "drives", "joints", "kinematics", "spatial", "substructuring", "vibration")
 
 
 @pytest.mark.parametrize("room", ROOMS_REREAD)
