@@ -96,7 +96,7 @@ def _unreached(machine: Machine, tip: FloatArray, size: float) -> float:
     apart = _place(machine, table)[1] - tip
     for name, axis in linear.items():
         way = LINEAR[name]
-        low, high = axis.lower - axis.rest, axis.upper - axis.rest
+        low, high = axis.lower - axis.reference_position, axis.upper - axis.reference_position
         apart[way] -= np.clip(apart[way], min(low, 0.0), max(high, 0.0))
     return float(np.linalg.norm(apart))
 
