@@ -86,7 +86,7 @@ def speed(servo: object, command: object, substeps: int, runs: int) -> float:
 
     best = np.inf
     for _ in range(runs):
-        arguments = prepare(servo, command, substeps=substeps, every=substeps, duration=1.0).arguments  # type: ignore
+        arguments = prepare(servo, command, substeps=substeps, record_interval=substeps, duration=1.0).arguments  # type: ignore
         start = time.thread_time()
         run(*arguments)
         best = min(best, time.thread_time() - start)
@@ -104,7 +104,7 @@ def accuracy(servo: object, duration: float, angle: float, substeps: tuple[int, 
     exact = states[:, :servo.plant.a.shape[0]] @ servo.plant.outputs.T  # type: ignore
     result = {}
     for n in substeps:
-        made = simulate(servo, command, substeps=n, every=n)  # type: ignore
+        made = simulate(servo, command, substeps=n, record_interval=n)  # type: ignore
         m = min(len(exact), len(made.time))
         error = np.abs(made.outputs[:m].reshape(m, -1) - exact[:m]).reshape(m, -1, 7)[:, :, [2, 6]]
         result[str(n)] = 1e9 * float(error.max())
@@ -159,7 +159,7 @@ def large(modes: int = 200) -> dict[str, float]:
     frame = Structure.from_modes(shape, {"x.base": places[0], "y.base": places[1]}, {"x": places[2], "y": places[3]})
     servo = Servo(build_plant(base.plant.axes, frame), base.controllers)
     matrices = step_matrices(servo.plant, servo.controllers[0].sample_times[0] / 2, dense=True)
-    arguments = prepare(servo, benchmark_command(1.0), substeps=2, every=2, duration=1.0, matrices=matrices).arguments
+    arguments = prepare(servo, benchmark_command(1.0), substeps=2, record_interval=2, duration=1.0, matrices=matrices).arguments
     start = time.thread_time()
     run(*arguments)
     dense = time.thread_time() - start

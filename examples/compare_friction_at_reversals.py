@@ -34,7 +34,8 @@ def main() -> float:
     plants = [build_plant([DriveAxis(n, TorqueMotor(), rigid_axis(0.01, LEAD, friction=law)) for n in "XY"])
               for law in (Coulomb(2.0, 0.05), Viscous(0.05))]
     commands = [circle(0.05, 4 / 60, 1e-3, duration=9.5, center=(-0.05, 0.0), direction=d) for d in (1, -1)]
-    runs = simulate_many([(Servo(plant, (control, control)), c) for plant in plants for c in commands], threads=2, every=4)
+    runs = simulate_many([(Servo(plant, (control, control)), c) for plant in plants for c in commands], threads=2,
+                         record_interval=4)
     points = [run.output("scale")[run.time > 4.75] + [0.05, 0.0] for run in runs]
     print("quadrant peaks, um", np.round(1e6 * quadrant_peaks(points[0], 0.05), 2))
     print("hysteresis, um", [round(1e6 * circular_hysteresis(*points[k:k + 2]), 2) for k in (0, 2)])

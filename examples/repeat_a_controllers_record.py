@@ -32,14 +32,14 @@ def main() -> float:
     servo = Servo(build_plant([DriveAxis(n, TorqueMotor(), rigid_axis(0.01, LEAD, friction=Coulomb(2.0, 0.05)))
                                for n in "XY"]), (control, control))
     command = circle(0.02, 0.05, 1e-3, duration=3.0, center=(-0.02, 0.0))
-    torque = simulate(servo, command, every=4).signal("torque_set")
+    torque = simulate(servo, command, record_interval=4).signal("torque_set")
     noise = 0.05 * np.random.default_rng(1).standard_normal(torque.shape)
     columns = np.hstack([command.position, torque + noise])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "trace.csv"
         command_stream.write(CommandStream(columns, 1e-3, ("X", "Y", "Tx", "Ty"), ("m", "m", "N m", "N m")), path)
         stream = command_stream.read(path)
-    again = simulate(servo, Command(stream.columns(["X", "Y"]), stream.sample_time), every=4).signal("torque_set")
+    again = simulate(servo, Command(stream.columns(["X", "Y"]), stream.sample_time), record_interval=4).signal("torque_set")
     agreement = torque_comparison(stream.columns(["Tx", "Ty"]), again)
     print(stream, agreement)
     return agreement["rms difference"]

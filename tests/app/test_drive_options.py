@@ -102,7 +102,7 @@ def test_backlash_is_lost_at_a_reversal_and_preload_keeps_the_stiffness(tmp_path
         there = np.concatenate([np.linspace(0, 2e-3, 200), np.linspace(2e-3, 0, 200), np.zeros(200)])[:, None]
         from toolpoint.drives import Command
 
-        result = simulate(made, Command(there, 1e-3), substeps=2, every=8)
+        result = simulate(made, Command(there, 1e-3), substeps=2, record_interval=8)
         gap = result.output("table", "X") - RATIO * result.output("angle", "X")
         lost.append(gap[190] - gap[390])
     assert abs(lost[1] - lost[0]) == pytest.approx(20e-6, rel=0.05)
@@ -157,7 +157,7 @@ def test_feed_forwards(tmp_path):
                     .signal("following_error", "X")).max() for p in ("", ", inertia_feedforward: 0.012 kg*m^2")]
     assert worst[1] < 0.4 * worst[0]
     made = servo(tmp_path, RIGID, position=", friction_feedforward: 0.8 N*m, friction_velocity: 1 mm/s")
-    first = simulate(made, constant_velocity(0.05, 1e-3, 0.01), every=1).signal("torque_set", "X")[0]
+    first = simulate(made, constant_velocity(0.05, 1e-3, 0.01), record_interval=1).signal("torque_set", "X")[0]
     assert first == pytest.approx(0.8, rel=1e-6)
 
 
@@ -165,7 +165,7 @@ def test_several_sample_rates(tmp_path):
     made = servo(tmp_path, position=", sample_time: 2 ms", velocity=", sample_time: 0.5 ms",
                  axis=f"motor: {MOTOR}\ncurrent: {CURRENT}")
     assert made.counts == (1, 4, 16)
-    held = simulate(made, constant_velocity(0.02, 2e-3, 0.1), every=1).signal("speed_set", "X")
+    held = simulate(made, constant_velocity(0.02, 2e-3, 0.1), record_interval=1).signal("speed_set", "X")
     assert len(np.unique(np.flatnonzero(np.diff(held)) % 16)) == 1
 
 
@@ -203,7 +203,7 @@ def test_current_loop_by_gain_catalogue_motor_and_its_own_model(tmp_path):
 
 def test_six_pulse_inverter_comes_from_the_file(tmp_path):
     made = servo(tmp_path, axis=f"motor: {MOTOR}\ncurrent: {CURRENT[:-1]}, inverter: six-pulse, carrier: 2}}")
-    one = simulate(made, constant_velocity(0.05, 1e-3, 0.05), substeps=64, every=1)
+    one = simulate(made, constant_velocity(0.05, 1e-3, 0.05), substeps=64, record_interval=1)
     u = one.signal("u_q", "X")[-1601:-1]
     assert np.ptp(u) > 100.0
     smooth = simulate(servo(tmp_path, axis=f"motor: {MOTOR}\ncurrent: {CURRENT}"), constant_velocity(0.05, 1e-3, 0.05))

@@ -108,12 +108,13 @@ def test_position_step():
 
 def test_switched_inverter_converges_to_the_averaged_one():
     command = constant_velocity(0.05, 1e-3, 0.05)
-    averaged = simulate(p2_servo(), command, substeps=32, every=32)
+    averaged = simulate(p2_servo(), command, substeps=32, record_interval=32)
     differences = []
     for carrier in (1, 2, 4):
-        switched = simulate(p2_servo(Inverter(320.0, "six-pulse", carrier)), command, substeps=32, every=1, check=False)
+        switched = simulate(p2_servo(Inverter(320.0, "six-pulse", carrier)), command, substeps=32, record_interval=1,
+                            check=False)
         now = switched.output("i_q", "x")[:-1].reshape(-1, 32)
-        smooth = simulate(p2_servo(), command, substeps=32, every=1).output("i_q", "x")[:-1].reshape(-1, 32)
+        smooth = simulate(p2_servo(), command, substeps=32, record_interval=1).output("i_q", "x")[:-1].reshape(-1, 32)
         differences.append(np.sqrt(((now - smooth) ** 2).mean()))
     assert differences[1] < 0.7 * differences[0]
     assert differences[2] < 0.7 * differences[1]

@@ -93,7 +93,7 @@ def test_line_and_arc_path_gives_torque_and_contour_error(servos):
     command = smooth_command(plan.command(1e-3, 2), 0.02).extended(0.3)
     worst = {}
     for name, servo in servos.items():
-        result = simulate(servo, command, every=4)
+        result = simulate(servo, command, record_interval=4)
         progress = np.interp(result.time, command.time, np.concatenate(
             [[0], np.cumsum(np.linalg.norm(np.diff(command.position, axis=0), axis=1))]))
         found = {k: contour_error(path, result.output(k), np.minimum(progress, path.lengths.sum()), window=3e-3)

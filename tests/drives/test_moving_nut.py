@@ -51,8 +51,8 @@ def stroke(travel, duration, axes=1):
 def test_screw_that_does_not_change_moves_as_a_fixed_one(law):
     motor = cases.MOTOR if law is not None else None
     fixed, command = servo_at([0.3, 0.4], motor, law), stroke(0.02, 0.2, 2)
-    found = simulate_moving_nut(lambda nuts: fixed, [0.3, 0.4], command, every=2, estimate=False)
-    expected = simulate(fixed, command, every=2)
+    found = simulate_moving_nut(lambda nuts: fixed, [0.3, 0.4], command, record_interval=2, estimate=False)
+    expected = simulate(fixed, command, record_interval=2)
     # Coulomb friction catches a slide within a step: rounding moves that instant, and one sample of the force with it.
     np.testing.assert_allclose(found.outputs, expected.outputs, rtol=1e-5, atol=1e-11)
     np.testing.assert_allclose(found.forces, expected.forces, rtol=1e-5, atol=1e-5)

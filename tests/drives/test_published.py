@@ -45,7 +45,7 @@ def servo(inertia, name):
 @pytest.mark.parametrize(("name", "expected"), [("literal", 46.0), ("F_c = F_s/1.5", 70.0), ("Coulomb", 88.0)])
 def test_quadrant_glitches(name, expected):
     """R 50 mm at 4000 mm/min, J 0.01 kg m2: circular deviation within 10 %."""
-    result = simulate(servo(0.01, name), circle(0.05, 4 / 60, 1e-4, duration=9.6, center=(-0.05, 0.0)), every=10)
+    result = simulate(servo(0.01, name), circle(0.05, 4 / 60, 1e-4, duration=9.6, center=(-0.05, 0.0)), record_interval=10)
     points = result.output("scale")[result.time > 4.8] + [0.05, 0.0]
     assert 1e6 * circular_test(points, 0.05).deviation == pytest.approx(expected, rel=0.10)
 
@@ -57,7 +57,7 @@ def test_literal_parameters_warn_and_stick_slip_below_the_critical_feed():
     spread = {}
     for factor in (0.5, 2.0):
         speed = factor * report.critical_feed
-        result = simulate(servo(0.01, "literal"), constant_velocity(np.array([speed, 0.0]), 1e-4, 4.0), every=10)
+        result = simulate(servo(0.01, "literal"), constant_velocity(np.array([speed, 0.0]), 1e-4, 4.0), record_interval=10)
         v = result.output("speed", "x")[result.time > 2.0] * R_L
         spread[factor] = v.std() / speed
     assert spread[0.5] > 0.5

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from toolpoint import ToolpointError
 from toolpoint.drives import Command, JerkLimits, Quintic, check_limits, plan_motion, seven_phase, smooth_command, straight_move
 from toolpoint.drives.program.clothoid import Blend, half_lengths
-from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blend_corners, polyline, soften_corners
+from toolpoint.drives.program.path import ARC_KIND, CLOTHOID_KIND, Path, blend_corners, polyline, soften_corners
 
 LIMITS = JerkLimits(0.5, 4.0, 80.0)
 
@@ -99,7 +99,7 @@ def test_corner_tolerance_is_kept_and_time_saved():
     command = plan.command(1e-3, 2)
     gaps = [np.linalg.norm(command.position - corner, axis=1).min() for corner in points[1:-1]]
     route = blend_corners(path, 2e-5)
-    for k in np.flatnonzero(route.kind == ARC):
+    for k in np.flatnonzero(route.kind == ARC_KIND):
         middle = route.points(np.array([k]), np.array([0.5]))[0]
         assert np.linalg.norm(points - middle[:2], axis=1).min() <= 2e-5 * (1 + 1e-6)
     assert max(gaps) < 5e-4
@@ -161,8 +161,8 @@ def test_clothoid_corners_keep_the_jerk_of_every_axis(axes):
     if axes == 2:
         assert check_limits(arcs, LIMITS).share[:, 2].max() > 5.0
     soft = soften_corners(path, 5e-5)
-    assert (soft.kind == CLOTHOID).sum() == (path.turns() > 1e-4).sum()
-    assert (plan.path.kind == CLOTHOID).sum() > 60
+    assert (soft.kind == CLOTHOID_KIND).sum() == (path.turns() > 1e-4).sum()
+    assert (plan.path.kind == CLOTHOID_KIND).sum() > 60
     for corner in np.pad(points, ((0, 0), (0, 3 - axes)))[1:-1]:
         gap = np.linalg.norm(np.pad(command.position, ((0, 0), (0, 3 - axes))) - corner, axis=1).min()
         assert gap < 5e-5 + 0.2 * 5e-4

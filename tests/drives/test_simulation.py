@@ -46,7 +46,7 @@ def reversal():
 
 
 def error(servo, command, exact, substeps):
-    result = simulate(servo, command, substeps=substeps, every=substeps)
+    result = simulate(servo, command, substeps=substeps, record_interval=substeps)
     n = min(len(exact), len(result.time))
     return np.abs(result.outputs.reshape(len(result.time), -1)[:n] - exact[:n]).reshape(n, 2, 7)
 
@@ -178,10 +178,10 @@ def test_radius_loss_and_following_error():
     axes = [DriveAxis(n, TorqueMotor(), rigid_axis(0.001, 1e-3)) for n in "xy"]
     c = Controller(PositionLoop(60.0, 1e-5), VelocityLoop(60.0, np.inf, 1e-5), 1e-3)
     servo = Servo(build_plant(axes), (c, c))
-    result = simulate(servo, circle(0.05, 4 / 60, 1e-5, duration=1.5, center=(-0.05, 0.0)), every=100)
+    result = simulate(servo, circle(0.05, 4 / 60, 1e-5, duration=1.5, center=(-0.05, 0.0)), record_interval=100)
     radius = np.hypot(*(result.output("scale")[result.time > 1] + [0.05, 0]).T)
     assert 1e6 * (0.05 - radius.mean()) == pytest.approx(12.341, rel=0.01)
-    ramp = simulate(servo, constant_velocity(np.array([0.05, 0.0]), 1e-5, 1.0), every=100)
+    ramp = simulate(servo, constant_velocity(np.array([0.05, 0.0]), 1e-5, 1.0), record_interval=100)
     assert ramp.signal("following_error", "x")[-1] == pytest.approx(0.05 / 60, rel=1e-6)
 
 

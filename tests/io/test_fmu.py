@@ -86,7 +86,7 @@ def test_unit_equals_the_kernel(tmp_path, name):
     fmu.write(servo, tmp_path / "servo.fmu", name, substeps=substeps)
     followed_outputs = followed(Unit(tmp_path / "servo.fmu", tmp_path / "unit"), command, axes, OUTPUTS)
     matrices = step_matrices(servo.plant, servo.controllers[0].sample_times.current / substeps)
-    options = {"substeps": substeps, "every": servo.counts[2] * substeps}
+    options = {"substeps": substeps, "record_interval": servo.counts[2] * substeps}
     expected = simulate(servo, command, matrices=matrices, **options).outputs
     size = np.abs(expected).max(axis=(0, 1))
     assert size[0] > 0.1
@@ -118,7 +118,7 @@ def test_load_parameters_and_states(tmp_path):
         ends.append(unit.get(["x axis.scale", "x axis.table"]))
         assert unit.call("fmi2SetFMUstate", state) == 0
     np.testing.assert_array_equal(ends[0], ends[2])
-    load = simulate(servo, _rest(0.3), load=np.array([[2000.0]]), every=4)
+    load = simulate(servo, _rest(0.3), load=np.array([[2000.0]]), record_interval=4)
     np.testing.assert_allclose(ends[0], [load.output(n, "x axis")[-1] for n in ("scale", "table")], rtol=1e-9)
     assert ends[1][0] != ends[0][0]
 
@@ -176,7 +176,7 @@ def test_unit_passes_validation_and_simulates_in_fmpy(tmp_path):
         signals[f"{a}.{q}"] = getattr(command, q)[:, "xy".index(a)]
     outputs = [f"{a}.{o}" for a in "xy" for o in OUTPUTS]
     found = fmpy.simulate_fmu(path, stop_time=0.1, step_size=1e-3, output_interval=1e-3, input=signals, output=outputs)
-    expected = simulate(servo, command, every=8).outputs.reshape(-1, 14)
+    expected = simulate(servo, command, record_interval=8).outputs.reshape(-1, 14)
     values = np.array([found[o] for o in outputs]).T
     size = np.abs(expected).max(axis=0) + 1e-12
     np.testing.assert_allclose(values / size, expected[:len(values)] / size, rtol=0, atol=1e-9)

@@ -1,4 +1,4 @@
-"""From the description of a drive to its servo: mechanics, friction, motors and controllers, on a structure if it has one."""
+"""Servo from the description of a drive: mechanics, friction, motors and controllers, on a structure if there is one."""
 
 from __future__ import annotations
 
@@ -73,10 +73,10 @@ def travel_per_angle(m: MechanicsDescription) -> float:
     if m.kind == "linear-motor":
         return 1.0
     if m.kind == "rack":
-        return _given(m, "pinion_radius") / m.gear_ratio
+        return _number(m, "pinion_radius") / m.gear_ratio
     if m.kind == "reducer":
         return 1 / m.gear_ratio
-    return _given(m, "lead") / (2 * np.pi)
+    return _number(m, "lead") / (2 * np.pi)
 
 
 def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = None) -> Mechanics:
@@ -84,37 +84,37 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
     m, ratio = axis.mechanics, travel_per_angle(axis.mechanics)
     shaft, guide = build_friction(axis.friction), build_friction(axis.guide_friction)
     if m.kind == "rigid":
-        return rigid_axis(_given(m, "inertia"), ratio, m.motor_damping, friction=shaft)
+        return rigid_axis(_number(m, "inertia"), ratio, m.motor_damping, friction=shaft)
     if m.kind == "linear-motor":
-        return linear_motor_axis(_given(m, "table_mass"), m.guide_damping, guide)
+        return linear_motor_axis(_number(m, "table_mass"), m.guide_damping, guide)
     if m.kind == "rack":
-        return rack_axis(_given(m, "inertia"), _given(m, "table_mass"), _given(m, "pinion_radius"),
-                         gear_ratio=m.gear_ratio, stiffness=_given(m, "stiffness"), damping=m.damping,
+        return rack_axis(_number(m, "inertia"), _number(m, "table_mass"), _number(m, "pinion_radius"),
+                         gear_ratio=m.gear_ratio, stiffness=_number(m, "stiffness"), damping=m.damping,
                          backlash=m.backlash or 0.0, motor_damping=m.motor_damping, guide_friction=guide)
     if m.kind == "reducer":
-        return two_mass_axis(_given(m, "inertia"), _given(m, "load_inertia"), ratio, stiffness=_given(m, "torsion"),
+        return two_mass_axis(_number(m, "inertia"), _number(m, "load_inertia"), ratio, stiffness=_number(m, "torsion"),
                              damping=m.torsion_damping, motor_damping=m.motor_damping, shaft_friction=shaft)
     if m.kind == "two-mass":
-        stiffness = _given(m, "stiffness")
-        return two_mass_axis(_given(m, "inertia"), _given(m, "table_mass"), ratio, stiffness=stiffness, damping=m.damping,
+        stiffness = _number(m, "stiffness")
+        return two_mass_axis(_number(m, "inertia"), _number(m, "table_mass"), ratio, stiffness=stiffness, damping=m.damping,
                              motor_damping=m.motor_damping, guide_friction=guide, shaft_friction=shaft,
                              play=_contact(m, stiffness))
     if m.kind == "screw":
-        return _screw_axis(m, nut_position or _given(m, "nut_position"), shaft, guide)
+        return _screw_axis(m, nut_position or _number(m, "nut_position"), shaft, guide)
     return four_dof_axis(
-        _given(m, "inertia"), _given(m, "screw_inertia"), _given(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
-        coupling=(_given(m, "coupling_stiffness"), m.coupling_damping),
-        bearing=(_given(m, "bearing_stiffness"), m.bearing_damping), nut=(_given(m, "nut_stiffness"), m.nut_damping),
+        _number(m, "inertia"), _number(m, "screw_inertia"), _number(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
+        coupling=(_number(m, "coupling_stiffness"), m.coupling_damping),
+        bearing=(_number(m, "bearing_stiffness"), m.bearing_damping), nut=(_number(m, "nut_stiffness"), m.nut_damping),
         motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft)
 
 
 def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw | None, guide: FrictionLaw | None
                 ) -> Mechanics:
-    nut = _given(m, "nut_stiffness")
+    nut = _number(m, "nut_stiffness")
     return ball_screw_axis(
-        _given(m, "inertia"), Coupling(_given(m, "coupling_stiffness"), m.coupling_damping),
-        BallScrew(_given(m, "screw_diameter"), _given(m, "lead"), _given(m, "screw_length")),
-        table_mass=_given(m, "table_mass"), nut_position=nut_position, front_bearing=_given(m, "bearing_stiffness"),
+        _number(m, "inertia"), Coupling(_number(m, "coupling_stiffness"), m.coupling_damping),
+        BallScrew(_number(m, "screw_diameter"), _number(m, "lead"), _number(m, "screw_length")),
+        table_mass=_number(m, "table_mass"), nut_position=nut_position, front_bearing=_number(m, "bearing_stiffness"),
         end_bearing=m.end_bearing_stiffness, nut=_contact(m, nut) or nut, motor_damping=m.motor_damping,
         bearing_damping=m.bearing_damping, nut_damping=m.nut_damping, guide_damping=m.guide_damping, guide_friction=guide,
         screw_friction=shaft)
@@ -134,26 +134,26 @@ def build_friction(part: FrictionDescription | GuideFrictionDescription) -> Fric
         return Coulomb(part.coulomb, part.viscous)
     if part.law == "viscous":
         return Viscous(part.viscous)
-    static, slow = _given(part, "static"), _given(part, "stribeck_velocity")
+    static, slow = _number(part, "static"), _number(part, "stribeck_velocity")
     if part.law == "two-exponential":
-        return TwoExponential(part.coulomb, static, slow, _given(part, "coulomb_velocity"), part.viscous)
+        return TwoExponential(part.coulomb, static, slow, _number(part, "coulomb_velocity"), part.viscous)
     if part.law == "lugre":
-        return LuGre(_given(part, "bristle_stiffness"), part.bristle_damping, part.coulomb, static, slow, part.viscous,
+        return LuGre(_number(part, "bristle_stiffness"), part.bristle_damping, part.coulomb, static, slow, part.viscous,
                      part.exponent)
     curve = Stribeck(part.coulomb, static, slow, part.viscous, part.exponent)
     if part.law == "stribeck":
         return curve
-    return MaxwellSlip(part.element_stiffness, part.element_share, curve, _given(part, "attraction"))
+    return MaxwellSlip(part.element_stiffness, part.element_share, curve, _number(part, "attraction"))
 
 
 def warn_of_friction(axis: DriveAxisDescription) -> None:
     """Warn where the friction of an axis is doubtful in its velocity loop."""
     ratio, gain = travel_per_angle(axis.mechanics), axis.velocity.gain
     # A law at the guide sees the loop's gain through the lead, twice; its speeds are feeds already.
-    for part, seen, lead in ((axis.friction, gain, ratio), (axis.guide_friction, gain / ratio**2, 1.0)):
+    for part, loop_gain, lead in ((axis.friction, gain, ratio), (axis.guide_friction, gain / ratio**2, 1.0)):
         law = build_friction(part)
         if isinstance(law, (Stribeck, LuGre, TwoExponential, MaxwellSlip)):
-            check_plausibility(law, seen, lead)
+            check_plausibility(law, loop_gain, lead)
 
 
 def build_motor(part: MotorDescription | None) -> SynchronousMotor | TorqueMotor:
@@ -163,7 +163,7 @@ def build_motor(part: MotorDescription | None) -> SynchronousMotor | TorqueMotor
 
 def _synchronous(part: MotorDescription) -> SynchronousMotor:
     # Torque per A(rms) against flux linkage: T = 3/2 p psi i_q, i_q = sqrt(2) I.
-    flux = part.flux if part.flux is not None else _given(part, "torque_constant") * np.sqrt(2) / (3 * part.pole_pairs)
+    flux = part.flux if part.flux is not None else _number(part, "torque_constant") * np.sqrt(2) / (3 * part.pole_pairs)
     return SynchronousMotor(part.pole_pairs, part.resistance, part.inductance_d, part.inductance_q or part.inductance_d, flux)
 
 
@@ -191,14 +191,14 @@ def _current_loop(c: CurrentDescription, motor: MotorDescription) -> CurrentLoop
 def build_filter(part: TorqueFilterDescription) -> Filter:
     """Return the filter of a description."""
     if part.kind == "low-pass-1":
-        return low_pass_1(_given(part, "time_constant"))
-    frequency = _given(part, "frequency")
+        return low_pass_1(_number(part, "time_constant"))
+    frequency = _number(part, "frequency")
     if part.kind == "notch":
         return notch(frequency, part.damping or 0.1, part.depth)
     return low_pass(frequency, part.damping or 0.7071)
 
 
-def _given(part: object, name: str) -> float:
+def _number(part: object, name: str) -> float:
     """Return a number that the kind of the part needs; raise where it is missing."""
     value = getattr(part, name)
     if not isinstance(value, (int, float)):

@@ -1,4 +1,4 @@
-"""The description of a drive: plain frozen data, one to one with the drive file, SI units; every unit and limit stands here."""
+"""DriveDescription: a drive as plain frozen data, one to one with the drive file, each number with SI unit and limits."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ Laws = Literal["none", "coulomb", "viscous", "stribeck", "two-exponential", "lug
 
 @dataclass(frozen=True)
 class MechanicsDescription:
-    """What lies between motor and table; `kind` says which of the keys it needs.
+    """Mechanics between motor and table; `kind` says which of the keys it needs.
 
     rigid: inertia at the motor. two-mass: motor and table joined by one axial spring. rack: the same with a pinion.
     linear-motor: the force acts on the table. screw: motor, coupling, screw front, middle and end, nut, table.
@@ -90,7 +90,7 @@ class MechanicsDescription:
 
 @dataclass(frozen=True)
 class EndsDescription:
-    """Where a ball screw holds on to the machine: Dofs ``point:direction`` of base, table and tool, and the drive it replaces.
+    """Ends of a ball screw at the machine: Dofs ``point:direction`` of base, table and tool, and the drive it replaces.
 
     `replaces` is the path of the machine's own drive stiffness, which the ball screw takes the place of.
     """

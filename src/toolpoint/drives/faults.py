@@ -1,4 +1,4 @@
-"""What is missing or contradictory in the description of a drive: every fault with its place and its remedy."""
+"""Faults of the description of a drive: missing or contradictory keys, each with its place and its remedy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from toolpoint.drives.description import (
 Key = tuple[str | int, ...]
 Faults = Iterator[tuple[Key, str]]
 
-_NEEDED = {
+_KEYS_OF_KIND = {
     "rigid": ("lead", "inertia"), "two-mass": ("lead", "inertia", "table_mass", "stiffness"),
     "rack": ("inertia", "table_mass", "pinion_radius", "stiffness"), "linear-motor": ("table_mass",),
     "screw": ("lead", "inertia", "table_mass", "screw_diameter", "screw_length", "nut_position", "coupling_stiffness",
@@ -28,10 +28,10 @@ _NEEDED = {
     "ball-screw": ("lead", "inertia", "screw_inertia", "screw_mass", "coupling_stiffness", "bearing_stiffness",
                    "nut_stiffness"),
     "reducer": ("inertia", "gear_ratio", "load_inertia", "torsion")}
-_LAW = {"stribeck": ("static", "stribeck_velocity"), "lugre": ("static", "stribeck_velocity", "bristle_stiffness"),
-        "two-exponential": ("static", "stribeck_velocity", "coulomb_velocity"),
-        "maxwell-slip": ("static", "stribeck_velocity", "element_stiffness", "element_share", "attraction")}
-_FILTER = {"notch": ("frequency",), "low-pass": ("frequency",), "low-pass-1": ("time_constant",)}
+_KEYS_OF_LAW = {"stribeck": ("static", "stribeck_velocity"), "lugre": ("static", "stribeck_velocity", "bristle_stiffness"),
+                "two-exponential": ("static", "stribeck_velocity", "coulomb_velocity"),
+                "maxwell-slip": ("static", "stribeck_velocity", "element_stiffness", "element_share", "attraction")}
+_KEYS_OF_FILTER = {"notch": ("frequency",), "low-pass": ("frequency",), "low-pass-1": ("time_constant",)}
 
 
 def check_description(drives: DriveDescription) -> None:
@@ -73,7 +73,7 @@ def _axis_faults(axis: DriveAxisDescription) -> Faults:
 
 
 def _mechanics_faults(m: MechanicsDescription) -> Faults:
-    yield from _missing(("mechanics",), m, _NEEDED[m.kind], f"a {m.kind} axis")
+    yield from _missing(("mechanics",), m, _KEYS_OF_KIND[m.kind], f"a {m.kind} axis")
     if m.backlash is not None and m.preload is not None:
         yield ("mechanics", "preload"), "a nut has either backlash or a preload; leave one out"
     if (m.backlash is not None or m.preload is not None) and m.kind not in ("two-mass", "rack", "screw"):
@@ -93,7 +93,7 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
 
 
 def _friction_faults(name: str, law: FrictionDescription | GuideFrictionDescription) -> Faults:
-    yield from _missing((name,), law, _LAW.get(law.law, ()), f"the law {law.law!r}")
+    yield from _missing((name,), law, _KEYS_OF_LAW.get(law.law, ()), f"the law {law.law!r}")
     if law.static is not None and law.law != "two-exponential" and law.static < law.coulomb:
         yield (name, "static"), f"{law.static:g} is below the Coulomb level {law.coulomb:g}; exchange the two"
     if law.law == "maxwell-slip" and abs(sum(law.element_share) - 1) > 1e-6:
@@ -105,7 +105,7 @@ def _friction_faults(name: str, law: FrictionDescription | GuideFrictionDescript
 def _velocity_faults(axis: DriveAxisDescription) -> Faults:
     velocity = axis.velocity
     for i, part in enumerate(velocity.filters):
-        yield from _missing(("velocity", "filters", i), part, _FILTER[part.kind], f"a {part.kind}")
+        yield from _missing(("velocity", "filters", i), part, _KEYS_OF_FILTER[part.kind], f"a {part.kind}")
         if part.frequency is not None and part.frequency * velocity.sample_time >= 0.5:
             yield (("velocity", "filters", i, "frequency"),
                    f"{part.frequency:g} Hz; must be below half the sample rate, {0.5 / velocity.sample_time:g} Hz")
@@ -119,8 +119,8 @@ def _velocity_faults(axis: DriveAxisDescription) -> Faults:
 
 def _motor_faults(axis: DriveAxisDescription) -> Faults:
     if (axis.motor is None) != (axis.current is None):
-        missing = "motor" if axis.motor is None else "current"
-        yield (), f"{missing!r} is missing; motor and current loop are given together, or both left out"
+        absent = "motor" if axis.motor is None else "current"
+        yield (), f"{absent!r} is missing; motor and current loop are given together, or both left out"
     model = axis.current.model if axis.current else None
     for key, motor in ((("motor",), axis.motor), (("current", "model"), model)):
         if motor is not None and (motor.flux is None) == (motor.torque_constant is None):
@@ -138,11 +138,11 @@ def _current_faults(current: CurrentDescription) -> Faults:
 
 
 def _sample_faults(axis: DriveAxisDescription) -> Faults:
-    for (inner, short), (outer, long) in pairwise(sample_times(axis).items()):
+    for (inner_loop, short), (outer_loop, long) in pairwise(sample_times(axis).items()):
         ratio = long / short
         if ratio < 0.999 or abs(ratio - round(ratio)) > 1e-6:
-            yield (outer, "sample_time"), (f"{long:g} s; must be a whole multiple of the {inner} loop's {short:g} s, "
-                                           f"for example {max(1, round(ratio)) * short:g} s")
+            yield (outer_loop, "sample_time"), (f"{long:g} s; must be a whole multiple of the {inner_loop} loop's {short:g} s, "
+                                                f"for example {max(1, round(ratio)) * short:g} s")
 
 
 def sample_times(axis: DriveAxisDescription) -> dict[str, float]:
@@ -152,7 +152,7 @@ def sample_times(axis: DriveAxisDescription) -> dict[str, float]:
 
 
 def _clock_faults(drives: DriveDescription) -> Faults:
-    """All axes share one clock: the sample times of each loop are those of the first axis."""
+    """Yield sample times that differ from those of the first axis: all axes share one clock."""
     clocks = {name: sample_times(axis) for name, axis in drives.axes.items()}
     first = next(iter(clocks.values()), {})
     for name, times in clocks.items():

@@ -1,1 +1,1 @@
-"""How accurate an axis moves: contour error, circular test, positioning."""
+"""Accuracy of axes: contour error, circular test, positioning."""

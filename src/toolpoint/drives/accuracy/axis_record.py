@@ -1,4 +1,4 @@
-"""What controllers record of an axis: signals with their own times, told apart by what they are; positioning runs."""
+"""Records of a controller: signals of an axis with their own times, recognised by their names; positioning runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROLES = ("position_set", "position", "velocity_set", "velocity", "following_erro
 
 @dataclass(frozen=True, eq=False)
 class AxisSignal:
-    """A signal: name, SI unit (m, rad, m/s, rad/s, A, N m, ... or the file's own), role, axis, times (s) and values.
+    """Signal of an axis: name, SI unit (m, rad, m/s, rad/s, A, N m, ... or the file's own), role, axis, times (s) and values.
 
     `role` is one of `ROLES` or empty; a value holds until the next one.
     """
@@ -42,7 +42,7 @@ class AxisSignal:
 
     @property
     def way(self) -> FloatArray:
-        """The values as they go on: positions of a turning axis without the jumps from 360 deg to 0."""
+        """Continuous values: positions of a rotary axis without the jumps from 360 deg to 0."""
         return np.unwrap(self.values) if self.unit == "rad" else self.values
 
 
@@ -95,7 +95,7 @@ _WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 def role_of(name: str, unit: str) -> str:
-    """Return what a signal is by its name; where the unit contradicts, nothing."""
+    """Return the role of a signal by its name; empty where the unit contradicts."""
     words = " " + re.sub(r"[_/.\s]+", " ", name.upper())
     role = next((role for role, names in _WORDS if any(word in words for word in names)), "")
     kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A",),

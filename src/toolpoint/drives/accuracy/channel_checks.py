@@ -1,4 +1,4 @@
-"""Whether the channels of a record fit each other: units, signs, names, times, gaps, limits; doubts, each with its ratio."""
+"""Consistency of the channels of a record: units, signs, names, times, gaps, limits; each doubt with its ratio."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from toolpoint._doubt import Doubt
 from toolpoint.drives.accuracy.axis_record import AxisSignal
 
 Signals = Mapping[str, AxisSignal | None]
-# Channels of one quantity agree within this share, hang together by this correlation, and are recorded within this time (s).
-_RATIO, _CORRELATED, _TOGETHER = 0.02, 0.9, 0.01
+_SAME_QUANTITY_RATIO_TOLERANCE = 0.02  # of the ratio of two channels of one quantity
+_MIN_CHANNEL_CORRELATION = 0.9  # of the rates of two channels of one axis
+_SAME_QUANTITY_MAX_DELAY = 0.01  # s, between two channels of one quantity
 # Set point and actual agree less well: a slow loop rounds what it follows. Wrong units are factors of 6 and more.
-_FOLLOWED = 0.1
+_FOLLOWING_RATIO_TOLERANCE = 0.1
 # Channels may be this many samples apart: of a following error of few milliseconds that is a large share.
-_SAMPLES = 3
-# What a gap is: so many usual steps, and at least so long (s). A lag is looked for up to this time (s).
-_STEPS, _LONG, _REACH = 8.0, 0.05, 0.4
-# Share of samples that stand still at the largest value, in stretches of at least so many, above which a signal is cut off.
-_FLAT, _ROW = 0.02, 5
+_MAX_SAMPLES_APART = 3
+_MIN_GAP_STEPS, _MIN_GAP_DURATION = 8.0, 0.05  # usual steps, and s: a time without samples longer than both is a gap
+_MAX_SEARCHED_LAG = 0.4  # s
+_MAX_CLIPPED_FRACTION, _MIN_CLIPPED_ROW = 0.02, 5  # of the samples at the largest value; samples of a row that counts
 _FACTORS = {60.0: "per minute against per second", 1e3: "mm against m", 25.4: "inch against mm", 180 / np.pi: "deg against rad",
             9.549297: "rev/min against rad/s", 6.0: "rev/min against deg/s", 360.0: "revolutions against deg"}
 # What should go together; the first two are one quantity, the others set points and what follows.
@@ -39,7 +39,7 @@ def steps_without_samples(signals: Sequence[AxisSignal], time: FloatArray) -> tu
     times = np.unique(np.concatenate([s.time for s in signals]))
     steps = np.diff(times)
     usual = float(np.median(np.diff(max(signals, key=lambda s: s.time.size).time)))
-    gaps = np.flatnonzero(steps > max(_STEPS * usual, _LONG))
+    gaps = np.flatnonzero(steps > max(_MIN_GAP_STEPS * usual, _MIN_GAP_DURATION))
     usable = np.ones(time.size, bool)
     for k in gaps:
         usable &= ~((time > times[k] - usual) & (time < times[k + 1] + usual))
@@ -51,14 +51,14 @@ def steps_without_samples(signals: Sequence[AxisSignal], time: FloatArray) -> tu
 
 
 def disagreements(signals: Signals, time: FloatArray) -> list[Doubt]:
-    """Return where channels that follow from each other do not: by ratio, by sign, by time, or at all."""
+    """Return doubts where channels that follow from each other disagree: by ratio, by sign, by time, or at all."""
     speeds = {role: _rate(signals[role], time, differenced=role.startswith("position"))
               for role in ("velocity_set", "velocity", "position_set", "position") if signals[role] is not None}
     doubts = []
     for a, b in _PAIRS:
         if a in speeds and b in speeds:
-            doubts += _compared(_WORDS[a], _WORDS[b], speeds[a], speeds[b], step=float(time[1] - time[0]),
-                                together=(a, b) == _PAIRS[0])
+            doubts += _compare_rates(_WORDS[a], _WORDS[b], speeds[a], speeds[b], step=float(time[1] - time[0]),
+                                     together=(a, b) == _PAIRS[0])
     return [*doubts, *_error_against(signals, speeds, time)]
 
 
@@ -70,110 +70,112 @@ def _rate(signal: AxisSignal | None, time: FloatArray, *, differenced: bool) -> 
     return uniform_filter1d(np.gradient(np.interp(time, signal.time, signal.way), time), width)
 
 
-def _compared(a: str, b: str, first: FloatArray, second: FloatArray, *, step: float, together: bool) -> list[Doubt]:
+def _compare_rates(a: str, b: str, first: FloatArray, second: FloatArray, *, step: float, together: bool) -> list[Doubt]:
     lag, correlation, slope = _best_lag(first, second, step)
     if not np.isfinite(correlation) or np.ptp(first) == 0 or np.ptp(second) == 0:
-        still = a if np.ptp(first) == 0 else b
-        return [Doubt(f"{a} and {b}", f"the {still} stands still while the other moves", "channels of two axes, or a dead one")]
-    if abs(correlation) < _CORRELATED:
+        idle = a if np.ptp(first) == 0 else b
+        return [Doubt(f"{a} and {b}", f"the {idle} stands still while the other moves", "channels of two axes, or a dead one")]
+    if abs(correlation) < _MIN_CHANNEL_CORRELATION:
         return [Doubt(f"{a} and {b}", f"do not go together (correlation {correlation:.2f})",
                       "channels of two axes, or exchanged", figure=1 - abs(correlation))]
     doubts = []
     if slope < 0:
         doubts.append(Doubt(f"{a} and {b}", "have opposite signs", "one is recorded with its sign turned", figure=1.0))
-    if abs(abs(slope) - 1) > (_RATIO if together else _FOLLOWED):
-        doubts.append(Doubt(f"{a} and {b}", f"do not fit: the {b} changes {_plain(abs(slope))} times as much as the {a} says",
-                            f"a unit or the sample time is wrong{_hint(abs(slope))}", figure=abs(abs(slope) - 1)))
-    if together and abs(lag) > max(_TOGETHER, 3 * step):
+    if abs(abs(slope) - 1) > (_SAME_QUANTITY_RATIO_TOLERANCE if together else _FOLLOWING_RATIO_TOLERANCE):
+        doubts.append(Doubt(f"{a} and {b}", f"do not fit: the {b} changes {_ratio_words(abs(slope))} times as much "
+                            f"as the {a} says",
+                            f"a unit or the sample time is wrong{_unit_words(abs(slope))}", figure=abs(abs(slope) - 1)))
+    if together and abs(lag) > max(_SAME_QUANTITY_MAX_DELAY, 3 * step):
         doubts.append(Doubt(f"{a} and {b}", f"are {1e3 * abs(lag):.0f} ms apart, one quantity twice",
                             "channels recorded at different times: K_v and following error hold that time too",
                             figure=abs(lag)))
-    elif not together and lag < -max(_TOGETHER, 3 * step):
+    elif not together and lag < -max(_SAME_QUANTITY_MAX_DELAY, 3 * step):
         doubts.append(Doubt(f"{a} and {b}", f"the {b} is {-1e3 * lag:.0f} ms before the {a}",
                             "exchanged, or recorded at different times", figure=-lag))
     return doubts
 
 
-def _plain(ratio: float) -> str:
+def _ratio_words(ratio: float) -> str:
     return f"{ratio:.4g}" if ratio >= 1e-3 else f"{ratio:.2e}"
 
 
-def _hint(ratio: float) -> str:
-    """Return the units that such a ratio speaks for."""
+def _unit_words(ratio: float) -> str:
+    """Return the pair of units that a ratio points to."""
     return next((f" ({words})" for factor, words in _FACTORS.items()
-                 if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < _RATIO), "")
+                 if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < _SAME_QUANTITY_RATIO_TOLERANCE), "")
 
 
 def _best_lag(first: FloatArray, second: FloatArray, step: float) -> tuple[float, float, float]:
-    """Return by how much the second is behind the first (s), their correlation there, and the slope of second over first."""
+    """Return the lag of the second behind the first (s), their correlation there, and the slope of second over first."""
     a, b = first - first.mean(), second - second.mean()
     size = float(np.sqrt((a**2).sum() * (b**2).sum()))
     if size == 0:
         return 0.0, float("nan"), float("nan")
-    many = 1 << int(np.ceil(np.log2(2 * a.size)))
-    product = np.fft.irfft(np.fft.rfft(b, many) * np.fft.rfft(a, many).conj(), many)
-    reach = min(round(_REACH / step), a.size // 3)
+    fft_size = 1 << int(np.ceil(np.log2(2 * a.size)))
+    product = np.fft.irfft(np.fft.rfft(b, fft_size) * np.fft.rfft(a, fft_size).conj(), fft_size)
+    reach = min(round(_MAX_SEARCHED_LAG / step), a.size // 3)
     lags = np.arange(-reach, reach + 1)
-    near = product[lags]
-    best = int(lags[int(np.argmax(np.abs(near)))])
+    candidates = product[lags]
+    best = int(lags[int(np.argmax(np.abs(candidates)))])
     c, d = (a[:a.size - best], b[best:]) if best >= 0 else (a[-best:], b[:best])
     together = float((c * d).sum())
     return best * step, together / float(np.sqrt((c**2).sum() * (d**2).sum())), together / float((c**2).sum())
 
 
 def _error_against(signals: Signals, speeds: Mapping[str, FloatArray], time: FloatArray) -> list[Doubt]:
-    """Return whether the recorded following error is set point less actual, by what the other channels integrate to."""
+    """Return a doubt where the recorded following error is not set point less actual, by integration of the other channels."""
     recorded = signals["following_error"]
-    ahead = speeds.get("velocity_set", speeds.get("position_set"))
+    set_speed = speeds.get("velocity_set", speeds.get("position_set"))
     actual = speeds.get("position", speeds.get("velocity"))
-    if recorded is None or ahead is None or actual is None:
+    if recorded is None or set_speed is None or actual is None:
         return []
     width = max(round(0.05 / float(time[1] - time[0])), 1)
     rate = np.gradient(uniform_filter1d(recorded.at(time), width), time)
-    _, correlation, slope = _best_lag(uniform_filter1d(ahead - actual, width), uniform_filter1d(rate, width),
+    _, correlation, slope = _best_lag(uniform_filter1d(set_speed - actual, width), uniform_filter1d(rate, width),
                                         float(time[1] - time[0]))
-    if not np.isfinite(correlation) or abs(correlation) < _CORRELATED:
+    if not np.isfinite(correlation) or abs(correlation) < _MIN_CHANNEL_CORRELATION:
         return []  # an error too small to be seen in the difference of two speeds
     if slope < 0:
         return [Doubt("following error", "has the sign opposite to set point less actual", "its sign is turned, or set and "
                       "actual are exchanged", figure=1.0)]
-    apart = float(np.abs(recorded.at(time)).max()) * abs(1 - 1 / slope) / max(float(np.abs(ahead).max()), 1e-300)
+    error_difference = float(np.abs(recorded.at(time)).max()) * abs(1 - 1 / slope) / max(float(np.abs(set_speed).max()), 1e-300)
     sampled = max(float(np.median(np.diff(s.time))) for s in signals.values() if s is not None)
-    if not 0.5 < slope < 2 and apart > _SAMPLES * sampled:
-        return [Doubt("following error", f"is {_plain(slope)} times the set point less the actual",
-                      f"a unit is wrong{_hint(slope)}", figure=abs(slope - 1))]
+    if not 0.5 < slope < 2 and error_difference > _MAX_SAMPLES_APART * sampled:
+        return [Doubt("following error", f"is {_ratio_words(slope)} times the set point less the actual",
+                      f"a unit is wrong{_unit_words(slope)}", figure=abs(slope - 1))]
     return []
 
 
 def load_doubts(speed: FloatArray, load: FloatArray, time: FloatArray, *, actual: bool) -> list[Doubt]:
-    """Return doubts on a load beside the speed of its axis: later than the speed, or not of this axis.
+    """Return doubts on a load: later than the speed of its axis, or of another axis.
 
     The load is taken as steps with the direction, a part with speed and one with acceleration, at every lag in turn; the lag
     that fits best is that of the recording. A set point is before the axis: only an `actual` speed can tell.
     """
     step = float(time[1] - time[0])
-    every = max(1, round(4e-3 / step))
+    stride = max(1, round(4e-3 / step))
     width = max(round(0.02 / step), 1)
-    v = uniform_filter1d(speed, width)[::every]
-    y = uniform_filter1d(load, width)[::every]
-    a = np.gradient(v, step * every)
+    v = uniform_filter1d(speed, width)[::stride]
+    y = uniform_filter1d(load, width)[::stride]
+    a = np.gradient(v, step * stride)
     moving = np.abs(v) > 0.01 * np.abs(v).max()
     columns = np.column_stack([np.where(moving, np.sign(v), 0.0), v, a, np.ones(v.size)])
-    reach = min(round(_REACH / (step * every)), v.size // 4)
-    left = np.array([_unexplained(columns, moving, y, shift=shift) for shift in range(-reach, reach + 1)])
-    if not np.isfinite(left).any():
+    reach = min(round(_MAX_SEARCHED_LAG / (step * stride)), v.size // 4)
+    unexplained_by_lag = np.array([_unexplained(columns, moving, y, shift=shift) for shift in range(-reach, reach + 1)])
+    if not np.isfinite(unexplained_by_lag).any():
         return []
-    best, now = int(np.nanargmin(left)) - reach, left[reach]
+    best, now = int(np.nanargmin(unexplained_by_lag)) - reach, unexplained_by_lag[reach]
     doubts = []
-    lag = best * step * every
-    if actual and left[best + reach] < 0.5 and now - left[best + reach] > 0.05 and abs(lag) > max(0.02, 3 * step):
+    lag = best * step * stride
+    if (actual and unexplained_by_lag[best + reach] < 0.5 and now - unexplained_by_lag[best + reach] > 0.05
+            and abs(lag) > max(0.02, 3 * step)):
         doubts.append(Doubt("load", f"{1e3 * abs(lag):.0f} ms {'behind' if lag > 0 else 'before'} the speed",
                             "channels recorded at different times: means over short runs are mixed with standstill",
                             figure=abs(lag)))
-    rest = float(left[best + reach])
-    if rest > 0.5:
-        doubts.append(Doubt("load", f"speed, direction and acceleration explain {100 * (1 - rest):.0f} % of it only",
-                            "the load of another axis, cutting, or a force that depends on the place", figure=rest))
+    unexplained = float(unexplained_by_lag[best + reach])
+    if unexplained > 0.5:
+        doubts.append(Doubt("load", f"speed, direction and acceleration explain {100 * (1 - unexplained):.0f} % of it only",
+                            "the load of another axis, cutting, or a force that depends on the place", figure=unexplained))
     return doubts
 
 
@@ -191,13 +193,13 @@ def _unexplained(columns: FloatArray, moving: np.ndarray, load: FloatArray, *, s
 
 def swing_doubts(load: FloatArray, time: FloatArray, runs: Sequence[tuple[float, float]], *, dry: float, unit: str
                  ) -> list[Doubt]:
-    """Return that the load swings at one frequency by more than half the friction while the speed is constant; `runs` are
-    their first and last times."""
+    """Return a doubt where the load swings at one frequency by more than half the friction while the speed is constant; `runs`
+    are their first and last times."""
     if not runs:
         return []
     begin, end = max(runs, key=lambda ends: ends[1] - ends[0])
-    at = (time >= begin) & (time <= end)
-    y = load[at] - load[at].mean()
+    inside = (time >= begin) & (time <= end)
+    y = load[inside] - load[inside].mean()
     if y.size < 32:
         return []
     lines = np.abs(np.fft.rfft(y * np.hanning(y.size))) * 4 / y.size
@@ -211,18 +213,18 @@ def swing_doubts(load: FloatArray, time: FloatArray, runs: Sequence[tuple[float,
 
 
 def cut_off(signal: AxisSignal) -> list[Doubt]:
-    """Return that a signal stands still at its largest size while it moves elsewhere: the end of a range."""
+    """Return a doubt where a signal stands still at its largest size while it moves elsewhere: the end of a range."""
     y = signal.values
-    top = float(np.abs(y).max())
-    moves = np.abs(np.diff(y)) > 0
-    if top == 0 or moves.mean() < 0.3:
+    largest = float(np.abs(y).max())
+    is_moving = np.abs(np.diff(y)) > 0
+    if largest == 0 or is_moving.mean() < 0.3:
         return []
-    rows, number = label(np.abs(y) >= top * (1 - 1e-9))
+    rows, number = label(np.abs(y) >= largest * (1 - 1e-9))
     if not number:
         return []
-    long = np.bincount(rows)[1:]
-    share = float(long[long >= _ROW].sum() / y.size)
-    if share < _FLAT:
+    row_lengths = np.bincount(rows)[1:]
+    share = float(row_lengths[row_lengths >= _MIN_CLIPPED_ROW].sum() / y.size)
+    if share < _MAX_CLIPPED_FRACTION:
         return []
-    return [Doubt("load", f"{100 * share:.0f} % of its samples stand at ±{top:.4g} {signal.unit}",
+    return [Doubt("load", f"{100 * share:.0f} % of its samples stand at ±{largest:.4g} {signal.unit}",
                   "a limit was reached (of the drive or of the recording): friction and levels are too small", figure=share)]

@@ -1,4 +1,4 @@
-"""Stretches of a record in which an axis keeps its speed: means of load and following error, and how well they are known."""
+"""Runs of constant speed in a record: means of load and following error, with their standard errors."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from scipy.ndimage import find_objects, label, maximum_filter1d, minimum_filter1
 
 from toolpoint._check import FloatArray
 
-# A run: at least this long (s), speed within this share of the largest and of itself, first part left out while it settles.
-SHORTEST, _CONSTANT, _ITSELF, _SETTLES = 0.1, 0.005, 0.1, 0.3
-# The error of a mean is that of the means of so many equal parts: samples of a filtered record are not independent.
-BATCHES = 8
+MIN_RUN_DURATION = 0.1  # s of a run of constant speed
+_MAX_SPEED_CHANGE, _MAX_OWN_SPEED_CHANGE = 0.005, 0.1  # within a run: of the largest speed, and of its own
+_SETTLING_FRACTION = 0.3  # of a run: its first part, left out while the axis settles
+# Equal parts of a run whose means give the error of its mean: samples of a filtered record are not independent.
+BATCH_COUNT = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,39 +51,39 @@ def find_constant_runs(time: FloatArray, speed: FloatArray, load: FloatArray, *,
         Whether the speed is an actual one (or differenced from positions): its noise is averaged over half a shortest run.
     """
     step = float(time[1] - time[0])
-    runs = _stretches(speed, step, usable, measured=measured)
+    runs = _constant_stretches(speed, step, usable, measured=measured)
     if not runs:
         return ConstantRuns(*np.zeros((10, 0)))
-    v = np.array([speed[at].mean() for at in runs])
-    loads, errors = (np.array([_parts(values, at) for at in runs]) for values in (load, error))
-    half = BATCHES // 2  # the error still settles: what is left of it is of the size of what it changed by
+    v = np.array([speed[run].mean() for run in runs])
+    loads, errors = (np.array([_batch_means(values, run) for run in runs]) for values in (load, error))
+    half = BATCH_COUNT // 2  # the error still settles: what is left of it is of the size of what it changed by
     settling = np.maximum(errors.std(axis=1, ddof=1), np.abs(errors[:, :half].mean(axis=1) - errors[:, half:].mean(axis=1)))
-    duration, scatter = (np.array(column) for column in zip(*((at.size * step, load[at].std()) for at in runs), strict=True))
-    return ConstantRuns(v, duration, loads.mean(axis=1), scatter, errors.mean(axis=1), *_spread_of_parts(loads),
-                        _spread_of_parts(errors)[0], settling, np.array([time[at[0]] for at in runs]))
+    duration, scatter = (np.array(column) for column in zip(*((run.size * step, load[run].std()) for run in runs), strict=True))
+    return ConstantRuns(v, duration, loads.mean(axis=1), scatter, errors.mean(axis=1), *_batch_spread(loads),
+                        _batch_spread(errors)[0], settling, np.array([time[run[0]] for run in runs]))
 
 
-def _stretches(speed: FloatArray, step: float, usable: np.ndarray, *, measured: bool) -> list[np.ndarray]:
+def _constant_stretches(speed: FloatArray, step: float, usable: np.ndarray, *, measured: bool) -> list[np.ndarray]:
     """Return the samples of every run, without its beginning."""
-    width = max(3, round(SHORTEST / step / 2) * 2 + 1)
+    width = max(3, round(MIN_RUN_DURATION / step / 2) * 2 + 1)
     smooth = uniform_filter1d(speed, max(width // 2, 1)) if measured else speed
-    top = float(np.abs(smooth).max())
+    speed_max = float(np.abs(smooth).max())
     spread = maximum_filter1d(smooth, width) - minimum_filter1d(smooth, width)
-    same = (spread <= 2 * _CONSTANT * top) & (spread <= _ITSELF * np.abs(smooth)) & usable
-    stretch, _ = label(same & (np.abs(smooth) > 2 * _CONSTANT * top))
+    is_constant = (spread <= 2 * _MAX_SPEED_CHANGE * speed_max) & (spread <= _MAX_OWN_SPEED_CHANGE * np.abs(smooth)) & usable
+    stretch, _ = label(is_constant & (np.abs(smooth) > 2 * _MAX_SPEED_CHANGE * speed_max))
     runs = [np.arange(place[0].start, place[0].stop) for place in find_objects(stretch)]
-    runs = [at[round(_SETTLES * at.size):] for at in runs]
-    return [at for at in runs if at.size * step >= SHORTEST / 2 and at.size >= BATCHES]
+    runs = [run[round(_SETTLING_FRACTION * run.size):] for run in runs]
+    return [run for run in runs if run.size * step >= MIN_RUN_DURATION / 2 and run.size >= BATCH_COUNT]
 
 
-def _parts(values: FloatArray, at: np.ndarray) -> FloatArray:
+def _batch_means(values: FloatArray, run: np.ndarray) -> FloatArray:
     """Return the means of equal parts of a run."""
-    return np.array([part.mean() for part in np.array_split(values[at], BATCHES)])
+    return np.array([part.mean() for part in np.array_split(values[run], BATCH_COUNT)])
 
 
-def _spread_of_parts(parts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the standard error of the mean of samples that hang together, from the means of equal parts, and the standard
-    deviation of what wanders through the run: no average takes that away."""
+def _batch_spread(parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the standard error of the mean of correlated samples, from the means of equal parts, and the standard deviation of
+    the drift through the run, which no average removes."""
     rough = (np.diff(parts, axis=1)**2).mean(axis=1) / 2  # of neighbours: what wanders is left out (von Neumann)
     slow = np.maximum(parts.var(axis=1, ddof=1) - rough, 0.0)
-    return np.sqrt(rough / BATCHES), np.sqrt(slow)
+    return np.sqrt(rough / BATCH_COUNT), np.sqrt(slow)

@@ -8,10 +8,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.drives.program.path import ARC, CLOTHOID, Path
+from toolpoint.drives.program.path import ARC_KIND, CLOTHOID_KIND, Path
 
-# Pairs of a point and a segment that are looked at: some tens of seconds.
-_MOST = 1e8
+_MAX_WINDOW_PAIRS = 1e8  # pairs of a point and a segment: some tens of seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +54,7 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
         m; the foot lies within it of the arc length in `progress`, so that a path that crosses itself or turns back is not
         mistaken. Too narrow a window adds what is missing of the way to the error: `lag.window_around` gives one that is not.
     """
-    if (path.kind == CLOTHOID).any():
+    if (path.kind == CLOTHOID_KIND).any():
         fail("path", "clothoid blends", "must be lines and arcs",
              remedy="measure against the programmed path, not the rounded one")
     p = floats("points", points)
@@ -69,23 +68,25 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
     first = np.searchsorted(ends, np.maximum(s - reach, 0.0), side="left")
     last = np.minimum(np.searchsorted(starts, s + reach, side="right") - 1, path.count - 1)
     spread = int((last - first).max()) + 1
-    if (last - first + 1).sum() > _MOST:
-        fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MOST:.0e}",
+    if (last - first + 1).sum() > _MAX_WINDOW_PAIRS:
+        fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MAX_WINDOW_PAIRS:.0e}",
              remedy="take smaller windows or fewer points")
     best, foot, place = np.full(len(p), np.inf), np.zeros_like(p), np.zeros(len(p))
     # The k-th segment of every window at once: as many passes as the widest window holds segments.
     for offset in range(spread):
-        at = np.flatnonzero(first + offset <= last)
-        k = first[at] + offset
-        share = _nearest(path, k, p[at], np.clip((s[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1))
-        low = np.clip((s[at] - reach[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
-        high = np.clip((s[at] + reach[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
-        share = np.clip(share, low, high)
+        points_here = np.flatnonzero(first + offset <= last)
+        k = first[points_here] + offset
+        share = _nearest(path, k, p[points_here],
+                         np.clip((s[points_here] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1))
+        share_min = np.clip((s[points_here] - reach[points_here] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        share_max = np.clip((s[points_here] + reach[points_here] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        share = np.clip(share, share_min, share_max)
         q = path.points(k, share)
-        distance = np.linalg.norm(p[at] - q, axis=1)
-        better = distance < best[at]
-        i = at[better]
-        best[i], foot[i], place[i] = distance[better], q[better], starts[k[better]] + share[better] * lengths[k[better]]
+        distance = np.linalg.norm(p[points_here] - q, axis=1)
+        is_nearer = distance < best[points_here]
+        i = points_here[is_nearer]
+        best[i], foot[i] = distance[is_nearer], q[is_nearer]
+        place[i] = starts[k[is_nearer]] + share[is_nearer] * lengths[k[is_nearer]]
     vector = p - foot
     k = np.minimum(np.searchsorted(ends, place, side="left"), path.count - 1)
     tangent = path.tangents(k, (place - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1))
@@ -98,14 +99,14 @@ def _nearest(path: Path, k: np.ndarray, p: FloatArray, expected: FloatArray) -> 
     chord = path.end[k] - path.start[k]
     size = np.maximum((chord**2).sum(axis=1), 1e-300)
     share = np.clip(((p - path.start[k]) * chord).sum(axis=1) / size, 0.0, 1.0)
-    arc = np.flatnonzero(path.kind[k] == ARC)
+    arc = np.flatnonzero(path.kind[k] == ARC_KIND)
     if arc.size:
         i = k[arc]
-        at, rows = path.plane[i], np.arange(i.size)[:, None]
-        d, e = (path.start[i] - path.center[i])[rows, at], (p[arc] - path.center[i])[rows, at]
+        plane_axes, rows = path.plane[i], np.arange(i.size)[:, None]
+        d, e = (path.start[i] - path.center[i])[rows, plane_axes], (p[arc] - path.center[i])[rows, plane_axes]
         turned = np.arctan2(d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0], (d * e).sum(axis=1))
-        hoped = expected[arc] * path.sweep[i]
-        turned = hoped + (turned - hoped + np.pi) % (2 * np.pi) - np.pi
+        expected_turn = expected[arc] * path.sweep[i]
+        turned = expected_turn + (turned - expected_turn + np.pi) % (2 * np.pi) - np.pi
         share[arc] = np.clip(turned / path.sweep[i], 0.0, 1.0)
     return share
 

@@ -1,4 +1,4 @@
-"""How far simulated or recorded axes are behind their set points, and so where on the path their points belong."""
+"""Lag of simulated or recorded axes behind their set points, and the place on the path that it gives their points."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import scipy
 
 from toolpoint._check import FloatArray, floats
 
-# Instants that the lag is estimated from; what a window is larger than the deviation, and its least size, m.
-_INSTANTS, _WIDER, _LEAST = 20_000, 3.0, 1e-4
+_MAX_LAG_INSTANTS = 20_000  # instants from which the lag is estimated
+_WINDOW_RATIO, _MIN_WINDOW = 3.0, 1e-4  # of the deviation from the expected place; m
 
 
 def estimate_lag(time: FloatArray, command: FloatArray, actual: FloatArray) -> float:
@@ -30,13 +30,14 @@ def estimate_lag(time: FloatArray, command: FloatArray, actual: FloatArray) -> f
     if power == 0:
         return 0.0
     first = float(((c - a) * velocity).sum()) / power  # to first order the following error is the lag times the velocity
-    few = slice(None, None, max(1, t.size // _INSTANTS))
+    sampled = slice(None, None, max(1, t.size // _MAX_LAG_INSTANTS))
 
     def miss(lag: float) -> float:
-        return float(((a[few] - delay(t, c, lag)[few]) ** 2).sum())
+        return float(((a[sampled] - delay(t, c, lag)[sampled]) ** 2).sum())
 
-    top = max(3 * first, 10 * float(t[1] - t[0]))
-    best = scipy.optimize.minimize_scalar(miss, bounds=(0.0, top), method="bounded", options={"xatol": 1e-9 * top + 1e-9})
+    lag_max = max(3 * first, 10 * float(t[1] - t[0]))
+    best = scipy.optimize.minimize_scalar(miss, bounds=(0.0, lag_max), method="bounded",
+                                          options={"xatol": 1e-9 * lag_max + 1e-9})
     return float(best.x) if miss(float(best.x)) < miss(0.0) else 0.0
 
 
@@ -46,9 +47,9 @@ def delay(time: FloatArray, values: FloatArray, lag: float) -> FloatArray:
 
 
 def window_around(expected: FloatArray, actual: FloatArray) -> FloatArray:
-    """Return how far along the path (m) the foot of each actual point may be from its expected place, (n,).
+    """Return the largest distance along the path (m) of the foot of each actual point from its expected place, (n,).
 
     The foot is no farther from the actual point than the expected place is, d; so it is within 2 d of the expected place, and
     along smooth path within pi d. Whatever the path, the contour error is then at most d.
     """
-    return _WIDER * np.linalg.norm(actual - expected, axis=1) + _LEAST
+    return _WINDOW_RATIO * np.linalg.norm(actual - expected, axis=1) + _MIN_WINDOW

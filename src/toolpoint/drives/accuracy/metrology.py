@@ -59,8 +59,8 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
                              method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
         middle = middle + scale * narrowest.x
     nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)
-    whole = middle + start
-    return CircularTest((float(whole[0]), float(whole[1])), float(np.sqrt(offset + fit[:2] @ fit[:2])),
+    fitted_center = middle + start
+    return CircularTest((float(fitted_center[0]), float(fitted_center[1])), float(np.sqrt(offset + fit[:2] @ fit[:2])),
                         separation(middle), float(nominal.max()), float(nominal.min()), method)
 
 
@@ -84,10 +84,10 @@ def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float
     r, angle = np.hypot(*d.T) - positive("radius", radius), np.degrees(np.arctan2(d[:, 1], d[:, 0]))
     base, peaks = float(np.median(r)), []
     for q in (0.0, 90.0, 180.0, 270.0):
-        near = np.abs((angle - q + 180) % 360 - 180) <= half_width
-        if not near.any():
+        in_quadrant = np.abs((angle - q + 180) % 360 - 180) <= half_width
+        if not in_quadrant.any():
             fail("points", f"none within {half_width:g} deg of {q:g} deg", "must hold a whole turn")
-        peaks.append(float(r[near].max() - base))
+        peaks.append(float(r[in_quadrant].max() - base))
     return np.array(peaks)
 
 
@@ -132,10 +132,10 @@ def positioning(forward: FloatArray, backward: FloatArray) -> Positioning:
     b, middle = mean_up - mean_down, (mean_up + mean_down) / 2
     each = np.max([2 * s_up + 2 * s_down + np.abs(b), 4 * s_up, 4 * s_down], axis=0)
     both = np.concatenate([mean_up, mean_down])
-    high, low = np.concatenate([mean_up + 2 * s_up, mean_down + 2 * s_down]), np.concatenate(
+    upper, lower = np.concatenate([mean_up + 2 * s_up, mean_down + 2 * s_down]), np.concatenate(
         [mean_up - 2 * s_up, mean_down - 2 * s_down])
     n = len(mean_up)
     span = lambda a, c: float(a.max() - c.min())
-    return Positioning(span(high, low), span(high[:n], low[:n]), span(high[n:], low[n:]), span(both, both),
+    return Positioning(span(upper, lower), span(upper[:n], lower[:n]), span(upper[n:], lower[n:]), span(both, both),
                        span(mean_up, mean_up), span(mean_down, mean_down), float(each.max()), 4 * float(s_up.max()),
                        4 * float(s_down.max()), float(np.abs(b).max()), float(b.mean()), span(middle, middle))

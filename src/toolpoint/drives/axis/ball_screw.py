@@ -119,21 +119,21 @@ def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling
     chain.inertia("front", coupling.inertia / 2)
     chain.spring({"motor": 1, "front": -1}, coupling.stiffness, coupling.damping)
     chain.spring({"motor": 1}, 0.0, damping)
-    for before, behind, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
+    for first, second, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
         j = cylinder_inertia(screw.diameter, part, screw.density)
         k = torsional_stiffness(screw.diameter, part, screw.shear_modulus)
-        chain.inertia(before, j / 2)
-        chain.inertia(behind, j / 2)
-        chain.spring({before: 1, behind: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
+        chain.inertia(first, j / 2)
+        chain.inertia(second, j / 2)
+        chain.spring({first: 1, second: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
 
 
 def _axial(chain: MassChain, screw: BallScrew, x: float, front: float, end: float | None, damping: float) -> None:
     positive("front_bearing", front)
-    for before, behind, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
+    for first, second, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
         m, k = screw.mass * part / screw.length, screw.rod_stiffness / part
-        chain.inertia(before, m / 2)
-        chain.inertia(behind, m / 2)
-        chain.spring({before: 1, behind: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * m / 2))
+        chain.inertia(first, m / 2)
+        chain.inertia(second, m / 2)
+        chain.spring({first: 1, second: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * m / 2))
     chain.spring({"x_front": 1, "base": -1}, front, damping)
     if end is not None:
         chain.spring({"x_end": 1, "base": -1}, positive("end_bearing", end), damping)

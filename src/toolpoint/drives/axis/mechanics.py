@@ -101,19 +101,19 @@ class Mechanics(NotebookText):
     def motor_inertia(self) -> float:
         """Inertia of the whole axis at the motor, rigid: v^T M v with v the motion for one rad (m) of the motor."""
         free = [i for i, name in enumerate(self.coordinates) if name not in self.boundaries]
-        n, at = len(free), np.ix_(free, free)
+        n, block_index = len(free), np.ix_(free, free)
         row = self.vector(self.motor)[free]
-        scale = max(float(np.abs(self.stiffness[at]).max()), 1.0)
-        block = np.block([[self.stiffness[at] / scale, row[:, None]], [row[None, :], np.zeros((1, 1))]])
+        scale = max(float(np.abs(self.stiffness[block_index]).max()), 1.0)
+        block = np.block([[self.stiffness[block_index] / scale, row[:, None]], [row[None, :], np.zeros((1, 1))]])
         v = np.linalg.solve(block, np.eye(n + 1)[n])[:n]
-        return float(v @ self.mass[at] @ v)
+        return float(v @ self.mass[block_index] @ v)
 
     @property
     def natural_frequencies(self) -> FloatArray:
         """Undamped natural frequencies with the boundaries fixed, Hz; the rigid motion of the axis is the 0."""
         free = [i for i, c in enumerate(self.coordinates) if c not in self.boundaries]
-        at = np.ix_(free, free)
-        values = np.linalg.eigvals(np.linalg.solve(self.mass[at], self.stiffness[at])).real
+        block_index = np.ix_(free, free)
+        values = np.linalg.eigvals(np.linalg.solve(self.mass[block_index], self.stiffness[block_index])).real
         return np.sqrt(nonnegative("w^2", np.sort(np.maximum(values, 0.0)))) / (2 * np.pi)
 
     def __repr__(self) -> str:

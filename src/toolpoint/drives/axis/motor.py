@@ -54,7 +54,7 @@ class TorqueMotor:
 
 @dataclass(frozen=True)
 class Inverter:
-    """What feeds the motor: voltage limit and the model of switching.
+    """Inverter of a motor: voltage limit and the model of switching.
 
     Parameters
     ----------

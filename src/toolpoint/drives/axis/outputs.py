@@ -1,4 +1,4 @@
-"""Outputs of every axis of a plant, in their order: what the kernel and an exported unit read by name."""
+"""Outputs of every axis of a plant, in the order in which the kernel and an exported unit read them."""
 
 from __future__ import annotations
 

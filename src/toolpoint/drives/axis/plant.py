@@ -141,37 +141,37 @@ def build_plant(axes: Sequence[DriveAxis], structure: Structure | None = None) -
     if len(set(names)) != len(names) or not axes:
         fail("axes", repr(names), "must be at least one axis, each with its own name")
     if structure is not None:
-        _known("boundaries", structure.boundaries, [f"{a.name}.{b}" for a in axes for b in a.mechanics.boundaries])
-        _known("tool", structure.tool, names)
+        _check_names("boundaries", structure.boundaries, [f"{a.name}.{b}" for a in axes for b in a.mechanics.boundaries])
+        _check_names("tool", structure.tool, names)
     return _Assembly(axes, structure).build()
 
 
-def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None:
-    for key in given:
-        if key not in known:
-            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(known), remedy=suggestion(key, known))
+def _check_names(what: str, names: Mapping[str, object], allowed: Sequence[str]) -> None:
+    for key in names:
+        if key not in allowed:
+            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(allowed), remedy=suggestion(key, allowed))
 
 
 class _Assembly:
-    """Places of the states and the columns while a plant is put together."""
+    """State offsets and columns of a plant during its assembly."""
 
     def __init__(self, axes: tuple[DriveAxis, ...], structure: Structure | None) -> None:
         self.axes, self.structure = axes, structure
         self.start: list[tuple[int, int]] = []
-        at, states = 0, []
+        offset, states = 0, []
         for axis in axes:
             electrical = isinstance(axis.motor, SynchronousMotor)
-            self.start.append((at, at + 2 * electrical))
+            self.start.append((offset, offset + 2 * electrical))
             free = axis.mechanics.free
             states += [f"{axis.name}.i_d", f"{axis.name}.i_q"] if electrical else []
             states += [f"{axis.name}.{q}" for q in free] + [f"{axis.name}.d{q}" for q in free]
-            at += 2 * electrical + 2 * len(free)
-        self.at_structure = at
-        n = at + (structure.system.size if structure else 0)
+            offset += 2 * electrical + 2 * len(free)
+        self.at_structure = offset
+        n = offset + (structure.system.size if structure else 0)
         self.states = (*states, *(structure.system.states if structure else ()))
         self.a = np.zeros((n, n))
         if structure:
-            self.a[at:, at:] = structure.system.a
+            self.a[offset:, offset:] = structure.system.a
         self.b_input, self.b_force = np.zeros((n, 2 * len(axes))), np.zeros((n, len(axes)))
         self.columns: list[FloatArray] = []
         self.laws: list[np.ndarray] = []
@@ -187,9 +187,9 @@ class _Assembly:
         first = len(scalars)
         for k, pair in enumerate(self.factors):
             for side, factor in enumerate(pair):
-                same = [i for i in range(first, len(scalars)) if np.array_equal(scalars[i], factor)]
-                products[k, side] = same[0] if same else len(scalars)
-                scalars += [] if same else [factor]
+                equal = [i for i in range(first, len(scalars)) if np.array_equal(scalars[i], factor)]
+                products[k, side] = equal[0] if equal else len(scalars)
+                scalars += [] if equal else [factor]
         n = self.a.shape[0]
         stacked = lambda parts, width: np.array(parts).reshape(-1, width)
         laws = np.stack(self.laws) if self.laws else np.zeros(0, LAW)
@@ -201,11 +201,11 @@ class _Assembly:
     def _rows(self, i: int) -> tuple[FloatArray, FloatArray]:
         """Return displacement and velocity of all coordinates (free and boundary) as rows over the states."""
         mechanics, n = self.axes[i].mechanics, self.a.shape[0]
-        at, free = self.start[i][1], mechanics.free
+        offset, free = self.start[i][1], mechanics.free
         place, rate = np.zeros((len(mechanics.coordinates), n)), np.zeros((len(mechanics.coordinates), n))
         for row, name in enumerate(mechanics.coordinates):
             if name in free:
-                place[row, at + free.index(name)] = rate[row, at + len(free) + free.index(name)] = 1.0
+                place[row, offset + free.index(name)] = rate[row, offset + len(free) + free.index(name)] = 1.0
             elif (served := self._served(i, name)) is not None and self.structure is not None:
                 place[row, self.at_structure:] = self.structure.row(served.displacement)
                 rate[row, self.at_structure:] = self.structure.row(served.velocity)
@@ -216,10 +216,10 @@ class _Assembly:
 
     def _push(self, i: int, force: FloatArray) -> FloatArray:
         """Return the state derivative that forces on all coordinates cause; shape (n_coordinates, ...) -> (n, ...)."""
-        mechanics, at = self.axes[i].mechanics, self.start[i][1]
+        mechanics, offset = self.axes[i].mechanics, self.start[i][1]
         free = [k for k, name in enumerate(mechanics.coordinates) if name in mechanics.free]
         out = np.zeros((self.a.shape[0], *force.shape[1:]))
-        out[at + len(free):at + 2 * len(free)] = np.linalg.solve(mechanics.mass[np.ix_(free, free)], force[free])
+        out[offset + len(free):offset + 2 * len(free)] = np.linalg.solve(mechanics.mass[np.ix_(free, free)], force[free])
         for k, name in enumerate(mechanics.coordinates):
             served = self._served(i, name)
             if served is not None and self.structure is not None:
@@ -227,10 +227,10 @@ class _Assembly:
         return out
 
     def _axis(self, i: int) -> list[FloatArray]:
-        axis, (at_motor, at) = self.axes[i], self.start[i]
+        axis, (motor_offset, offset) = self.axes[i], self.start[i]
         mechanics, size = axis.mechanics, len(axis.mechanics.free)
         place, rate = self._rows(i)
-        self.a[at:at + size, at + size:at + 2 * size] = np.eye(size)
+        self.a[offset:offset + size, offset + size:offset + 2 * size] = np.eye(size)
         self.a += self._push(i, -(mechanics.stiffness @ place + mechanics.damping @ rate))
         motor, table = mechanics.vector(mechanics.motor), mechanics.vector(mechanics.table)
         for rub in mechanics.friction:
@@ -241,8 +241,8 @@ class _Assembly:
         currents = np.zeros((2, self.a.shape[0]))
         torque = self._push(i, motor)
         if isinstance(axis.motor, SynchronousMotor):
-            currents[0, at_motor] = currents[1, at_motor + 1] = 1.0
-            self._electrical(i, axis.motor, at_motor, speed, torque, currents)
+            currents[0, motor_offset] = currents[1, motor_offset + 1] = 1.0
+            self._electrical(i, axis.motor, motor_offset, speed, torque, currents)
         else:
             self.b_input[:, 2 * i + 1] = torque
         self.b_force[:, i] = self._push(i, table)
@@ -266,16 +266,16 @@ class _Assembly:
         self.scalars.append(vector @ motion)
         self.columns.append(column)
 
-    def _electrical(self, i: int, motor: SynchronousMotor, at: int, speed: FloatArray, torque: FloatArray,
+    def _electrical(self, i: int, motor: SynchronousMotor, offset: int, speed: FloatArray, torque: FloatArray,
                     currents: FloatArray) -> None:
         p, n = motor.pole_pairs, self.a.shape[0]
         ld, lq = motor.inductance_d, motor.inductance_q
-        self.a[at, at], self.a[at + 1, at + 1] = -motor.resistance / ld, -motor.resistance / lq
-        self.a[at + 1] -= p * motor.flux / lq * speed
+        self.a[offset, offset], self.a[offset + 1, offset + 1] = -motor.resistance / ld, -motor.resistance / lq
+        self.a[offset + 1] -= p * motor.flux / lq * speed
         self.a += np.outer(torque, motor.torque_constant * currents[1])
-        self.b_input[at, 2 * i], self.b_input[at + 1, 2 * i + 1] = 1 / ld, 1 / lq
+        self.b_input[offset, 2 * i], self.b_input[offset + 1, 2 * i + 1] = 1 / ld, 1 / lq
         unit = np.eye(n)
-        terms = [(p * lq / ld * unit[at], speed, currents[1]), (-p * ld / lq * unit[at + 1], speed, currents[0])]
+        terms = [(p * lq / ld * unit[offset], speed, currents[1]), (-p * ld / lq * unit[offset + 1], speed, currents[0])]
         if ld != lq:
             terms.append((1.5 * p * (ld - lq) * torque, currents[0], currents[1]))
         for column, *pair in terms:

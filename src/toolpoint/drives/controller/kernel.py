@@ -20,7 +20,7 @@ def quantise(value, resolution):
 
 @njit(cache=True, nogil=True)
 def position_sample(p, s, set_point, angle, scale):
-    """Write the speed set point, the feed-forward torque and the following error."""
+    """Write the speed set point (K_v e + f v_set)/lead, the feed-forward torque and the following error e = x_set - x."""
     if p.scale_feedback:
         actual = quantise(scale, p.scale_resolution)
     else:
@@ -33,7 +33,7 @@ def position_sample(p, s, set_point, angle, scale):
 
 @njit(cache=True, nogil=True)
 def velocity_sample(p, s, angle, speed, add_speed, add_torque):
-    """Write the torque command and the current set point."""
+    """Write the torque command (PI of the speed error, filtered, limited, delayed) and the current set point."""
     if p.difference:
         reading = quantise(angle, p.angle_resolution)
         speed = (reading - s.last_angle) / p.velocity_sample_time
@@ -65,7 +65,7 @@ def filter_torque(p, s, torque):
 
 @njit(cache=True, nogil=True)
 def current_sample(p, s, angle, speed, i_d, i_q, add_current, add_voltage):
-    """Put the delayed voltage in force and compute the next one."""
+    """Apply the delayed voltage and compute the next one: PI in d and q, decoupling, limit of the amplitude."""
     if not p.has_current_loop:
         s.voltage_d, s.voltage_q = 0.0, s.torque_set
         return
@@ -81,9 +81,9 @@ def current_sample(p, s, angle, speed, i_d, i_q, add_current, add_voltage):
     scale = p.voltage_limit / length if length > p.voltage_limit else 1.0
     # Back-calculation: what the voltage limit took away leaves the integrals with the loop's own time constant.
     rise = p.current_sample_time * p.current_integral
-    back = rise / p.current_gain
-    s.integral_d += rise * error_d + back * (scale - 1.0) * u_d
-    s.integral_q += rise * error_q + back * (scale - 1.0) * u_q
+    anti_windup = rise / p.current_gain
+    s.integral_d += rise * error_d + anti_windup * (scale - 1.0) * u_d
+    s.integral_q += rise * error_q + anti_windup * (scale - 1.0) * u_q
     for i in range(p.current_delay, 0, -1):
         s.voltage_line_d[i], s.voltage_line_q[i] = s.voltage_line_d[i - 1], s.voltage_line_q[i - 1]
     s.voltage_line_d[0], s.voltage_line_q[0] = scale * u_d, scale * u_q
@@ -94,8 +94,8 @@ def current_sample(p, s, angle, speed, i_d, i_q, add_current, add_voltage):
 @njit(cache=True, nogil=True)
 def leg_fraction(duty, start, stop):
     """Return the fraction of [start, stop] (in carrier periods, within one) in which the leg is high: a centred pulse."""
-    low, high = 0.5 - 0.5 * duty, 0.5 + 0.5 * duty
-    return max(0.0, min(stop, high) - max(start, low)) / (stop - start)
+    rise, fall = 0.5 - 0.5 * duty, 0.5 + 0.5 * duty
+    return max(0.0, min(stop, fall) - max(start, rise)) / (stop - start)
 
 
 @njit(cache=True, nogil=True)
@@ -106,8 +106,8 @@ def write_switched_voltage(p, s, phase, width, angle, speed, out):
     stator with the rotor's angle in the middle of the sample, the legs' mean back with that in the middle of the step.
     """
     period, bus = p.current_sample_time, math.sqrt(3.0) * p.voltage_limit
-    at = p.pole_pairs * (s.held_angle + 0.5 * period * s.held_speed)
-    c, q = math.cos(at), math.sin(at)
+    electrical_angle = p.pole_pairs * (s.held_angle + 0.5 * period * s.held_speed)
+    c, q = math.cos(electrical_angle), math.sin(electrical_angle)
     alpha, beta = c * s.voltage_d - q * s.voltage_q, q * s.voltage_d + c * s.voltage_q
     a, b = alpha, -0.5 * alpha + 0.5 * math.sqrt(3.0) * beta
     d = -0.5 * alpha - 0.5 * math.sqrt(3.0) * beta

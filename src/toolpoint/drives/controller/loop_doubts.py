@@ -1,4 +1,4 @@
-"""Loops that a simulation runs and no machine should: hardly stable, sampled too slowly, with a gain that no axis has."""
+"""Doubts of loops that a simulation accepts and no machine should: hardly stable, sampled too slowly, of an unusual gain."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from toolpoint._doubt import Doubt
 from toolpoint.drives.controller.settings import Controller
 
 # Margins below which a loop is said to be hardly stable: usual designs keep 6 dB and 30 degrees, tuned ones more.
-_DECIBELS, _DEGREES = 6.0, 30.0
+_USUAL_GAIN_MARGIN_DB, _USUAL_PHASE_MARGIN_DEG = 6.0, 30.0
 # Gains of position loops of machines, 1/s, with room on both sides.
-_GAINS = (2.0, 1000.0)
+_USUAL_POSITION_GAINS = (2.0, 1000.0)
 Figures = Sequence[tuple[str, str, float, float, float]]
 
 
 def doubt_margins(figures: Figures) -> list[Doubt]:
-    """Return which loops are hardly stable, or follow to half their sample rate without a fall: loop, axis, gain margin (dB),
-    phase margin (deg), bandwidth (Hz) of each."""
+    """Return doubts of loops that are hardly stable, or whose closed response does not fall to half their sample rate; figures
+    : loop, axis, gain margin (dB), phase margin (deg), bandwidth (Hz) of each."""
     doubts = []
     for loop, axis, gain, phase, width in figures:
-        small = [words for words, few in ((f"gain margin {gain:.1f} dB", gain < _DECIBELS),
-                                          (f"phase margin {phase:.1f}°", phase < _DEGREES)) if few]
-        if small:
-            why = f"{' and '.join(small)}; usual are {_DECIBELS:g} dB and {_DEGREES:g}°"
+        low_margins = [words for words, is_low in ((f"gain margin {gain:.1f} dB", gain < _USUAL_GAIN_MARGIN_DB),
+                                                   (f"phase margin {phase:.1f}°", phase < _USUAL_PHASE_MARGIN_DEG)) if is_low]
+        if low_margins:
+            why = f"{' and '.join(low_margins)}; usual are {_USUAL_GAIN_MARGIN_DB:g} dB and {_USUAL_PHASE_MARGIN_DEG:g}°"
             doubts.append(Doubt(f"axis {axis}, {loop} loop", why, "a little more inertia, delay or flexibility than in the file"
                                 " makes it unstable: check gains and sample times"))
         elif np.isnan(width):
@@ -34,7 +34,8 @@ def doubt_margins(figures: Figures) -> list[Doubt]:
 
 
 def doubt_gains(names: Sequence[str], controllers: Sequence[Controller]) -> list[Doubt]:
-    """Return position gains that no machine's axis has."""
+    """Return doubts of position gains outside those of machines."""
     return [Doubt(f"axis {name}", f"gain of the position loop {c.position.gain:.4g} 1/s is that of no machine's axis "
-                  f"({_GAINS[0]:g} to {_GAINS[1]:g})", "check its unit: 1 (m/min)/mm is 16.7 1/s")
-            for name, c in zip(names, controllers, strict=True) if not _GAINS[0] < c.position.gain < _GAINS[1]]
+                  f"({_USUAL_POSITION_GAINS[0]:g} to {_USUAL_POSITION_GAINS[1]:g})", "check its unit: 1 (m/min)/mm is 16.7 1/s")
+            for name, c in zip(names, controllers, strict=True)
+            if not _USUAL_POSITION_GAINS[0] < c.position.gain < _USUAL_POSITION_GAINS[1]]

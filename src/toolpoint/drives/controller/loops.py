@@ -1,4 +1,4 @@
-"""Linear loops of a servo, exactly as sampled: each level closed and held over the next, their responses and margins.
+"""Linear loops of a servo, exactly as sampled: each level closed and held over the next, with responses and margins.
 
 The plant is linearised at rest: viscous friction is kept, dry friction and the bilinear terms of the motor are not (they
 vanish at zero speed and current). Independent of the simulation kernel, so each checks the other.
@@ -43,9 +43,9 @@ class Margins(NotebookText):
     doubt: Doubt | None = None
 
     def __repr__(self) -> str:
-        rest = "" if self.trusted == 1.0 else f"; {100 * self.trusted:.0f} % of the lines judged"
+        judged = "" if self.trusted == 1.0 else f"; {100 * self.trusted:.0f} % of the lines judged"
         return (f"Margins(gain {self.gain_db:.2f} dB at {self.phase_crossover:.4g} Hz, phase {self.phase:.1f} deg at "
-                f"{self.gain_crossover:.4g} Hz, distance {20 * np.log10(max(self.distance, 1e-300)):.1f} dB{rest})")
+                f"{self.gain_crossover:.4g} Hz, distance {20 * np.log10(max(self.distance, 1e-300)):.1f} dB{judged})")
 
     @property
     def gain_db(self) -> float:
@@ -76,15 +76,15 @@ class LoopLevel:
 
     def margins(self, axis: int = 0, lines: int = 4000) -> Margins:
         """Return the margins of one axis' open loop, up to and with half the sample rate, where a sampled loop is real."""
-        top = 0.5 / float(self.closed.sample_time or 1.0)
-        f = np.concatenate([np.geomspace(top * 1e-4, top * 0.99, lines), np.linspace(0.991, 1.0, 10) * top])
+        f_half = 0.5 / float(self.closed.sample_time or 1.0)
+        f = np.concatenate([np.geomspace(f_half * 1e-4, f_half * 0.99, lines), np.linspace(0.991, 1.0, 10) * f_half])
         open_loop = np.array(self.open_response(f, axis))
         open_loop[-1] = open_loop[-1].real
         return margins(f, open_loop)
 
 
 # Lines about a crossing, and the quantile of their coherence that must reach the level: at noise, two averages give 0.5.
-_AROUND, _QUANTILE, _COHERENT = 15, 0.25, 0.75
+_COHERENCE_WINDOW, _COHERENCE_QUANTILE, _MIN_COHERENCE = 15, 0.25, 0.75
 
 
 def coherent_lines(coherence: FloatArray) -> np.ndarray:
@@ -94,8 +94,8 @@ def coherent_lines(coherence: FloatArray) -> np.ndarray:
     Beyond a stretch of noise the phase cannot be counted through, and single coherent lines there are too few to judge.
     """
     c = floats("coherence", coherence, (None,))
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(c, _AROUND // 2, mode="edge"), _AROUND)
-    good = np.quantile(around, _QUANTILE, axis=1) >= _COHERENT
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(c, _COHERENCE_WINDOW // 2, mode="edge"), _COHERENCE_WINDOW)
+    good = np.quantile(around, _COHERENCE_QUANTILE, axis=1) >= _MIN_COHERENCE
     begun = np.maximum.accumulate(good)
     return good & ~np.maximum.accumulate(begun & ~good)
 
@@ -137,9 +137,9 @@ def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArra
     doubt = None
     if not trust.all():
         band = f"{f[trust][0]:.4g} to {f[trust][-1]:.4g} Hz" if trust.any() else "no band"
-        rest = margins(f, l)
-        crossing = ("" if not rest.gain < gain else
-                    f" (a crossing at {rest.phase_crossover:.4g} Hz with {rest.gain_db:.1f} dB among incoherent lines)")
+        full = margins(f, l)
+        crossing = ("" if not full.gain < gain else
+                    f" (a crossing at {full.phase_crossover:.4g} Hz with {full.gain_db:.1f} dB among incoherent lines)")
         doubt = Doubt("margins", f"coherent in {band} only", f"measure with more averages to judge the rest{crossing}",
                       figure=1 - float(trust.mean()))
     distance = float(np.abs(1 + l[trust]).min()) if trust.any() else float("nan")
@@ -190,7 +190,7 @@ class ServoLoops(NotebookText):
 
     @property
     def doubts(self) -> list[Doubt]:
-        """Which loops are hardly stable."""
+        """Doubts of loops that are hardly stable."""
         return doubt_margins(self.figures)
 
     def to_dict(self) -> dict[str, Any]:
@@ -223,7 +223,7 @@ def compute_loops(servo: Servo, friction_slope: FloatArray | None = None) -> Ser
 
 
 class _Levels:
-    """Builds the levels from the innermost out."""
+    """Builder of the levels from the innermost out."""
 
     def __init__(self, servo: Servo, slope: FloatArray | None) -> None:
         self.servo, plant = servo, servo.plant
@@ -236,19 +236,19 @@ class _Levels:
         self.phi, self.gamma, _ = hold_matrices(a, np.array(plant.b_input[:, 1::2]), self.times.current)
         self.y = plant.outputs.reshape(self.n, len(OUTPUTS), -1)
         self.models = [c.current.model if c.current else None for c in servo.controllers]
-        self.inner: list[StateSpace] = []
+        self.levels: list[StateSpace] = []
         self.held: list[StateSpace] = []
         self._grow()
 
     def _grow(self) -> None:
-        self.inner.append(self._linear(0, None))
+        self.levels.append(self._linear(0, None))
         counts = self.servo.counts
         for number, repeat in ((1, counts.velocity), (2, counts.position // counts.velocity)):
-            self.held.append(_held(self.inner[-1], repeat))
-            self.inner.append(self._linear(number, None))
+            self.held.append(_held(self.levels[-1], repeat))
+            self.levels.append(self._linear(number, None))
 
     def level(self, number: int) -> LoopLevel:
-        return LoopLevel(LEVELS[number], self.inner[number], lambda axis: self._linear(number, axis))
+        return LoopLevel(LEVELS[number], self.levels[number], lambda axis: self._linear(number, axis))
 
     def _linear(self, number: int, cut: int | None) -> StateSpace:
         """Return the level as matrices: its update evaluated on the columns of the unit matrix."""
@@ -261,7 +261,7 @@ class _Levels:
                           sample_time=self.times[number], hold="zero")
 
     def _error(self, cut: int | None, setpoint: FloatArray, feedback: FloatArray) -> FloatArray:
-        """Set point less feedback; where a loop is cut, its set point is the error itself."""
+        """Return set point less feedback; where a loop is cut, its set point is the error itself."""
         error = setpoint - feedback
         if cut is not None:
             error[cut] = setpoint[cut]
@@ -288,14 +288,14 @@ class _Levels:
             drive = np.stack([queue[c.current.delay if c.current else 0, i] for i, c in
                               enumerate(self.servo.controllers)])
             x1 = self.phi @ x + self.gamma @ drive
-            rest = queue[:delay].reshape(delay * n, state.shape[1])
-            return np.vstack([x1, integral, rest]), feedback
+            line_after = queue[:delay].reshape(delay * n, state.shape[1])
+            return np.vstack([x1, integral, line_after]), feedback
 
         return update, nx + n + delay * n
 
     def _velocity(self, cut: int | None) -> tuple[Update, int]:
-        inner, n, nx = self.held[0], self.n, self.phi.shape[0]
-        size, delay = inner.size, max(c.velocity.delay for c in self.servo.controllers)
+        held, n, nx = self.held[0], self.n, self.phi.shape[0]
+        size, delay = held.size, max(c.velocity.delay for c in self.servo.controllers)
         stages = max(len(c.velocity.filters) for c in self.servo.controllers)
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -321,9 +321,9 @@ class _Levels:
             queue = np.concatenate([torque[None], line])
             drive = np.stack([queue[c.velocity.delay, i] / self._constant(i) for i, c in
                               enumerate(self.servo.controllers)])
-            after = inner.a @ state[:size] + inner.b @ drive
-            rest = queue[:delay].reshape(delay * n, state.shape[1])
-            return np.vstack([after, integral, angle, memory.reshape(2 * n * stages, state.shape[1]), rest]), feedback
+            after = held.a @ state[:size] + held.b @ drive
+            line_after = queue[:delay].reshape(delay * n, state.shape[1])
+            return np.vstack([after, integral, angle, memory.reshape(2 * n * stages, state.shape[1]), line_after]), feedback
 
         return update, size + 2 * n + 2 * n * stages + delay * n
 
@@ -332,7 +332,7 @@ class _Levels:
         return 1.0 if model is None else model.torque_constant
 
     def _position(self, cut: int | None) -> tuple[Update, int]:
-        inner, nx = self.held[1], self.phi.shape[0]
+        held, nx = self.held[1], self.phi.shape[0]
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
             x = state[:nx]
@@ -341,9 +341,9 @@ class _Levels:
             error = self._error(cut, setpoint, feedback)
             speed = np.stack([c.position.gain * error[i] / float(c.lead or 1)
                               for i, c in enumerate(self.servo.controllers)])
-            return inner.a @ state + inner.b @ speed, feedback
+            return held.a @ state + held.b @ speed, feedback
 
-        return update, inner.size
+        return update, held.size
 
 
 def _held(system: StateSpace, repeat: int) -> StateSpace:
@@ -377,13 +377,13 @@ def check_stable(servo: Servo) -> ServoLoops:
 
 
 def _critical(servo: Servo, number: int) -> float:
-    low, high = 0.0, 1.0
+    stable, unstable = 0.0, 1.0
     if not _radius(servo, number, 1e-4) <= 1 + 1e-7:
         return 0.0
     for _ in range(24):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _radius(servo, number, middle) <= 1 + 1e-7 else (low, middle)
-    return high
+        middle = 0.5 * (stable + unstable)
+        stable, unstable = (middle, unstable) if _radius(servo, number, middle) <= 1 + 1e-7 else (stable, middle)
+    return unstable
 
 
 def _radius(servo: Servo, number: int, factor: float) -> float:

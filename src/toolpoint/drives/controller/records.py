@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-MAX_FILTERS, MAX_DELAY = 4, 8
+MAX_FILTERS, MAX_DELAY = 4, 8  # second-order stages of the torque filter; samples in a delay line
 # Coefficients of (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2), as `Filter.coefficients` gives them.
 FILTER_FIELDS = ("filter_b0", "filter_b1", "filter_b2", "filter_a1", "filter_a2")
 

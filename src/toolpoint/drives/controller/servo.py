@@ -29,11 +29,13 @@ class Servo(NotebookText):
             if c.sample_times != times:
                 fail("Servo.controllers", f"sample times {c.sample_times} s of axis {axis.name!r}",
                      f"must be those of the first axis, {times} s")
-        for name, inner, outer in (("velocity", times.current, times.velocity), ("position", times.velocity, times.position)):
-            ratio = outer / inner
+        for name, inner_time, outer_time in (("velocity", times.current, times.velocity),
+                                             ("position", times.velocity, times.position)):
+            ratio = outer_time / inner_time
             if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
-                fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
-                     remedy=f"for example {max(1, round(ratio)) * inner:g} s")
+                fail(f"{name} sample time", f"{outer_time:g} s over {inner_time:g} s",
+                     "must be a whole multiple of the inner loop's",
+                     remedy=f"for example {max(1, round(ratio)) * inner_time:g} s")
 
     @property
     def counts(self) -> SampleCounts:

@@ -170,8 +170,8 @@ class Controller:
     @property
     def sample_times(self) -> SampleTimes:
         """Sample times of the current, velocity and position loop, s; velocity twice where there is no current loop."""
-        inner = self.velocity.sample_time if self.current is None else self.current.sample_time
-        return SampleTimes(inner, self.velocity.sample_time, self.position.sample_time)
+        current_time = self.velocity.sample_time if self.current is None else self.current.sample_time
+        return SampleTimes(current_time, self.velocity.sample_time, self.position.sample_time)
 
     def parameters(self, motor: SynchronousMotor | TorqueMotor) -> np.ndarray:
         """Return the record of `PARAMETERS` (shape ()) that the control kernel reads."""

@@ -16,7 +16,7 @@ from toolpoint.drives.controller.servo import Servo
 
 @dataclass(frozen=True)
 class Tuning:
-    """Tuned servo and what it reached: margins of velocity and position loop, overshoot of the position loop, notches."""
+    """Tuned servo and its figures: margins of velocity and position loop, peak and bandwidth of the position loop, notches."""
 
     servo: Servo
     velocity: Margins
@@ -42,17 +42,17 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
     """
     positive("phase_margin", phase_margin, 90.0)
     used: list[float] = []
-    best = _velocity(servo, axis, phase_margin, gain_margin_db)
+    best = _tune_velocity(servo, axis, phase_margin, gain_margin_db)
     while len(used) < notches and len(best.controllers[axis].velocity.filters) < MAX_FILTERS:
-        at = compute_loops(best).velocity.margins(axis).phase_crossover
+        crossover = compute_loops(best).velocity.margins(axis).phase_crossover
         # At half the sample rate no notch helps.
-        if not np.isfinite(at) or at > 0.45 / best.controllers[axis].sample_times.velocity:
+        if not np.isfinite(crossover) or crossover > 0.45 / best.controllers[axis].sample_times.velocity:
             break
-        trial = _velocity(_with_filter(best, axis, notch(at, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
+        trial = _tune_velocity(_add_filter(best, axis, notch(crossover, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
         if trial.controllers[axis].velocity.gain < 1.1 * best.controllers[axis].velocity.gain:
             break
-        best, used = trial, [*used, at]
-    best = _position(best, axis, peak_db)
+        best, used = trial, [*used, crossover]
+    best = _tune_position(best, axis, peak_db)
     levels = compute_loops(best)
     f = _grid(levels.position)
     closed = levels.position.closed_response(f, axis)
@@ -61,58 +61,59 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
                   bandwidth(f, closed), tuple(used), "margins kept" if ok else "unstable: ask for larger margins")
 
 
-def _velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Servo:
+def _tune_velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Servo:
     def fits(value: float) -> bool:
-        level = compute_loops(_gains(servo, axis, value)).velocity
+        level = compute_loops(_set_velocity_gain(servo, axis, value)).velocity
         m = level.margins(axis, 1500)
         return level.radius <= 1 + 1e-7 and m.phase >= phase and m.gain_db >= gain_db
 
     gain = _largest(fits, servo.controllers[axis].velocity.gain)
-    return _gains(servo, axis, gain)
+    return _set_velocity_gain(servo, axis, gain)
 
 
-def _gains(servo: Servo, axis: int, gain: float) -> Servo:
+def _set_velocity_gain(servo: Servo, axis: int, gain: float) -> Servo:
     inertia = servo.plant.axes[axis].mechanics.motor_inertia
-    return _replaced(servo, axis, velocity=gain, integral_time=4 * inertia / gain)
+    return _replace_gains(servo, axis, velocity=gain, integral_time=4 * inertia / gain)
 
 
-def _position(servo: Servo, axis: int, peak_db: float) -> Servo:
+def _tune_position(servo: Servo, axis: int, peak_db: float) -> Servo:
     def fits(value: float) -> bool:
-        level = compute_loops(_replaced(servo, axis, position=value)).position
+        level = compute_loops(_replace_gains(servo, axis, position=value)).position
         return level.radius < 1 and np.abs(level.closed_response(_grid(level, 600), axis)).max() <= 10 ** (peak_db / 20)
 
-    return _replaced(servo, axis, position=_largest(fits, servo.controllers[axis].position.gain))
+    return _replace_gains(servo, axis, position=_largest(fits, servo.controllers[axis].position.gain))
 
 
 def _largest(fits: Callable[[float], bool], start: float) -> float:
-    """Return the largest value that fits below the first that does not, to one part in a thousand."""
-    low = start
+    """Return the largest fitting value below the first that does not fit, to one part in a thousand."""
+    fitting = start
     for _ in range(60):
-        if fits(low):
+        if fits(fitting):
             break
-        low /= 2
+        fitting /= 2
     else:
-        fail("tuned", f"no gain down to {low:g}", "keeps the margins", remedy="ask for smaller margins, or lower other gains")
-    high = 2 * low
-    while fits(high) and high < 1e6 * start:
-        low, high = high, 2 * high
-    while high / low > 1.001:
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
+        fail("tuned", f"no gain down to {fitting:g}", "keeps the margins",
+             remedy="ask for smaller margins, or lower other gains")
+    failing = 2 * fitting
+    while fits(failing) and failing < 1e6 * start:
+        fitting, failing = failing, 2 * failing
+    while failing / fitting > 1.001:
+        middle = float(np.sqrt(fitting * failing))
+        fitting, failing = (middle, failing) if fits(middle) else (fitting, middle)
+    return fitting
 
 
 def _grid(level: LoopLevel, lines: int = 2000) -> FloatArray:
     return np.geomspace(1e-4, 0.99, lines) * 0.5 / float(level.closed.sample_time or 1.0)
 
 
-def _replaced(servo: Servo, axis: int, **gains: float) -> Servo:
+def _replace_gains(servo: Servo, axis: int, **gains: float) -> Servo:
     controllers = list(servo.controllers)
     controllers[axis] = controllers[axis].with_gains(**gains)
     return Servo(servo.plant, tuple(controllers))
 
 
-def _with_filter(servo: Servo, axis: int, part: Filter) -> Servo:
+def _add_filter(servo: Servo, axis: int, part: Filter) -> Servo:
     controllers = list(servo.controllers)
     c = controllers[axis]
     controllers[axis] = replace(c, velocity=replace(c.velocity, filters=(*c.velocity.filters, part)))

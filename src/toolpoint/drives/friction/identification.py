@@ -1,4 +1,4 @@
-"""Friction from torque records at constant velocity, and whether a friction law is plausible in a servo loop."""
+"""Identification of friction from torques at constant velocity, and plausibility of a law in a servo loop."""
 
 from __future__ import annotations
 
@@ -36,15 +36,14 @@ class FrictionFit:
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """That the law does not fit the points within their scatter, and parameters that are not told apart."""
+        """Misfit of the law beyond the scatter of the points, and parameters that the points do not tell apart."""
         misfit = [] if self.status == "converged" else [Doubt("friction", self.status)]
         return (*misfit, *(Doubt("friction", words) for words in self.inseparable))
 
 
-# Residual that a law may leave: times the scatter of the points, or share of the dry level where that is not known.
-_TIMES, _SHARE = 3.0, 0.05
-# Correlation of two parameters above which the points do not tell them apart.
-_ALIKE = 0.995
+# Residual of a law that fits: over the scatter of the points, or of the dry level where the scatter is not known.
+_MAX_RESIDUAL_OVER_SCATTER, _MAX_RESIDUAL_FRACTION = 3.0, 0.05
+_MAX_PARAMETER_CORRELATION = 0.995  # of two parameters: above it the points do not tell them apart
 
 
 def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], settled: float = 0.5
@@ -117,22 +116,22 @@ def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[scipy.opti
     """Return the best of several least-squares fits and the offset; with one direction the offset is left out."""
     middle = 0.5 * (float(np.median(t[v > 0])) + float(np.median(t[v < 0]))) if both else 0.0
     guess = _first_guess(law, v, t - middle)
-    many = len(guess)
-    scale = np.maximum(np.abs([*guess, middle][: many + both]), 1e-6 * max(np.abs(t).max(), 1e-300))
-    low = np.array([*[1e-15] * many, -np.inf][: many + both])
+    n_parameters = len(guess)
+    scale = np.maximum(np.abs([*guess, middle][: n_parameters + both]), 1e-6 * max(np.abs(t).max(), 1e-300))
+    lower_bounds = np.array([*[1e-15] * n_parameters, -np.inf][: n_parameters + both])
 
     def residual(p: FloatArray) -> FloatArray:
-        return _law_of(law, p[:many]).steady(v) + (p[many] if both else 0.0) - t
+        return _law_of(law, p[:n_parameters]).steady(v) + (p[n_parameters] if both else 0.0) - t
 
     best = None
     for factor in (1.0, 0.3, 3.0, 10.0):
         first = np.maximum(np.array(guess), 1e-12)
         first[2:-1] *= factor
-        fit = scipy.optimize.least_squares(residual, np.array([*first, middle][: many + both]), x_scale=scale,
-                                           bounds=(low, np.inf), xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        fit = scipy.optimize.least_squares(residual, np.array([*first, middle][: n_parameters + both]), x_scale=scale,
+                                           bounds=(lower_bounds, np.inf), xtol=1e-14, ftol=1e-14, gtol=1e-14)
         best = fit if best is None or fit.cost < best.cost else best
     assert best is not None
-    return best, float(best.x[many]) if both else 0.0
+    return best, float(best.x[n_parameters]) if both else 0.0
 
 
 def _covariance(best: scipy.optimize.OptimizeResult, points: int, names: Sequence[str]) -> tuple[FloatArray, tuple[str, ...]]:
@@ -146,8 +145,10 @@ def _covariance(best: scipy.optimize.OptimizeResult, points: int, names: Sequenc
     covariance = shape * (2 * best.cost / free) / np.outer(np.where(blind, np.inf, size), np.where(blind, np.inf, size))
     spread = np.sqrt(np.maximum(np.diag(shape), 1e-300))
     correlation = shape / np.outer(spread, spread)
-    alike = [f"{names[i]} and {names[k]}" for i in range(len(names)) for k in range(i) if abs(correlation[i, k]) > _ALIKE]
-    return covariance, (*(f"{name} (no point depends on it)" for name, dark in zip(names, blind, strict=True) if dark), *alike)
+    inseparable = [f"{names[i]} and {names[k]}" for i in range(len(names)) for k in range(i)
+                   if abs(correlation[i, k]) > _MAX_PARAMETER_CORRELATION]
+    return covariance, (*(f"{name} (no point depends on it)" for name, dark in zip(names, blind, strict=True) if dark),
+                        *inseparable)
 
 
 def _repeat_scatter(v: FloatArray, t: FloatArray) -> float:
@@ -163,7 +164,7 @@ def _repeat_scatter(v: FloatArray, t: FloatArray) -> float:
 def _status(success: bool, residual: float, scatter: float, *, level: float) -> str:
     if not success:
         return "not converged: give more speeds below the minimum of the curve"
-    limit = _TIMES * scatter if np.isfinite(scatter) else _SHARE * abs(level)
+    limit = _MAX_RESIDUAL_OVER_SCATTER * scatter if np.isfinite(scatter) else _MAX_RESIDUAL_FRACTION * abs(level)
     if residual <= max(limit, 1e-12 * abs(level)):
         return "converged"
     against = f"{residual / max(scatter, 1e-300):.3g} times the scatter of the points" if np.isfinite(scatter) else \
@@ -175,18 +176,18 @@ def _status(success: bool, residual: float, scatter: float, *, level: float) -> 
 def _first_guess(law: str, v: FloatArray, t: FloatArray) -> list[float]:
     """Return the parameters to start from: smallest torque, torque at the slowest speed, a low speed."""
     size, order = np.abs(t), np.argsort(np.abs(v))
-    low, first = float(size.min()), float(size[order][0])
+    smallest, first = float(size.min()), float(size[order][0])
     speed = float(np.sort(np.abs(v))[len(v) // 4])
     if law == "coulomb":
-        return [low, 1e-3]
+        return [smallest, 1e-3]
     if law == "stribeck":
-        return [low, max(first - low, 1e-3 * float(size.max())), speed, 1e-3]
-    return [low, first, speed, speed, 1e-3]
+        return [smallest, max(first - smallest, 1e-3 * float(size.max())), speed, 1e-3]
+    return [smallest, first, speed, speed, 1e-3]
 
 
 @dataclass(frozen=True)
 class Plausibility(NotebookText):
-    """What a friction law does in a velocity loop.
+    """Report on a friction law in a velocity loop.
 
     `ratio` F_s/F_c; `steepest` most negative slope of the curve and the speed of it; `loop_gain` of the velocity loop, in
     the law's unit; `critical_speed` below which the falling curve is steeper than the loop gain, and `critical_feed`
@@ -220,19 +221,20 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
         return Plausibility(ratio, float(law.slope(1.0)), 0.0, gain, 0.0, 0.0, ())
     grid = np.geomspace(min(speeds) * 1e-4, max(speeds) * 50, 4000)
     slope = law.slope(grid)
-    worst = int(slope.argmin())
+    steepest = int(slope.argmin())
     unstable = np.flatnonzero(slope < -gain)
     critical = 0.0
     if unstable.size:
         last = int(unstable[-1])
         critical = float(scipy.optimize.brentq(lambda v: float(law.slope(v)) + gain, grid[last], grid[last + 1]))
-        doubts.append(Doubt("friction curve", f"falls by {-slope[worst]:.3g} against a loop gain of {gain:.4g}: stick-slip "
-                            f"below {60e3 * critical * lead:.3g} mm/min (critical feed)", figure=-float(slope[worst]) / gain))
+        doubts.append(Doubt("friction curve", f"falls by {-slope[steepest]:.3g} against a loop gain of {gain:.4g}: stick-slip "
+                            f"below {60e3 * critical * lead:.3g} mm/min (critical feed)",
+                            figure=-float(slope[steepest]) / gain))
     if ratio > 2:
         doubts.append(Doubt("F_s/F_c", f"is {ratio:.4g}; published drives have 1.08 to 1.5", figure=ratio))
     if warn and doubts:
         warnings.warn("; ".join(doubts), ToolpointWarning, stacklevel=2)
-    return Plausibility(ratio, float(slope[worst]), float(grid[worst]), gain, critical, critical * lead, tuple(doubts))
+    return Plausibility(ratio, float(slope[steepest]), float(grid[steepest]), gain, critical, critical * lead, tuple(doubts))
 
 
 def friction_variants(law: Stribeck, ratio: float = 1.5) -> dict[str, Coulomb | Stribeck]:

@@ -14,12 +14,12 @@ import math
 import numpy as np
 from numba import njit
 
-from toolpoint.drives.friction.records import BRISTLE, ITERATIONS, MAXWELL, STATIC
+from toolpoint.drives.friction.records import BRISTLE, MAX_LAW_ITERATIONS, MAXWELL, STATIC
 
 
 @njit(cache=True, nogil=True)
 def dry(law, speed):
-    """Return the dry level g(|v|) and dg/d|v|."""
+    """Return the dry level g(|v|) = level + sum_i size_i exp(-(|v|/v_i)^d_i) and dg/d|v|."""
     level, slope = law.level, 0.0
     for i in range(2):
         size = law.fall_size[i]
@@ -37,7 +37,7 @@ def dry(law, speed):
 
 @njit(cache=True, nogil=True)
 def bristle_rate(law, z, v):
-    """Return dz/dt of the LuGre bristle."""
+    """Return dz/dt = v - sigma0 |v| z/g(v) of the LuGre bristle."""
     return v - law.bristle_stiffness * abs(v) * z / dry(law, abs(v))[0]
 
 
@@ -51,10 +51,10 @@ def solve_bristle(law, state, step, free, gain, guess, trial):
     """
     s0, s1, s2, half = law.bristle_stiffness, law.bristle_damping, law.viscous, 0.5 * step
     z0, rate0 = state.bristle, state.bristle_rate
-    v, low, high = guess, -np.inf, np.inf
+    v, lower, upper = guess, -np.inf, np.inf
     force = 0.0
     trial.bristle, trial.bristle_rate = z0, rate0
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_LAW_ITERATIONS):
         speed, sign = abs(v), 1.0 if v >= 0.0 else -1.0
         g, slope = dry(law, speed)
         over = 1.0 / g
@@ -69,22 +69,22 @@ def solve_bristle(law, state, step, free, gain, guess, trial):
         trial.bristle, trial.bristle_rate = z, rate
         residual = v - free - gain * force
         if residual > 0.0:
-            high = min(high, v)
+            upper = min(upper, v)
         else:
-            low = max(low, v)
+            lower = max(lower, v)
         base = 1.0 - gain * dforce
         change = -residual / base if base > 1e-6 else free + gain * force - v
-        if not low < v + change < high:
+        if not lower < v + change < upper:
             # Outside the bracket: its middle, or one fixed-point step while an end is open.
-            if np.isfinite(low) and np.isfinite(high):
-                change = 0.5 * (low + high) - v
+            if np.isfinite(lower) and np.isfinite(upper):
+                change = 0.5 * (lower + upper) - v
             elif change == 0.0:
                 return v, force, True
             else:
                 change = free + gain * force - v
-        near = max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24,
-                   3e-5 * min(speed, law.fall_velocity[0], law.fall_velocity[1]))
-        if abs(change) <= near:
+        tolerance = max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24,
+                        3e-5 * min(speed, law.fall_velocity[0], law.fall_velocity[1]))
+        if abs(change) <= tolerance:
             trial.bristle, trial.bristle_rate = z + dz * change, rate + drate * change
             return v + change, force + dforce * change, True
         v += change
@@ -149,18 +149,18 @@ def static_force(law, free, gain):
     if abs(hold) <= dry(law, 0.0)[0]:
         return 0.0, hold
     sign = 1.0 if free > 0.0 else -1.0
-    low, high, speed = 0.0, abs(free), abs(free)
-    for _ in range(ITERATIONS):
+    lower, upper, speed = 0.0, abs(free), abs(free)
+    for _ in range(MAX_LAW_ITERATIONS):
         g, slope = dry(law, speed)
         residual = speed - abs(free) - gain * (g + law.viscous * speed)
         if residual > 0.0:
-            high = speed
+            upper = speed
         else:
-            low = speed
+            lower = speed
         change = residual / (1.0 - gain * (slope + law.viscous))
         trial = speed - change
-        if not low <= trial <= high:
-            trial = 0.5 * (low + high)
+        if not lower <= trial <= upper:
+            trial = 0.5 * (lower + upper)
         if abs(trial - speed) <= 1e-13 * (speed + 1e-12):
             break
         speed = trial
@@ -181,27 +181,27 @@ def solve_law(law, state, step, free, gain, guess, trial):
     if law.kind == BRISTLE:
         return solve_bristle(law, state, step, free, gain, guess, trial)
     s = guess
-    low, high = -np.inf, np.inf
+    lower, upper = -np.inf, np.inf
     w = 0.0
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_LAW_ITERATIONS):
         w, slope = evaluate(law, state, step, s, trial)
         residual = s - free - gain * w
         if residual > 0.0:
-            high = min(high, s)
+            upper = min(upper, s)
         else:
-            low = max(low, s)
+            lower = max(lower, s)
         bottom = 1.0 - gain * slope
         following = s - residual / bottom if bottom > 1e-6 else free + gain * w
-        if not low < following < high:
-            if np.isfinite(low) and np.isfinite(high):
-                following = 0.5 * (low + high)
+        if not lower < following < upper:
+            if np.isfinite(lower) and np.isfinite(upper):
+                following = 0.5 * (lower + upper)
             elif following == s:
                 return s, w, True
             else:
                 following = free + gain * w
         # A Newton step of 1e-8 leaves an error of the order of its square: below the rounding of free + gain w.
-        near = abs(free) + abs(gain * w)
-        if abs(following - s) <= 1e-8 * near + 1e-24:
+        magnitude = abs(free) + abs(gain * w)
+        if abs(following - s) <= 1e-8 * magnitude + 1e-24:
             return following, w + slope * (following - s), True
         s = following
     return s, w, False

@@ -14,7 +14,7 @@ from toolpoint.drives.friction.records import BRISTLE, LAW, MAX_ELEMENTS, MAXWEL
 
 @runtime_checkable
 class FrictionLaw(Protocol):
-    """What every friction law offers; forces in N or torques in N m, velocities in m/s or rad/s."""
+    """Interface of every friction law; forces in N or torques in N m, velocities in m/s or rad/s."""
 
     def steady(self, velocity: FloatArray | float) -> FloatArray:
         """Return the force at constant velocity."""

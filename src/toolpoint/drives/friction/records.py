@@ -6,9 +6,8 @@ import numpy as np
 
 STATIC, BRISTLE, MAXWELL, CONTACT = range(4)
 KINDS = {"STATIC": STATIC, "BRISTLE": BRISTLE, "MAXWELL": MAXWELL, "CONTACT": CONTACT}
-MAX_ELEMENTS = 8
-# Newton steps of a law in one step of the plant; a bracket halves its width at worst.
-ITERATIONS = 60
+MAX_ELEMENTS = 8  # blocks of a Maxwell-slip law
+MAX_LAW_ITERATIONS = 60  # Newton steps of a law in one step of the plant; a bracket halves its width at worst
 
 # Dry level g(v) = level + sum_i fall_size[i] exp(-|v/fall_velocity[i]|^fall_exponent[i]), common to all friction laws; then
 # the numbers of each kind. Forces N (or torques N m), velocities m/s (or rad/s).

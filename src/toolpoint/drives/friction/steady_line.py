@@ -1,4 +1,4 @@
-"""A line through steady runs of both directions, dry part, slope and offset, each with the interval that the runs give it."""
+"""Line through steady runs of both directions: dry part, slope and offset, each with the interval that the runs give."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ import scipy
 
 from toolpoint._check import FloatArray
 
-_ALIKE, _CERTAIN = 0.03, 0.95
-# Chance below which the runs are said not to lie on a line within their scatter.
-_CHANCE = 0.05
-# Wider by this where several lines are tried for one that the slowest speed lies above.
-_MANY = 1.4
-# A run shows less than all of what wanders over a way longer than itself.
-_WIDER = 1.1
-# Share of what wanders that the sum of both directions keeps: they leave out opposite ends of the way.
-_ELSEWHERE = 0.3
+_SAME_SPEED_TOLERANCE = 0.03  # log of the ratio of two speeds of one group
+_LINE_CONFIDENCE = 0.95  # of the intervals
+_MISFIT_PROBABILITY = 0.05  # p-value below which the runs do not lie on a line within their scatter
+_SEVERAL_LINES_FACTOR = 1.4  # on the interval, where several lines are tried for one that the slowest speed lies above
+_WANDER_FACTOR = 1.1  # on the wander of a run: it shows less than all of what wanders over a way longer than itself
+_COMMON_WANDER_FRACTION = 0.3  # of the wander, kept by the sum of both directions: they leave out opposite ends of the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,34 +62,35 @@ def fit_steady_line(velocity: FloatArray, values: FloatArray, error: FloatArray,
     is larger than the runs explain, the rest is taken as a scatter between speeds and the intervals follow from it. Runs slower
     than the others that lie above the line of those are left out of it (friction falls with speed): their `excess` is stated.
     """
-    speed, odd, even, variance = _paired(velocity, values, error, resolution=resolution)
+    speed, half_difference, half_sum, variance = _pair_directions(velocity, values, error, resolution=resolution)
     if speed.size < 2:
         return None
-    drift = 0.0 if wander is None or not wander.size else (_WIDER * float(np.max(wander)))**2
+    drift = 0.0 if wander is None or not wander.size else (_WANDER_FACTOR * float(np.max(wander)))**2
     excess = 0.0
     while speed.size > 2:
-        above, many = _above_line(speed, odd, variance, drift=drift)
-        if not many:
+        above, n_slow = _above_line(speed, half_difference, variance, drift=drift)
+        if not n_slow:
             break
         excess = max(excess, above)
-        speed, odd, even, variance = speed[many:], odd[many:], even[many:], variance[many:]
-    line = _weighted(_design(speed), odd, variance, drift=drift)
-    middle = _weighted(np.ones((speed.size, 1)), even, variance, drift=_ELSEWHERE**2 * drift)
+        speed, half_difference = speed[n_slow:], half_difference[n_slow:]
+        half_sum, variance = half_sum[n_slow:], variance[n_slow:]
+    line = _fit_weighted(_design(speed), half_difference, variance, drift=drift)
+    middle = _fit_weighted(np.ones((speed.size, 1)), half_sum, variance, drift=_COMMON_WANDER_FRACTION**2 * drift)
     (dry, dry_ends), (slope, slope_ends), (offset, offset_ends) = line.value(0), line.value(1), middle.value(0)
     return SteadyLine(dry, slope, offset, dry_ends, slope_ends, offset_ends, slowest=float(speed[0]), fastest=float(speed[-1]),
                       excess=excess, scatter=max(line.scatter, middle.scatter), speeds=speed.size)
 
 
-def _above_line(speed: FloatArray, odd: FloatArray, variance: FloatArray, *, drift: float) -> tuple[float, int]:
-    """Return by how much the slowest speed lies above the line of the faster ones, and how many slow ones that line leaves out;
-    (0, 0) where it does not."""
-    at = np.array([1.0, speed[0]])
-    for many in range(1, speed.size - 1):
-        less = _weighted(_design(speed[many:]), odd[many:], variance[many:], drift=drift)
-        above = float(odd[0] - at @ less.beta)
-        spread = float(np.sqrt(at @ less.covariance @ at + variance[0] + drift + less.scatter**2))
-        if above > (1.0 if many == 1 else _MANY) * less.quantile * spread:
-            return above, many
+def _above_line(speed: FloatArray, half_difference: FloatArray, variance: FloatArray, *, drift: float) -> tuple[float, int]:
+    """Return the excess of the slowest speed over the line of the faster ones, and the number of slow speeds which that line
+    leaves out; (0, 0) where there is none."""
+    row = np.array([1.0, speed[0]])
+    for n_slow in range(1, speed.size - 1):
+        line = _fit_weighted(_design(speed[n_slow:]), half_difference[n_slow:], variance[n_slow:], drift=drift)
+        above = float(half_difference[0] - row @ line.beta)
+        spread = float(np.sqrt(row @ line.covariance @ row + variance[0] + drift + line.scatter**2))
+        if above > (1.0 if n_slow == 1 else _SEVERAL_LINES_FACTOR) * line.quantile * spread:
+            return above, n_slow
     return 0.0, 0
 
 
@@ -106,11 +104,11 @@ def mean_with_interval(values: FloatArray, error: FloatArray, *, wander: float =
     return float(values.mean()), float(values.mean() - half), float(values.mean() + half)
 
 
-def _grouped(velocity: FloatArray, values: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _group_speeds(velocity: FloatArray, values: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return mean speed, mean value and variance of it for every speed of one direction."""
     order = np.argsort(velocity)
     v, y, e = velocity[order], values[order], error[order]
-    group = np.cumsum(np.r_[True, np.diff(np.log(v)) > _ALIKE]) - 1 if v.size else np.zeros(0, int)
+    group = np.cumsum(np.r_[True, np.diff(np.log(v)) > _SAME_SPEED_TOLERANCE]) - 1 if v.size else np.zeros(0, int)
     number = np.bincount(group)
     mean = np.bincount(group, y) / number
     free = int((number - 1).sum())
@@ -120,13 +118,13 @@ def _grouped(velocity: FloatArray, values: FloatArray, error: FloatArray) -> tup
     return np.bincount(group, v) / number, mean, within / number
 
 
-def _paired(velocity: FloatArray, values: FloatArray, error: FloatArray, *, resolution: float
-            ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _pair_directions(velocity: FloatArray, values: FloatArray, error: FloatArray, *, resolution: float
+                     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return speeds that were run both ways, half the difference and half the sum of the values there, and their variance."""
-    v, y, e = _grouped(velocity[velocity > 0], values[velocity > 0], error[velocity > 0])
-    w, z, f = _grouped(-velocity[velocity < 0], values[velocity < 0], error[velocity < 0])
+    v, y, e = _group_speeds(velocity[velocity > 0], values[velocity > 0], error[velocity > 0])
+    w, z, f = _group_speeds(-velocity[velocity < 0], values[velocity < 0], error[velocity < 0])
     pairs = [(i, int(np.argmin(np.abs(np.log(w / v[i]))))) for i in range(v.size)] if w.size else []
-    pairs = [(i, k) for i, k in pairs if abs(np.log(w[k] / v[i])) < _ALIKE]
+    pairs = [(i, k) for i, k in pairs if abs(np.log(w[k] / v[i])) < _SAME_SPEED_TOLERANCE]
     i, k = np.array(pairs, int).reshape(-1, 2).T
     return (v[i] + w[k]) / 2, (y[i] - z[k]) / 2, (y[i] + z[k]) / 2, (e[i] + f[k]) / 4 + resolution**2 / 12
 
@@ -151,27 +149,28 @@ class _Weighted:
         return middle, (middle - half, middle + half)
 
 
-def _weighted(design: FloatArray, y: FloatArray, variance: FloatArray, *, drift: float) -> _Weighted:
-    """Return the weighted fit; `drift` is the variance that every value has for itself however long it was averaged."""
+def _fit_weighted(design: FloatArray, y: FloatArray, variance: FloatArray, *, drift: float) -> _Weighted:
+    """Return the weighted fit; `drift` is a variance of every value that no averaging reduces."""
     free = y.size - design.shape[1]
     floor = drift + 1e-24 * float(np.max(y**2)) + 1e-300
 
-    def fit(more: float) -> tuple[FloatArray, FloatArray, float]:
-        weight = 1 / np.sqrt(variance + more + floor)
+    def fit(extra: float) -> tuple[FloatArray, FloatArray, float]:
+        weight = 1 / np.sqrt(variance + extra + floor)
         a = design * weight[:, None]
         inverse = np.linalg.pinv(a.T @ a)
         beta = inverse @ (a.T @ (y * weight))
         return beta, inverse, float((((y - design @ beta) * weight)**2).sum())
 
     beta, covariance, chi = fit(0.0)
-    known = 7 * y.size
-    if free < 1 or chi <= float(scipy.stats.chi2.ppf(1 - _CHANCE, free)):
-        return _Weighted(beta, covariance * (chi + known) / (free + known), 0.0, _quantile(free + known))
-    top = float(np.var(y)) + 1e-300
-    more = float(scipy.optimize.brentq(lambda m: fit(m)[2] - free, 0.0, 10 * top))
-    beta, covariance, _ = fit(more)
-    return _Weighted(beta, covariance, float(np.sqrt(more)), _quantile(free))
+    freedom_of_variance = 7 * y.size
+    if free < 1 or chi <= float(scipy.stats.chi2.ppf(1 - _MISFIT_PROBABILITY, free)):
+        return _Weighted(beta, covariance * (chi + freedom_of_variance) / (free + freedom_of_variance), 0.0,
+                         _quantile(free + freedom_of_variance))
+    extra_max = float(np.var(y)) + 1e-300
+    extra = float(scipy.optimize.brentq(lambda m: fit(m)[2] - free, 0.0, 10 * extra_max))
+    beta, covariance, _ = fit(extra)
+    return _Weighted(beta, covariance, float(np.sqrt(extra)), _quantile(free))
 
 
 def _quantile(free: int) -> float:
-    return float(scipy.stats.t.ppf(0.5 + _CERTAIN / 2, max(free, 1)))
+    return float(scipy.stats.t.ppf(0.5 + _LINE_CONFIDENCE / 2, max(free, 1)))

@@ -1,1 +1,1 @@
-"""From a path to set points: lines, arcs, corner blends, jerk-limited look-ahead planning, limits."""
+"""Set points from a path: lines, arcs, corner blends, jerk-limited look-ahead planning, limits."""

@@ -25,37 +25,38 @@ class Blend:
     @property
     def half_length(self) -> FloatArray:
         """Length of one half, m."""
-        along, across = _unit(self.turn, np.ones_like(self.turn))
+        along, across = _unit_clothoid(self.turn, np.ones_like(self.turn))
         return np.linalg.norm(self.corner - self.start, axis=1) / (along + across * np.tan(self.turn / 2))
 
     def points(self, share: FloatArray) -> FloatArray:
         """Return the points at shares (0..1) of the whole length, (n, 3)."""
-        (origin, ahead, inward), u, _ = self._side(share)
-        along, across = (self.half_length * x for x in _unit(self.turn, u))
-        return origin + along[:, None] * ahead + across[:, None] * inward
+        (origin, tangent, inward), u, _ = self._side(share)
+        along, across = (self.half_length * x for x in _unit_clothoid(self.turn, u))
+        return origin + along[:, None] * tangent + across[:, None] * inward
 
     def tangents(self, share: FloatArray) -> FloatArray:
         """Return the unit tangents in the direction of travel, (n, 3)."""
-        (_, ahead, inward), u, sign = self._side(share)
+        (_, tangent, inward), u, sign = self._side(share)
         angle = self.turn * u**2 / 2
-        return sign[:, None] * (np.cos(angle)[:, None] * ahead + np.sin(angle)[:, None] * inward)
+        return sign[:, None] * (np.cos(angle)[:, None] * tangent + np.sin(angle)[:, None] * inward)
 
     def curvatures(self, share: FloatArray) -> FloatArray:
         """Return the curvature vectors, 1/m, (n, 3)."""
-        (_, ahead, inward), u, _ = self._side(share)
+        (_, tangent, inward), u, _ = self._side(share)
         angle, size = self.turn * u**2 / 2, self.turn * u / self.half_length
-        return size[:, None] * (np.cos(angle)[:, None] * inward - np.sin(angle)[:, None] * ahead)
+        return size[:, None] * (np.cos(angle)[:, None] * inward - np.sin(angle)[:, None] * tangent)
 
     def _side(self, share: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray, FloatArray]:
         """Return origin, direction and inward normal of the half in which each share lies, seen from its end; u; sign."""
         first = share <= 0.5
-        before, after = _normed(self.corner - self.start), _normed(self.end - self.corner)
+        direction_in, direction_out = _unit_vectors(self.corner - self.start), _unit_vectors(self.end - self.corner)
         c, s = np.cos(self.turn)[:, None], np.sin(self.turn)[:, None]
 
         def pick(in_first: FloatArray, in_second: FloatArray) -> FloatArray:
             return np.where(first[:, None], in_first, in_second)
 
-        return ((pick(self.start, self.end), pick(before, -after), pick((after - c * before) / s, (c * after - before) / s)),
+        return ((pick(self.start, self.end), pick(direction_in, -direction_out),
+                 pick((direction_out - c * direction_in) / s, (c * direction_out - direction_in) / s)),
                 2 * np.where(first, share, 1 - share), np.where(first, 1.0, -1.0))
 
 
@@ -65,7 +66,7 @@ def half_lengths(turn: FloatArray, tolerance: float, longest: FloatArray) -> tup
     `longest` (m) bounds the distance of the ends from the corner. The middle stands off the corner by
     e = l S / cos(t/2), the ends by d = l (C + S tan(t/2)), with C and S the clothoid's coordinates for l = 1.
     """
-    along, across = _unit(turn, np.ones_like(turn))
+    along, across = _unit_clothoid(turn, np.ones_like(turn))
     reach = along + across * np.tan(turn / 2)
     half = np.minimum(tolerance * np.cos(turn / 2) / across, longest / reach)
     return half, half * reach
@@ -73,11 +74,11 @@ def half_lengths(turn: FloatArray, tolerance: float, longest: FloatArray) -> tup
 
 def steady_speed(turn: FloatArray, half: FloatArray, acceleration: float, *, jerk: float) -> FloatArray:
     """Return the constant speed (m/s) at which a blend keeps |a| = v^2 k and |j| = v^3 sqrt(k'^2 + k^4) within limits."""
-    top = turn / half
-    return np.minimum(np.sqrt(acceleration / top), np.cbrt(jerk / np.hypot(top / half, top**2)))
+    curvature_max = turn / half
+    return np.minimum(np.sqrt(acceleration / curvature_max), np.cbrt(jerk / np.hypot(curvature_max / half, curvature_max**2)))
 
 
-def _unit(turn: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _unit_clothoid(turn: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the coordinates at u of a half of length one: integrals of cos and sin of t u^2/2."""
     from scipy.special import fresnel
 
@@ -86,5 +87,5 @@ def _unit(turn: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     return along / root, across / root
 
 
-def _normed(v: FloatArray) -> FloatArray:
+def _unit_vectors(v: FloatArray) -> FloatArray:
     return v / np.linalg.norm(v, axis=1, keepdims=True)

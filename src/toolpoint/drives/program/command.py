@@ -1,4 +1,4 @@
-"""Command: positions, velocities and accelerations of the axes at one sample time, however they were planned."""
+"""Command: positions, velocities and accelerations of the axes at one sample time."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Command(NotebookText):
             fail("Command.position", f"shape {position.shape}", "must be (n, n_axes)")
         put(self, "position", position)
         put(self, "sample_time", positive("Command.sample_time", self.sample_time))
-        before = position
+        previous = position
         for name in ("velocity", "acceleration"):
             value = getattr(self, name)
             if not np.size(value):
-                value = np.gradient(before, self.sample_time, axis=0) if len(before) > 1 else np.zeros_like(before)
-            before = floats(f"Command.{name}", value, position.shape)
-            put(self, name, before)
+                value = np.gradient(previous, self.sample_time, axis=0) if len(previous) > 1 else np.zeros_like(previous)
+            previous = floats(f"Command.{name}", value, position.shape)
+            put(self, name, previous)
 
     @property
     def time(self) -> FloatArray:
@@ -56,8 +56,8 @@ class Command(NotebookText):
 
     def held_at(self, time: FloatArray) -> FloatArray:
         """Return the position in force at times, the sample before each, (n_times, n_axes)."""
-        at = np.floor(np.asarray(time) / self.sample_time + 1e-9).astype(int)
-        return self.position[np.clip(at, 0, self.position.shape[0] - 1)]
+        index = np.floor(np.asarray(time) / self.sample_time + 1e-9).astype(int)
+        return self.position[np.clip(index, 0, self.position.shape[0] - 1)]
 
     def resampled(self, sample_time: float) -> Command:
         """Return the command at another sample time: cubic through positions and velocities."""
@@ -70,9 +70,9 @@ class Command(NotebookText):
     def extended(self, duration: float) -> Command:
         """Return the command with the last position held for `duration` s more."""
         n = round(duration / self.sample_time)
-        rest = np.zeros((n, self.position.shape[1]))
-        return Command(np.vstack([self.position, rest + self.position[-1]]), self.sample_time,
-                       np.vstack([self.velocity, rest]), np.vstack([self.acceleration, rest]))
+        zeros = np.zeros((n, self.position.shape[1]))
+        return Command(np.vstack([self.position, zeros + self.position[-1]]), self.sample_time,
+                       np.vstack([self.velocity, zeros]), np.vstack([self.acceleration, zeros]))
 
     def __repr__(self) -> str:
         return f"Command({self.position.shape[1]} axes, {self.duration:.4g} s, every {1e3 * self.sample_time:g} ms)"
@@ -92,11 +92,11 @@ def circle(radius: float, feed: float, sample_time: float, *, duration: float, c
                    -radius * w * w * unit)
 
 
-def step(height: float | FloatArray, sample_time: float, duration: float, *, at: float = 0.0) -> Command:
-    """Return a position step of every axis (m) at time `at` (s); velocity and acceleration commands are zero."""
+def step(height: float | FloatArray, sample_time: float, duration: float, *, start: float = 0.0) -> Command:
+    """Return a position step of every axis (m) at time `start` (s); velocity and acceleration commands are zero."""
     heights = np.atleast_1d(np.asarray(height, float))
     n = count("samples", round(duration / sample_time) + 1, 2)
-    position = np.where((np.arange(n) * sample_time >= at - 1e-12)[:, None], heights, 0.0)
+    position = np.where((np.arange(n) * sample_time >= start - 1e-12)[:, None], heights, 0.0)
     zero = np.zeros_like(position)
     return Command(position, sample_time, zero, zero)
 

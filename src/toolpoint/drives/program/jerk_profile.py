@@ -45,9 +45,9 @@ class SevenPhase:
             s, v, a = state
             state = (s + v * t + a * t * t / 2 + j * t**3 / 6, v + a * t + j * t * t / 2, a + j * t)
         states.append((*state[:2], 0.0, 0.0))
-        at = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, len(states) - 1)
-        s, v, a, j = np.array(states)[at].T
-        d = np.maximum(time - knots[at], 0.0)
+        phase = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, len(states) - 1)
+        s, v, a, j = np.array(states)[phase].T
+        d = np.maximum(time - knots[phase], 0.0)
         return np.stack([s + v * d + a * d * d / 2 + j * d**3 / 6, v + a * d + j * d * d / 2, a + j * d, j], axis=-1)
 
 
@@ -99,13 +99,13 @@ def _peak(length: float, start: float, end: float, limits: JerkLimits) -> float:
         a, j = limits.acceleration, limits.jerk
         short = (length * math.sqrt(j) / 2) ** (2 / 3)
         return short if short <= a * a / j else a * (math.sqrt(a * a / (j * j) + 4 * length / a) - a / j) / 2
-    low, high = max(start, end), limits.speed
-    while high - low > 1e-16 * high:
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+    lower, upper = max(start, end), limits.speed
+    while upper - lower > 1e-16 * upper:
+        middle = 0.5 * (lower + upper)
+        if middle in (lower, upper):
             break
-        low, high = (middle, high) if _distance(middle, start, end, limits) <= length else (low, middle)
-    return low
+        lower, upper = (middle, upper) if _distance(middle, start, end, limits) <= length else (lower, middle)
+    return lower
 
 
 @dataclass(frozen=True)

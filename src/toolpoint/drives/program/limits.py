@@ -1,4 +1,4 @@
-"""Independent check of any command stream against the limits of its axes, from the positions alone."""
+"""Check of a command stream against the limits of its axes, from the positions alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class LimitReport(NotebookText):
     """Largest share of each limit that each axis uses, (n_axes, 3) for speed, acceleration, jerk, and the time of each."""
 
     share: FloatArray
-    at: FloatArray
+    times: FloatArray
     tolerance: float
 
     @property
@@ -31,11 +31,11 @@ class LimitReport(NotebookText):
         axis, kind = np.unravel_index(int(np.argmax(self.share)), self.share.shape)
         word = ("speed", "acceleration", "jerk")[kind]
         return f"LimitReport(broken: axis {axis} {word} {self.share[axis, kind]:.4f} of the limit at " \
-               f"{self.at[axis, kind]:.6g} s)"
+               f"{self.times[axis, kind]:.6g} s)"
 
 
 def check_limits(command: Command, limits: JerkLimits | list[JerkLimits], tolerance: float = 1e-6) -> LimitReport:
-    """Return how far a command uses the limits.
+    """Return the share of each limit that a command uses.
 
     First, second and third differences over the sample time are means of speed, acceleration and jerk over their samples,
     so a stream within the limits can never show more; nothing that the planner says is used.
@@ -45,7 +45,7 @@ def check_limits(command: Command, limits: JerkLimits | list[JerkLimits], tolera
     if len(each) != axes:
         fail("limits", f"{len(each)}", f"must be one, or one for each of {axes} axes")
     bound = np.array([[x.speed, x.acceleration, x.jerk] for x in each])
-    share, at = np.zeros((axes, 3)), np.zeros((axes, 3))
+    share, times = np.zeros((axes, 3)), np.zeros((axes, 3))
     noise = 8 * np.finfo(float).eps * max(float(np.abs(command.position).max()), 1e-12)
     for order in (1, 2, 3):
         change = np.abs(np.diff(floats("position", command.position), order, axis=0))
@@ -54,5 +54,5 @@ def check_limits(command: Command, limits: JerkLimits | list[JerkLimits], tolera
         value = np.maximum(change - noise * 2**order, 0.0) / command.sample_time**order
         where = value.argmax(axis=0)
         share[:, order - 1] = value[where, np.arange(axes)] / bound[:, order - 1]
-        at[:, order - 1] = (where + order / 2) * command.sample_time
-    return LimitReport(share, at, tolerance)
+        times[:, order - 1] = (where + order / 2) * command.sample_time
+    return LimitReport(share, times, tolerance)

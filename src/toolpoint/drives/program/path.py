@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, posi
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.clothoid import Blend, half_lengths
 
-LINE, ARC, CLOTHOID = 0, 1, 2
+LINE_KIND, ARC_KIND, CLOTHOID_KIND = 0, 1, 2  # codes of `Path.kind`
 PLANES = {"xy": (0, 1), "zx": (2, 0), "yz": (1, 2)}
 
 
@@ -81,17 +81,17 @@ class Path(NotebookText):
         """Radius of every arc in its plane, m; infinite for lines."""
         rows = np.arange(self.count)[:, None]
         r = np.linalg.norm((self.start - self.center)[rows, self.plane], axis=1)
-        return np.where(self.kind == ARC, r, np.inf)
+        return np.where(self.kind == ARC_KIND, r, np.inf)
 
     @property
     def lengths(self) -> FloatArray:
         """Arc length of every segment, m."""
         chord = self.end - self.start
-        arc = self.kind == ARC
+        arc = self.kind == ARC_KIND
         flat = np.where(arc, np.where(arc, self.radius, 0.0) * self.sweep, 0.0)
         height = np.take_along_axis(chord, (3 - self.plane.sum(axis=1))[:, None], axis=1)[:, 0]
         out = np.where(arc, np.hypot(flat, height), np.linalg.norm(chord, axis=1))
-        k = np.flatnonzero(self.kind == CLOTHOID)
+        k = np.flatnonzero(self.kind == CLOTHOID_KIND)
         out[k] = 2 * self.blends(k).half_length
         return out
 
@@ -104,16 +104,16 @@ class Path(NotebookText):
         """Return points at a share (0..1) of segments, (n, 3)."""
         k, u = np.asarray(segment), np.asarray(share, float)
         p = self.start[k] + u[:, None] * (self.end[k] - self.start[k])
-        arc = np.flatnonzero(self.kind[k] == ARC)
+        arc = np.flatnonzero(self.kind[k] == ARC_KIND)
         if arc.size:
             i = k[arc]
-            at = self.plane[i]
+            plane_axes = self.plane[i]
             rows = np.arange(i.size)[:, None]
-            d = (self.start[i] - self.center[i])[rows, at]
+            d = (self.start[i] - self.center[i])[rows, plane_axes]
             c, s = np.cos(u[arc] * self.sweep[i]), np.sin(u[arc] * self.sweep[i])
             turned = np.stack([c * d[:, 0] - s * d[:, 1], s * d[:, 0] + c * d[:, 1]], axis=1)
-            p[arc[:, None], at] = self.center[i][rows, at] + turned
-        soft = np.flatnonzero(self.kind[k] == CLOTHOID)
+            p[arc[:, None], plane_axes] = self.center[i][rows, plane_axes] + turned
+        soft = np.flatnonzero(self.kind[k] == CLOTHOID_KIND)
         p[soft] = self.blends(k[soft]).points(u[soft])
         return p
 
@@ -121,15 +121,15 @@ class Path(NotebookText):
         """Return unit tangents at a share (0..1) of segments, (n, 3)."""
         k, u = np.asarray(segment), np.asarray(share, float)
         t = (self.end[k] - self.start[k]).copy()
-        arc = np.flatnonzero(self.kind[k] == ARC)
+        arc = np.flatnonzero(self.kind[k] == ARC_KIND)
         if arc.size:
             i = k[arc]
-            at = self.plane[i]
+            plane_axes = self.plane[i]
             rows = np.arange(i.size)[:, None]
-            d = (self.start[i] - self.center[i])[rows, at]
+            d = (self.start[i] - self.center[i])[rows, plane_axes]
             c, s, w = np.cos(u[arc] * self.sweep[i]), np.sin(u[arc] * self.sweep[i]), self.sweep[i]
-            t[arc[:, None], at] = w[:, None] * np.stack([-s * d[:, 0] - c * d[:, 1], c * d[:, 0] - s * d[:, 1]], axis=1)
-        soft = np.flatnonzero(self.kind[k] == CLOTHOID)
+            t[arc[:, None], plane_axes] = w[:, None] * np.stack([-s * d[:, 0] - c * d[:, 1], c * d[:, 0] - s * d[:, 1]], axis=1)
+        soft = np.flatnonzero(self.kind[k] == CLOTHOID_KIND)
         t[soft] = self.blends(k[soft]).tangents(u[soft])
         size = np.linalg.norm(t, axis=1, keepdims=True)
         return t / np.where(size > 0, size, 1.0)
@@ -137,9 +137,10 @@ class Path(NotebookText):
     def turns(self) -> FloatArray:
         """Return the angle between the tangents at every inner junction, rad, (n - 1,)."""
         n = self.count
-        before = self.tangents(np.arange(n - 1), np.ones(n - 1))
-        after = self.tangents(np.arange(1, n), np.zeros(n - 1))
-        return 2 * np.arctan2(np.linalg.norm(before - after, axis=1), np.linalg.norm(before + after, axis=1))
+        tangent_in = self.tangents(np.arange(n - 1), np.ones(n - 1))
+        tangent_out = self.tangents(np.arange(1, n), np.zeros(n - 1))
+        return 2 * np.arctan2(np.linalg.norm(tangent_in - tangent_out, axis=1),
+                              np.linalg.norm(tangent_in + tangent_out, axis=1))
 
     def at(self, length: FloatArray) -> FloatArray:
         """Return the points at arc lengths from the start, (n, 3)."""
@@ -154,9 +155,10 @@ class Path(NotebookText):
         return replace(self, **{name: getattr(self, name)[keep] for name in _ARRAYS})
 
     def __repr__(self) -> str:
-        return f"Path({self.count} segments, {int((self.kind == ARC).sum())} arcs, {self.lengths.sum():.6g} m)"
+        return f"Path({self.count} segments, {int((self.kind == ARC_KIND).sum())} arcs, {self.lengths.sum():.6g} m)"
 
 
+# Fields of a Path that hold one row a segment.
 _ARRAYS = ("kind", "start", "end", "center", "sweep", "plane", "feed", "stop", "line", "rapid", "dwell")
 
 
@@ -172,7 +174,7 @@ def polyline(points: FloatArray, feed: float) -> Path:
 def full_turns(radius: float, feed: float, turns: int = 2) -> Path:
     """Return full turns about the origin in the xy plane, begun at (R, 0), counterclockwise; m and m/s."""
     start, turn = np.array([[positive("radius", radius), 0.0, 0.0]] * turns), np.full(turns, 2 * np.pi)
-    return Path(np.full(turns, ARC), start, start, np.zeros((turns, 3)), turn, np.array([PLANES["xy"]] * turns),
+    return Path(np.full(turns, ARC_KIND), start, start, np.zeros((turns, 3)), turn, np.array([PLANES["xy"]] * turns),
                 np.full(turns, positive("feed", feed)), np.zeros(turns, bool))
 
 
@@ -183,7 +185,7 @@ def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> 
     line. Only lines in one coordinate plane are blended; other corners, and those marked as stops, keep their corner.
     """
     n, turn, lengths = path.count, path.turns(), path.lengths
-    pairs = (path.kind[:-1] == LINE) & (path.kind[1:] == LINE) & (turn > smallest_turn) & (turn < np.pi - 1e-3)
+    pairs = (path.kind[:-1] == LINE_KIND) & (path.kind[1:] == LINE_KIND) & (turn > smallest_turn) & (turn < np.pi - 1e-3)
     pairs &= ~path.stop[:-1]
     d = path.end - path.start
     plane = np.full((n - 1, 2), -1)
@@ -196,25 +198,26 @@ def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> 
     trim = np.minimum(tolerance * np.cos(turn[k] / 2) / (1 - np.cos(turn[k] / 2)) * half,
                       0.49 * np.minimum(lengths[k], lengths[k + 1]))
     radius = trim / half
-    before, after = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
+    direction_in, direction_out = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
     corner = path.end[k]
-    first, last = corner - trim[:, None] * before, corner + trim[:, None] * after
+    first, last = corner - trim[:, None] * direction_in, corner + trim[:, None] * direction_out
     rows = np.arange(k.size)
-    cross = (before[rows, plane[k, 0]] * after[rows, plane[k, 1]] - before[rows, plane[k, 1]] * after[rows, plane[k, 0]])
-    inward = (after - before) / np.linalg.norm(after - before, axis=1, keepdims=True)
+    cross = (direction_in[rows, plane[k, 0]] * direction_out[rows, plane[k, 1]] - direction_in[rows, plane[k, 1]]
+             * direction_out[rows, plane[k, 0]])
+    inward = (direction_out - direction_in) / np.linalg.norm(direction_out - direction_in, axis=1, keepdims=True)
     start, end = path.start.copy(), path.end.copy()
     end[k], start[k + 1] = first, last
     trimmed = replace(path, kind=path.kind) if k.size == 0 else None
     if trimmed is not None:
         return trimmed
-    arcs = {"kind": np.full(k.size, ARC), "start": first, "end": last,
+    arcs = {"kind": np.full(k.size, ARC_KIND), "start": first, "end": last,
             "center": corner + (radius / np.cos(turn[k] / 2))[:, None] * inward, "sweep": np.sign(cross) * turn[k],
             "plane": plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
             "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1],
               "dwell": np.zeros(k.size)}
-    whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
+    columns = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
     place = k + 1
-    return Path(**{name: np.insert(whole[name], place, arcs[name], axis=0) for name in _ARRAYS})
+    return Path(**{name: np.insert(columns[name], place, arcs[name], axis=0) for name in _ARRAYS})
 
 
 def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
@@ -224,17 +227,17 @@ def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) ->
     Corners with arcs, those marked as stops and full reversals keep their corner.
     """
     turn, lengths = path.turns(), path.lengths
-    between = (path.kind[:-1] == LINE) & (path.kind[1:] == LINE) & ~path.stop[:-1]
+    between = (path.kind[:-1] == LINE_KIND) & (path.kind[1:] == LINE_KIND) & ~path.stop[:-1]
     k = np.flatnonzero(between & (turn > smallest_turn) & (turn < np.pi - 0.05))
     if k.size == 0:
         return path
     trim = half_lengths(turn[k], tolerance, 0.49 * np.minimum(lengths[k], lengths[k + 1]))[1]
-    before, after = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
+    direction_in, direction_out = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
     start, end, corner = path.start.copy(), path.end.copy(), path.end[k]
-    end[k], start[k + 1] = corner - trim[:, None] * before, corner + trim[:, None] * after
-    blends = {"kind": np.full(k.size, CLOTHOID), "start": end[k], "end": start[k + 1], "center": corner, "sweep": turn[k],
+    end[k], start[k + 1] = corner - trim[:, None] * direction_in, corner + trim[:, None] * direction_out
+    blends = {"kind": np.full(k.size, CLOTHOID_KIND), "start": end[k], "end": start[k + 1], "center": corner, "sweep": turn[k],
               "plane": path.plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
               "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1],
               "dwell": np.zeros(k.size)}
-    whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
-    return Path(**{name: np.insert(whole[name], k + 1, blends[name], axis=0) for name in _ARRAYS})
+    columns = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
+    return Path(**{name: np.insert(columns[name], k + 1, blends[name], axis=0) for name in _ARRAYS})

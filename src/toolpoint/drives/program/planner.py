@@ -11,7 +11,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.clothoid import half_lengths, steady_speed
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.program.jerk_profile import JerkLimits, seven_phase
-from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blend_corners, soften_corners
+from toolpoint.drives.program.path import ARC_KIND, CLOTHOID_KIND, Path, blend_corners, soften_corners
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +48,15 @@ class Plan(NotebookText):
         _, _, motion = self._samples(positive("sample_time", sample_time))
         route = programmed.taken(programmed.lengths > 0)
         ends = np.cumsum(route.lengths)
-        knots, at = np.zeros(self.path.count + 1), 0
+        knots, piece = np.zeros(self.path.count + 1), 0
         for k in range(self.path.count):
-            blend = at >= route.count or self.path.kind[k] != route.kind[at]
+            blend = piece >= route.count or self.path.kind[k] != route.kind[piece]
             if not blend:
-                knots[k + 1] = ends[at] - float(np.linalg.norm(route.end[at] - self.path.end[k]))
-                at += 1
+                knots[k + 1] = ends[piece] - float(np.linalg.norm(route.end[piece] - self.path.end[k]))
+                piece += 1
             else:
-                before = at - 1
-                knots[k + 1] = ends[before] + float(np.linalg.norm(self.path.end[k] - route.end[before]))
+                previous = piece - 1
+                knots[k + 1] = ends[previous] + float(np.linalg.norm(self.path.end[k] - route.end[previous]))
         return np.interp(motion[:, 0], np.concatenate([[0.0], np.cumsum(self.path.lengths)]), knots)
 
     def _samples(self, step: float) -> tuple[np.ndarray, FloatArray, FloatArray]:
@@ -73,23 +73,23 @@ class Plan(NotebookText):
         if not waits.size:
             return segment, share, motion
         # A rest of so many samples stands before the first sample of the next segment.
-        at = np.searchsorted(segment, waits, side="right")
+        first_after = np.searchsorted(segment, waits, side="right")
         number = np.rint(self.path.dwell[waits] / step).astype(int)
-        place, ends = np.repeat(at, number), np.cumsum(length)
-        rest = np.zeros((place.size, 3))
-        rest[:, 0] = np.repeat(ends[waits], number)
+        place, ends = np.repeat(first_after, number), np.cumsum(length)
+        dwell_motion = np.zeros((place.size, 3))
+        dwell_motion[:, 0] = np.repeat(ends[waits], number)
         return (np.insert(segment, place, np.repeat(waits, number)), np.insert(share, place, 1.0),
-                np.insert(motion, place, rest, axis=0))
+                np.insert(motion, place, dwell_motion, axis=0))
 
     def _centripetal(self, segment: np.ndarray, share: FloatArray, position: FloatArray, speed: FloatArray) -> FloatArray:
         out = np.zeros_like(position)
-        arc = np.flatnonzero(self.path.kind[segment] == ARC)
+        arc = np.flatnonzero(self.path.kind[segment] == ARC_KIND)
         k = segment[arc]
-        at, rows = self.path.plane[k], np.arange(k.size)[:, None]
+        plane_axes, rows = self.path.plane[k], np.arange(k.size)[:, None]
         flat = self.path.radius[k] * np.abs(self.path.sweep[k]) / self.path.lengths[k]
-        inward = (self.path.center[k] - position[arc])[rows, at]
-        out[arc[:, None], at] = inward * ((speed[arc] * flat / self.path.radius[k]) ** 2)[:, None]
-        soft = np.flatnonzero(self.path.kind[segment] == CLOTHOID)
+        inward = (self.path.center[k] - position[arc])[rows, plane_axes]
+        out[arc[:, None], plane_axes] = inward * ((speed[arc] * flat / self.path.radius[k]) ** 2)[:, None]
+        soft = np.flatnonzero(self.path.kind[segment] == CLOTHOID_KIND)
         out[soft] = self.path.blends(segment[soft]).curvatures(share[soft]) * speed[soft, None] ** 2
         return out
 
@@ -132,26 +132,26 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
                  else _soften_where_quicker(route, corner_tolerance, limits, straight))
     normal = limits.acceleration if normal_acceleration is None else positive("normal_acceleration", normal_acceleration)
     n, length = route.count, np.array(route.lengths)
-    top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
-    steady = route.kind == CLOTHOID
+    speed_max = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
+    steady = route.kind == CLOTHOID_KIND
     half = length[steady] / 2
-    top[steady] = np.minimum(top[steady], steady_speed(route.sweep[steady], half, normal, jerk=limits.jerk))
+    speed_max[steady] = np.minimum(speed_max[steady], steady_speed(route.sweep[steady], half, normal, jerk=limits.jerk))
     junction = np.zeros(n + 1)
     if n > 1:
         meets = (route.turns() <= straight) & ~route.stop[:-1]
-        junction[1:-1] = np.where(meets, np.minimum(top[:-1], top[1:]), 0.0)
+        junction[1:-1] = np.where(meets, np.minimum(speed_max[:-1], speed_max[1:]), 0.0)
     a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
     times = np.zeros((n, 7))
-    look_ahead(length, top, junction, a, j, steady)
-    top[steady] = junction[:-1][steady]
-    phases(length, top, junction, a, j, times)
+    look_ahead(length, speed_max, junction, a, j, steady)
+    speed_max[steady] = junction[:-1][steady]
+    phases(length, speed_max, junction, a, j, times)
     return Plan(route, frozen(times), frozen(junction), frozen(j))
 
 
 def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:
     """Return the path with clothoid corners but where a stop at the corner is the faster way round."""
     turn, lengths = path.turns(), path.lengths
-    flat = (path.kind[:-1] != ARC) & (path.kind[1:] != ARC) & (turn > straight) & (turn < np.pi - 0.05)
+    flat = (path.kind[:-1] != ARC_KIND) & (path.kind[1:] != ARC_KIND) & (turn > straight) & (turn < np.pi - 0.05)
     k = np.flatnonzero(flat)
     if k.size == 0:
         return path
@@ -159,11 +159,11 @@ def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, stra
     half, trim = half_lengths(turn[k], tolerance, 0.49 * line)
     slow = steady_speed(turn[k], half, limits.acceleration, jerk=limits.jerk)
     speed = np.minimum(np.minimum(path.feed[k], path.feed[k + 1]), limits.speed)
-    speed = np.minimum(speed, _reached(line / 2, limits))
+    speed = np.minimum(speed, _reached_speed(line / 2, limits))
     slow = np.minimum(slow, speed)
-    lost = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
+    lost_time = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
     stop = path.stop.copy()
-    stop[k[lost > _change_time(speed, limits)]] = True
+    stop[k[lost_time > _change_time(speed, limits)]] = True
     return soften_corners(replace(path, stop=stop), tolerance, straight)
 
 
@@ -173,14 +173,14 @@ def _change_time(step: FloatArray, limits: JerkLimits) -> FloatArray:
     return np.where(step >= a * a / j, step / a + a / j, 2 * np.sqrt(step / j))
 
 
-def _reached(distance: FloatArray, limits: JerkLimits) -> FloatArray:
+def _reached_speed(distance: FloatArray, limits: JerkLimits) -> FloatArray:
     """Return the speed reached from rest within a distance (m), m/s: v t(v)/2 = distance, by bisection."""
-    low, high = np.zeros_like(distance), np.full_like(distance, limits.speed)
+    slow, fast = np.zeros_like(distance), np.full_like(distance, limits.speed)
     for _ in range(50):
-        middle = (low + high) / 2
-        far = middle / 2 * _change_time(middle, limits) > distance
-        low, high = np.where(far, low, middle), np.where(far, middle, high)
-    return high
+        middle = (slow + fast) / 2
+        is_too_far = middle / 2 * _change_time(middle, limits) > distance
+        slow, fast = np.where(is_too_far, slow, middle), np.where(is_too_far, middle, fast)
+    return fast
 
 
 def smooth_command(command: Command, window: float) -> Command:
@@ -192,9 +192,9 @@ def smooth_command(command: Command, window: float) -> Command:
     if n < 1:
         fail("window", f"{window:g} s", f"must be at least one sample, {command.sample_time:g} s")
     parts = []
-    for values, rest in ((command.position, True), (command.velocity, False), (command.acceleration, False)):
+    for values, holds_ends in ((command.position, True), (command.velocity, False), (command.acceleration, False)):
         v = np.asarray(values)
-        first, last = (v[:1], v[-1:]) if rest else (np.zeros_like(v[:1]), np.zeros_like(v[:1]))
+        first, last = (v[:1], v[-1:]) if holds_ends else (np.zeros_like(v[:1]), np.zeros_like(v[:1]))
         padded = np.vstack([np.repeat(first, n, 0), v, np.repeat(last, n, 0)])
         total = np.vstack([np.zeros_like(v[:1]), np.cumsum(padded, axis=0)])
         parts.append((total[n:] - total[:-n]) / n)

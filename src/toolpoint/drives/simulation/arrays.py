@@ -1,4 +1,4 @@
-"""What the compiled run takes, by name: matrices of the step, laws, controllers, the motion it advances, histories."""
+"""Arrays of the compiled run: matrices of the step, laws, controllers, the motion it advances, histories."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.drives.controller.records import SampleCounts
 
-# Passes over the laws and products in the implicit equations of one step.
-PASSES = 60
+MAX_LAW_PASSES = 60  # passes over the laws and products in the implicit equations of one step
 # Where an excitation is added; the numbers are what the kernel compares with.
 PLACES = ("none", "position", "speed", "torque", "current", "voltage")
 SPEED, TORQUE, CURRENT, VOLTAGE = (PLACES.index(name) for name in ("speed", "torque", "current", "voltage"))
@@ -56,7 +55,8 @@ class ControlArrays(NamedTuple):
 
 
 class MotionArrays(NamedTuple):
-    """What a run changes in place: coordinates, states of the laws (`LAW_STATE`), values of the laws now and a step before."""
+    """State that a run changes in place: coordinates, states of the laws (`LAW_STATE`), values of the laws now and a step
+    before."""
 
     coordinates: FloatArray
     laws: np.ndarray
@@ -64,9 +64,10 @@ class MotionArrays(NamedTuple):
 
 
 class Histories(NamedTuple):
-    """Records every `every` plant steps: outputs (n, ...), controller signals (n, n_axes, 6), laws' values (n, n_laws)."""
+    """Records every `record_interval` plant steps: outputs (n, ...), controller signals (n, n_axes, 6), values of the laws (n,
+    n_laws)."""
 
-    every: int
+    record_interval: int
     outputs: FloatArray
     signals: FloatArray
     forces: FloatArray

@@ -13,10 +13,10 @@ from toolpoint.drives.friction.records import STATIC
 from toolpoint.drives.simulation.arrays import StepArrays
 from toolpoint.vibration.state_space import hold_matrices
 
-# Below this cosine between its left and right eigenvector a pole is nearly defective and stays in the dense core.
-_DEFECTIVE = 1e-4
-_LEFT_OVER = 1e-10
-_WIDTH = 4
+# Cosine between left and right eigenvector of a pole; below it the pole is nearly defective and stays in the dense core.
+_MIN_EIGENVECTOR_COSINE = 1e-4
+_MAX_COUPLING_ROUNDING = 1e-10  # elements outside core and blocks that are rounding
+_VECTOR_WIDTH = 4  # doubles of a vector register: arrays are filled up to whole ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,20 +72,20 @@ def step_matrices(plant: Plant, step: float, *, dense: bool = False) -> StepMatr
     if not dense and not _is_split(turned, core):
         (basis, inverse, core), turned = states, phi
     half = (len(phi) - core) // 2
-    spare = -half % _WIDTH if half else -core % _WIDTH
+    spare = -half % _VECTOR_WIDTH if half else -core % _VECTOR_WIDTH
     place = _places(core, half, spare)
     ordered = np.ascontiguousarray
     pad = lambda rows: _rows_at(rows, place, core + 2 * (half + spare) if half else core + spare)
     a, b = np.arange(core, core + half), np.arange(core + half, core + 2 * half)
     pairs = np.zeros((4, half + spare if half else 0))
     pairs[:, :half] = turned[a, a], turned[a, b], turned[b, a], turned[b, b]
-    wide = core if half else core + spare
-    dense_core = np.zeros((wide, wide))
+    core_size = core if half else core + spare
+    dense_core = np.zeros((core_size, core_size))
     dense_core[:core, :core] = turned[:core, :core].T
     inputs = ordered(pad(inverse @ np.hstack([held, first + phi @ shift])).T)
-    scalars = np.pad(plant.scalars @ basis, ((0, -plant.scalars.shape[0] % _WIDTH), (0, 0)))
-    outputs = np.pad(plant.outputs @ basis, ((0, -plant.outputs.shape[0] % _WIDTH), (0, 0)))
-    return StepMatrices(step, dense_core, pairs, np.pad(inputs, ((0, -inputs.shape[0] % _WIDTH), (0, 0))),
+    scalars = np.pad(plant.scalars @ basis, ((0, -plant.scalars.shape[0] % _VECTOR_WIDTH), (0, 0)))
+    outputs = np.pad(plant.outputs @ basis, ((0, -plant.outputs.shape[0] % _VECTOR_WIDTH), (0, 0)))
+    return StepMatrices(step, dense_core, pairs, np.pad(inputs, ((0, -inputs.shape[0] % _VECTOR_WIDTH), (0, 0))),
                         ordered(pad(inverse @ shift).T), ordered(pad(inverse @ jump).T), pad(scalars.T),
                         ordered(plant.scalars @ (shift + jump)),
                         pad(outputs.T), ordered((outputs @ (inverse @ shift)).T), ordered(pad(basis.T).T), pad(inverse))
@@ -101,15 +101,15 @@ def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
     balanced, scale = scipy.linalg.matrix_balance(np.array(a), permute=False)
     poles, left, right = scipy.linalg.eig(balanced, left=True, right=True)
     cosine = np.abs(np.einsum("ij,ij->j", left.conj(), right))
-    pair = np.flatnonzero((poles.imag > 0) & (cosine > _DEFECTIVE))
-    real = np.flatnonzero((poles.imag == 0) & (cosine > _DEFECTIVE))
+    pair = np.flatnonzero((poles.imag > 0) & (cosine > _MIN_EIGENVECTOR_COSINE))
+    real = np.flatnonzero((poles.imag == 0) & (cosine > _MIN_EIGENVECTOR_COSINE))
     real = real[:real.size - real.size % 2]
     first = np.hstack([right[:, pair].real, right[:, real[0::2]].real])
     second = np.hstack([right[:, pair].imag, right[:, real[1::2]].real])
-    seen = np.hstack([left[:, pair].real, left[:, pair].imag, left[:, real].real])
+    others_left = np.hstack([left[:, pair].real, left[:, pair].imag, left[:, real].real])
     n, core = len(poles), len(poles) - 2 * first.shape[1]
-    unseen = np.linalg.qr(seen, mode="complete").Q[:, n - core:]
-    basis = np.hstack([unseen, first, second])
+    core_basis = np.linalg.qr(others_left, mode="complete").Q[:, n - core:]
+    basis = np.hstack([core_basis, first, second])
     return scale @ basis, np.linalg.solve(scale @ basis, np.eye(n)), core
 
 
@@ -117,22 +117,22 @@ def _held_parts(plant: Plant, step: float) -> tuple[FloatArray, FloatArray, Floa
     """Return phi, and the columns of w at the start, at the end, at the end of held laws, and of inputs and forces."""
     nu, nf = plant.b_input.shape[1], plant.b_force.shape[1]
     phi, g1, g2 = hold_matrices(plant.a, np.hstack([plant.b_input, plant.b_force, plant.b_scalar]), step)
-    at = nu + nf
-    first, shift, jump = g1[:, at:] - g2[:, at:], g2[:, at:].copy(), np.zeros_like(g2[:, at:])
+    n_inputs = nu + nf
+    first, shift, jump = g1[:, n_inputs:] - g2[:, n_inputs:], g2[:, n_inputs:].copy(), np.zeros_like(g2[:, n_inputs:])
     for k in np.flatnonzero(plant.laws["kind"] == STATIC):
-        first[:, k], shift[:, k], jump[:, k] = 0.0, 0.0, g1[:, at + k]
-    return phi, first, shift, jump, g1[:, :at]
+        first[:, k], shift[:, k], jump[:, k] = 0.0, 0.0, g1[:, n_inputs + k]
+    return phi, first, shift, jump, g1[:, :n_inputs]
 
 
 def _is_split(turned: FloatArray, core: int) -> bool:
-    """Return whether nothing but rounding is left outside the core and the blocks."""
+    """Whether nothing but rounding is left outside the core and the blocks."""
     n, half = len(turned), (len(turned) - core) // 2
     inside = np.zeros((n, n), bool)
     inside[:core, :core] = True
     a, b = np.arange(core, core + half), np.arange(core + half, n)
     for i, j in ((a, a), (a, b), (b, a), (b, b)):
         inside[i, j] = True
-    return bool(np.abs(np.where(inside, 0.0, turned)).max(initial=0.0) < _LEFT_OVER)
+    return bool(np.abs(np.where(inside, 0.0, turned)).max(initial=0.0) < _MAX_COUPLING_ROUNDING)
 
 
 def _places(core: int, half: int, spare: int) -> np.ndarray:

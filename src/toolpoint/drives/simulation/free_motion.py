@@ -12,7 +12,8 @@ from toolpoint.drives.simulation.exact_step import step_matrices
 from toolpoint.drives.simulation.simulate import ServoResult, empty_histories, law_arrays, motion_arrays
 
 
-def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None, every: int = 1,
+def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None,
+                         record_interval: int = 1,
                 bristles: FloatArray | None = None) -> ServoResult:
     """Return the motion of a plant under forces on its tables, motors without current.
 
@@ -35,12 +36,12 @@ def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: 
     motion = motion_arrays(plant, m, start)
     if bristles is not None:
         motion.laws["bristle"] = floats("bristles", bristles, (plant.laws.size,))
-    histories = empty_histories(plant, forces.shape[0], count("every", every))
+    histories = empty_histories(plant, forces.shape[0], count("record_interval", record_interval))
     failed = run(0, forces.shape[0], m.arrays, law_arrays(plant), _without_controllers(forces), motion, histories)
     if failed < 0:
         fail("simulate_free_motion", f"motion not finite after {-failed} steps", "the step is too long",
              remedy="take a shorter step")
-    time = np.arange(histories.outputs.shape[0]) * step * every
+    time = np.arange(histories.outputs.shape[0]) * step * record_interval
     return ServoResult(frozen(time), tuple(a.name for a in plant.axes), frozen(histories.outputs.reshape(time.size, axes, -1)),
                        histories.signals, frozen(histories.forces), np.zeros((time.size, axes)),
                        frozen(m.outward(motion.coordinates)), failed)

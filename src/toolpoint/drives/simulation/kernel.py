@@ -20,9 +20,9 @@ from toolpoint.drives.controller.kernel import (
 from toolpoint.drives.friction.kernel import bristle_rate, solve_law
 from toolpoint.drives.friction.records import BRISTLE, CONTACT, MAXWELL
 from toolpoint.drives.simulation import arrays
-from toolpoint.drives.simulation.arrays import PASSES
+from toolpoint.drives.simulation.arrays import MAX_LAW_PASSES
 
-WIDTH = len(OUTPUTS)
+WIDTH = len(OUTPUTS)  # outputs of an axis
 # Products may be fused with sums (one rounding in place of two): the same bits on every run of one machine.
 FUSED = {"contract"}
 
@@ -31,14 +31,14 @@ FUSED = {"contract"}
 def add_columns(columns, x, out):
     """Add columns^T x to out; row j of `columns` is the column that x[j] multiplies, so the inner loop is contiguous.
 
-    Four columns at a time: `out` is loaded and stored a quarter as often.
+    columns (m, n), x (m,), out (n,) : float64. Four columns at a time: `out` is loaded and stored a quarter as often.
     """
-    whole = x.size - x.size % 4
-    for j in range(0, whole, 4):
+    grouped = x.size - x.size % 4
+    for j in range(0, grouped, 4):
         a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
         for i in range(out.size):
             out[i] += columns[j, i] * a + columns[j + 1, i] * b + columns[j + 2, i] * c + columns[j + 3, i] * d
-    for j in range(whole, x.size):
+    for j in range(grouped, x.size):
         a = x[j]
         if a != 0.0:
             for i in range(out.size):
@@ -47,7 +47,10 @@ def add_columns(columns, x, out):
 
 @njit(cache=True, nogil=True)
 def add_rounded(columns, x, out):
-    """Add columns^T x to out with every product rounded: a force that holds a body still cancels its load exactly."""
+    """Add columns^T x to out with every product rounded: a force that holds a body still cancels its load exactly.
+
+    columns (m, n), x (m,), out (n,) : float64.
+    """
     for j in range(x.size):
         for i in range(out.size):
             out[i] += columns[j, i] * x[j]
@@ -55,7 +58,10 @@ def add_rounded(columns, x, out):
 
 @njit(cache=True, nogil=True, fastmath=FUSED)
 def advance(core, pairs, x, new):
-    """Write phi x to new: a dense core (by columns), then two by two blocks over the halves of the rest."""
+    """Write phi x to new: a dense core (by columns), then two by two blocks over the halves of the rest.
+
+    core (n, n), pairs (4, half) : (p11, p12, p21, p22) of every block; x, new (n + 2 half,) : all float64.
+    """
     n, half = core.shape[0], pairs.shape[1]
     for i in range(half):
         a, b = x[n + i], x[n + half + i]
@@ -68,7 +74,11 @@ def advance(core, pairs, x, new):
 
 @njit(cache=True, nogil=True)
 def start_scalars(laws, products, s, states, w):
-    """Write the laws' values and rates at the start, from the scalars and the stored states."""
+    """Write the laws' values and rates at the start, from the scalars and the stored states.
+
+    laws (n,) `LAW`; products (m, 2) int64 : pairs of scalars; s (n_scalars,) float64; states (n,) `LAW_STATE`, changed;
+    w (n + m,) float64, written: values of the laws, then the products.
+    """
     for k in range(laws.size):
         law, state = laws[k], states[k]
         if law.kind == BRISTLE:
@@ -89,10 +99,14 @@ def implicit(laws, products, gain, free, states, step, s, w, trial):
     """Solve s = free + gain w(s) by passes over the laws (each solved alone exactly) and the products; return success.
 
     Only the few scalars s in which the plant is not linear are unknown: the rest of the step is known in closed form.
+    Block Gauss-Seidel: law k sees s_k = (free_k + sum_j gain_kj w_j, j not k) + gain_kk w_k.
+
+    laws, states, trial (n,) records; products (m, 2) int64; gain (n_scalars, n + m), free, s (n_scalars,), w (n + m,) float64;
+    s, w, trial are written.
     """
     count, m = laws.size, w.size
-    fine, before = True, 1e-300
-    for turn in range(PASSES):
+    converged, last_change = True, 1e-300
+    for turn in range(MAX_LAW_PASSES):
         change, size = 0.0, 0.0
         for k in range(count):
             other = free[k] - gain[k, k] * w[k]
@@ -104,7 +118,7 @@ def implicit(laws, products, gain, free, states, step, s, w, trial):
             trial[k].surroundings = other
             guess = s[k] if turn else other + gain[k, k] * w[k]
             s[k], value, good = solve_law(laws[k], states[k], step, other, gain[k, k], guess, trial[k])
-            fine = good if turn == 0 and k == 0 else fine and good
+            converged = good if turn == 0 and k == 0 else converged and good
             change, size = max(change, abs(value - w[k])), max(size, abs(value))
             w[k] = value
         # One product after the other, each with the newest of the others: the error falls with the square of the coupling.
@@ -119,15 +133,15 @@ def implicit(laws, products, gain, free, states, step, s, w, trial):
             change, size = max(change, abs(value - w[count + k])), max(size, abs(value))
             w[count + k] = value
         # What is left after a pass falls again as the change did.
-        if change * min(1.0, change / before) <= 1e-7 * size + 1e-15:
-            return fine
-        before = change
+        if change * min(1.0, change / last_change) <= 1e-7 * size + 1e-15:
+            return converged
+        last_change = change
     return False
 
 
 @njit(cache=True, nogil=True)
 def accept(laws, states, trial):
-    """Store the laws' states after a step."""
+    """Return the store the laws' states after a step."""
     for k in range(laws.size):
         if laws[k].kind == BRISTLE:
             states[k].bristle, states[k].bristle_rate = trial[k].bristle, trial[k].bristle_rate
@@ -156,33 +170,34 @@ def sample_controllers(step, control, y):
 @njit(cache=True, nogil=True)
 def held_inputs(step, control, y, u, voltage):
     """Write the inputs that are in force over this step."""
-    every = control.counts.current
+    substeps = control.counts.current
     for i in range(control.parameters.size):
         p, s, b = control.parameters[i], control.states[i], WIDTH * i
         if p.six_pulse:
-            write_switched_voltage(p, s, (step % every) / every, 1.0 / every, y[b + ANGLE], y[b + SPEED], voltage)
+            write_switched_voltage(p, s, (step % substeps) / substeps, 1.0 / substeps, y[b + ANGLE], y[b + SPEED], voltage)
             u[2 * i], u[2 * i + 1] = voltage[0], voltage[1]
         else:
             u[2 * i], u[2 * i + 1] = s.voltage_d, s.voltage_q
 
 
 @njit(cache=True, nogil=True)
-def record(at, y, u, control, s, w, viscous, histories):
-    """Store outputs, controller signals (in the order of `SIGNALS`) and laws' values (with their viscous part) at a step."""
+def record(line, y, u, control, s, w, viscous, histories):
+    """Return the store outputs, controller signals (in the order of `SIGNALS`) and laws' values (with their viscous part) at a
+    step."""
     outputs, signals, forces = histories.outputs, histories.signals, histories.forces
     for i in range(outputs.shape[1]):
-        outputs[at, i] = y[i]
+        outputs[line, i] = y[i]
     for i in range(control.states.size):
         state = control.states[i]
-        signals[at, i, 0], signals[at, i, 1], signals[at, i, 2] = state.speed_set, state.torque_set, state.current_set
-        signals[at, i, 3], signals[at, i, 4], signals[at, i, 5] = u[2 * i], u[2 * i + 1], state.following_error
+        signals[line, i, 0], signals[line, i, 1], signals[line, i, 2] = state.speed_set, state.torque_set, state.current_set
+        signals[line, i, 3], signals[line, i, 4], signals[line, i, 5] = u[2 * i], u[2 * i + 1], state.following_error
     for k in range(forces.shape[1]):
-        forces[at, k] = w[k] + (viscous[k] * s[k] if k < viscous.size else 0.0)
+        forces[line, k] = w[k] + (viscous[k] * s[k] if k < viscous.size else 0.0)
 
 
 @njit(cache=True, nogil=True)
 def read(reading, direct, x, w, y):
-    """Write the outputs of shifted coordinates x: y = reading x + direct w."""
+    """Write the outputs of shifted coordinates x: y = reading x + direct w; matrices by columns, all float64."""
     y[:] = 0.0
     add_columns(reading, x, y)
     add_columns(direct, w, y)
@@ -211,7 +226,7 @@ def put(values, out, first):
 
 @njit(cache=True, nogil=True)
 def all_finite(values):
-    """Return whether no value is infinite or not a number: one test of their sum."""
+    """Whether no value is infinite or not a number: one test of their sum."""
     total = 0.0
     for i in range(values.size):
         total += values[i]
@@ -226,7 +241,7 @@ def run(start, steps, matrices, laws, control, motion, histories):
     x1 - shift w1 = phi (x0 - shift w0) + (first + phi shift) w0 + held u. The motion changes in place (values are read where
     start is not 0), so that a run can be taken up again. A motion that is not finite returns minus the step.
     """
-    counts, load, every = control.counts, control.load, histories.every
+    counts, load, record_interval = control.counts, control.load, histories.record_interval
     scalars, gain, shift, jump = matrices.scalars, matrices.gain, matrices.shift, matrices.jump
     records, products, states, x = laws.records, laws.products, motion.laws, motion.coordinates
     axes = load.shape[1]
@@ -236,16 +251,16 @@ def run(start, steps, matrices, laws, control, motion, histories):
     switched, held_laws = np.any(control.parameters.six_pulse != 0), np.any(jump != 0.0)
     begin(start, matrices, laws, motion, s, w)
     read(matrices.reading, matrices.direct, x, w, y)
-    failed, before = 0, motion.values[1].copy()
-    for at in range(start, start + steps):
-        if at % counts.current == 0:
-            sample_controllers(at, control, y)
-        if switched or at % counts.current == 0 or at == start:
-            held_inputs(at, control, y, u, voltage)
+    failed, last_values = 0, motion.values[1].copy()
+    for step in range(start, start + steps):
+        if step % counts.current == 0:
+            sample_controllers(step, control, y)
+        if switched or step % counts.current == 0 or step == start:
+            held_inputs(step, control, y, u, voltage)
             put(u, drive, 0)
-        if at % every == 0:
-            record(at // every, y, u, control, s, w, laws.viscous, histories)
-        put(load[min(at, load.shape[0] - 1)], drive, 2 * axes)
+        if step % record_interval == 0:
+            record(step // record_interval, y, u, control, s, w, laws.viscous, histories)
+        put(load[min(step, load.shape[0] - 1)], drive, 2 * axes)
         put(w, drive, 3 * axes)
         advance(matrices.core, matrices.pairs, x, new)
         add_columns(matrices.inputs, drive, new)
@@ -254,14 +269,14 @@ def run(start, steps, matrices, laws, control, motion, histories):
         add_columns(scalars, x, free)
         # The laws' values run on as a straight line: the first guess of their implicit equations.
         for k in range(w.size):
-            w[k], before[k] = 2.0 * w[k] - before[k], w[k]
+            w[k], last_values[k] = 2.0 * w[k] - last_values[k], w[k]
         if not implicit(records, products, gain, free, states, matrices.step, s, w, trial):
             failed += 1
         accept(records, states, trial)
         if held_laws:
             add_rounded(jump, w, x)
-        following = at + 1
-        if switched or following % counts.current == 0 or following % every == 0:
+        following = step + 1
+        if switched or following % counts.current == 0 or following % record_interval == 0:
             read(matrices.reading, matrices.direct, x, w, y)
             if not all_finite(y):
                 failed = -following
@@ -271,5 +286,5 @@ def run(start, steps, matrices, laws, control, motion, histories):
         x = new
     add_columns(shift, w, x)
     put(w, motion.values[0], 0)
-    put(before, motion.values[1], 0)
+    put(last_values, motion.values[1], 0)
     return failed

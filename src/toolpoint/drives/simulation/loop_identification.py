@@ -55,11 +55,11 @@ class LoopResponse(NotebookText):
         """First frequency at which the closed loop is 3 dB below its start, Hz."""
         return bandwidth(self.frequency, self.closed)
 
-    def between(self, low: float, high: float) -> LoopResponse:
-        """Return the lines from `low` to `high` Hz."""
-        keep = (self.frequency >= low) & (self.frequency <= high)
+    def between(self, frequency_min: float, frequency_max: float) -> LoopResponse:
+        """Return the lines from `frequency_min` to `frequency_max` Hz."""
+        keep = (self.frequency >= frequency_min) & (self.frequency <= frequency_max)
         if not keep.any():
-            raise ToolpointError(f"between: no line from {low:g} to {high:g} Hz; the measured ones are "
+            raise ToolpointError(f"between: no line from {frequency_min:g} to {frequency_max:g} Hz; the measured ones are "
                                  f"{self.frequency[0]:g} to {self.frequency[-1]:g} Hz")
         return LoopResponse(self.frequency[keep], self.closed[keep], self.open[keep], self.coherence[keep],
                             self.sample_time)
@@ -120,7 +120,7 @@ def _histories(servo: Servo, number: int, axis: int, values: FloatArray, speed: 
     c, lines = servo.controllers[axis], values.shape[0]
     duration = lines * c.sample_times[number]
     ramp: Command = constant_velocity(speed, c.position.sample_time, duration)
-    options: dict[str, Any] = {"substeps": substeps, "every": servo.counts[number] * substeps, "duration": duration}
+    options: dict[str, Any] = {"substeps": substeps, "record_interval": servo.counts[number] * substeps, "duration": duration}
     if number < 2:
         excitation = Excitation(("current", "speed")[number], values)
         result = simulate(servo, ramp, excitation=excitation, **options)

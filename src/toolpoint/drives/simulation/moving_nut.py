@@ -16,7 +16,7 @@ from toolpoint.drives.simulation.arrays import StepArrays
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
 from toolpoint.drives.simulation.simulate import ServoResult, prepare
 
-_BLENDED = ("core", "inputs", "shift", "jump", "gain", "direct")
+_INTERPOLATED_FIELDS = ("core", "inputs", "shift", "jump", "gain", "direct")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,20 +29,21 @@ class _Grid:
 
     def at(self, nut: FloatArray) -> StepArrays:
         """Return the matrices at nut positions: linear between the grid's positions, the axes' changes added up."""
-        parts = {name: np.array(getattr(self.reference, name)) for name in _BLENDED}
+        parts = {name: np.array(getattr(self.reference, name)) for name in _INTERPOLATED_FIELDS}
         for where, grid, change in zip(nut, self.positions, self.changes, strict=True):
             if grid is None:
                 continue
             k = int(np.clip(np.searchsorted(grid, where) - 1, 0, grid.size - 2))
             share = float(np.clip((where - grid[k]) / (grid[k + 1] - grid[k]), 0.0, 1.0))
-            for name in _BLENDED:
+            for name in _INTERPOLATED_FIELDS:
                 parts[name] += (1 - share) * change[name][k] + share * change[name][k + 1]
         return StepArrays(**{**self.reference.arrays._asdict(), **parts})
 
 
 def simulate_moving_nut(
     servo_at: Callable[[Sequence[float]], Servo], start: Sequence[float], command: Command, *,
-    moving: Sequence[bool] | None = None, positions: int = 17, substeps: int = 1, every: int = 1, estimate: bool = True,
+    moving: Sequence[bool] | None = None, positions: int = 17, substeps: int = 1, record_interval: int = 1,
+    estimate: bool = True,
 ) -> ServoResult:
     """Return the histories of a servo whose screws change with the position of their nuts.
 
@@ -72,11 +73,11 @@ def simulate_moving_nut(
     """
     count("positions", positions, 3)
     nut = floats("start", start, (command.position.shape[1],))
-    moves = [True] * nut.size if moving is None else list(moving)
-    result = _run(servo_at, nut, command, moves, positions, substeps, every)
+    is_moving = [True] * nut.size if moving is None else list(moving)
+    result = _run(servo_at, nut, command, is_moving, positions, substeps, record_interval)
     if not estimate:
         return result
-    coarse = _run(servo_at, nut, command, moves, (positions + 1) // 2, substeps, every)
+    coarse = _run(servo_at, nut, command, is_moving, (positions + 1) // 2, substeps, record_interval)
     names = [OUTPUTS.index(name) for name in ("scale", "table", "tool")]
     change = float(np.abs(result.outputs - coarse.outputs)[:, :, names].max())
     note = (f"screws follow their nuts in {positions} positions; with {(positions + 1) // 2} the outputs change by at most "
@@ -84,20 +85,20 @@ def simulate_moving_nut(
     return replace(result, notes=(*result.notes, note))
 
 
-def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command: Command, moves: list[bool], positions: int,
-         substeps: int, every: int) -> ServoResult:
+def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command: Command, is_moving: list[bool], positions: int,
+         substeps: int, record_interval: int) -> ServoResult:
     from toolpoint.drives.simulation.kernel import run
 
     servo = servo_at(nut.tolist())
     step = servo.controllers[0].sample_times.current / substeps
-    grid = _grid(servo_at, servo, nut, command, moves, positions, step)
-    ready = prepare(servo, command, substeps=substeps, every=every, matrices=grid.reference)
+    grid = _grid(servo_at, servo, nut, command, is_moving, positions, step)
+    ready = prepare(servo, command, substeps=substeps, record_interval=record_interval, matrices=grid.reference)
     chunk, failed = servo.counts.position * substeps, 0
     table = np.array([servo.plant.output(i, "table") for i in range(nut.size)])
     rates = np.vstack([command.velocity, np.zeros((1, nut.size))])
     for first in range(0, ready.steps, chunk):
-        ahead = 0.5 * command.sample_time * rates[min(first // chunk, len(rates) - 1)]
-        matrices = grid.at(nut + table @ grid.reference.outward(ready.motion.coordinates) + ahead)
+        half_travel = 0.5 * command.sample_time * rates[min(first // chunk, len(rates) - 1)]
+        matrices = grid.at(nut + table @ grid.reference.outward(ready.motion.coordinates) + half_travel)
         unconverged = run(first, min(chunk, ready.steps - first), matrices, ready.laws, ready.control, ready.motion,
                           ready.histories)
         if unconverged < 0:
@@ -106,28 +107,29 @@ def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command:
     return ready.result(failed)
 
 
-def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: FloatArray, command: Command, moves: list[bool],
+def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: FloatArray, command: Command, is_moving: list[bool],
           positions: int, step: float) -> _Grid:
     reference = step_matrices(servo.plant, step, dense=True)
-    low, high = command.position.min(axis=0), command.position.max(axis=0)
+    travel_min, travel_max = command.position.min(axis=0), command.position.max(axis=0)
     # Overshoot and following error lie beside the commanded way.
-    margin = 0.02 * (high - low) + 1e-4
+    margin = 0.02 * (travel_max - travel_min) + 1e-4
     places: list[FloatArray | None] = []
     changes: list[dict[str, FloatArray]] = []
-    for axis, moving in enumerate(moves):
+    for axis, moving in enumerate(is_moving):
         if not moving:
             places.append(None)
             changes.append({})
             continue
-        along = np.linspace(nut[axis] + low[axis] - margin[axis], nut[axis] + high[axis] + margin[axis], positions)
+        along = np.linspace(nut[axis] + travel_min[axis] - margin[axis], nut[axis] + travel_max[axis] + margin[axis], positions)
         if along[0] <= 0:
             fail("start", f"nut of axis {axis} would reach {along[0]:g} m", "must stay above zero",
                  remedy="start further from the bearing")
         steps = []
         for where in along:
-            there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])
-            check_stable(there)
-            steps.append(step_matrices(there.plant, step, dense=True))
+            servo_there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])
+            check_stable(servo_there)
+            steps.append(step_matrices(servo_there.plant, step, dense=True))
         places.append(along)
-        changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in steps]) for name in _BLENDED})
+        changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in steps])
+                        for name in _INTERPOLATED_FIELDS})
     return _Grid(reference, tuple(places), tuple(changes))

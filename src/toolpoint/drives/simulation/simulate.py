@@ -73,7 +73,7 @@ class ServoResult(NotebookText):
 
     @property
     def status(self) -> str:
-        """What to know and try next."""
+        """Convergence of the steps, with a remedy."""
         if self.unconverged == 0:
             return "all steps converged"
         return f"{self.unconverged} of {self.time.size} steps did not converge; use more substeps"
@@ -95,7 +95,8 @@ class Excitation:
         object.__setattr__(self, "values", floats("Excitation.values", self.values, (None, None)))
 
 
-def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+def simulate(servo: Servo, command: Command, *, substeps: int = 1, record_interval: int = 1,
+             excitation: Excitation | None = None,
              load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
              matrices: StepMatrices | None = None, check: bool = True) -> ServoResult:
     """Return the histories of a servo that follows a command from rest.
@@ -107,7 +108,7 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
         Positions, velocities and accelerations at the position loop's sample time, an axis a column, in the plant's order.
     substeps : int
         Plant steps for each current sample.
-    every : int
+    record_interval : int
         Plant steps between records.
     excitation : Excitation, optional
     load : (n_steps, n_axes) floats, optional
@@ -128,7 +129,8 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
     """
     if check:
         check_stable(servo)
-    ready = prepare(servo, command, substeps=substeps, every=every, excitation=excitation, load=load, start=start,
+    ready = prepare(servo, command, substeps=substeps, record_interval=record_interval, excitation=excitation,
+                    load=load, start=start,
                     duration=duration, matrices=matrices)
     from toolpoint.drives.simulation.kernel import run
 
@@ -144,7 +146,7 @@ def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, *
 
 @dataclass
 class Prepared:
-    """What the compiled run takes (see `arrays`); `motion` and `histories` are changed by it."""
+    """Arguments of the compiled run (see `arrays`); it changes `motion` and `histories`."""
 
     servo: Servo
     command: Command
@@ -166,31 +168,32 @@ class Prepared:
             fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
                  remedy="check loops.check_stable(servo), or take more substeps")
         outputs, axes = self.histories.outputs, self.servo.plant.axes
-        time = np.arange(outputs.shape[0]) * (self.matrices.step * self.histories.every)
+        time = np.arange(outputs.shape[0]) * (self.matrices.step * self.histories.record_interval)
         return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(time.size, len(axes), -1)),
                            frozen(self.histories.signals), frozen(self.histories.forces), frozen(self.command.held_at(time)),
                            frozen(self.matrices.outward(self.motion.coordinates)), failed)
 
 
-def prepare(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+def prepare(servo: Servo, command: Command, *, substeps: int = 1, record_interval: int = 1,
+            excitation: Excitation | None = None,
             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
             matrices: StepMatrices | None = None) -> Prepared:
-    """Return what the compiled run takes; see `simulate`."""
+    """Return the arguments of the compiled run; see `simulate`."""
     axes = len(servo.plant.axes)
     count("substeps", substeps)
-    count("every", every)
-    inner, _, outer = servo.controllers[0].sample_times
-    if abs(command.sample_time / outer - 1) > 1e-9 or command.position.shape[1] != axes:
-        fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {outer:g} s",
+    count("record_interval", record_interval)
+    current_time, _, position_time = servo.controllers[0].sample_times
+    if abs(command.sample_time / position_time - 1) > 1e-9 or command.position.shape[1] != axes:
+        fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {position_time:g} s",
              remedy="use command.resampled(sample_time)")
-    step = inner / substeps
+    step = current_time / substeps
     m = step_matrices(servo.plant, step) if matrices is None else matrices
     if abs(m.step - step) > 1e-12 * step:
         fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
     steps = round((command.duration if duration is None else duration) / step) + 1
     control = control_arrays(servo, command, substeps, excitation=excitation, load=load)
     return Prepared(servo, command, m, steps, law_arrays(servo.plant), control, motion_arrays(servo.plant, m, start),
-                    empty_histories(servo.plant, steps, every))
+                    empty_histories(servo.plant, steps, record_interval))
 
 
 def control_arrays(servo: Servo, command: Command, substeps: int = 1, *, excitation: Excitation | None = None,
@@ -220,10 +223,10 @@ def motion_arrays(plant: Plant, matrices: StepMatrices, start: FloatArray | None
     return MotionArrays(matrices.inward(x), np.zeros(plant.laws.size, LAW_STATE), np.zeros((2, plant.b_scalar.shape[1])))
 
 
-def empty_histories(plant: Plant, steps: int, every: int) -> Histories:
+def empty_histories(plant: Plant, steps: int, record_interval: int) -> Histories:
     """Return the arrays that a run of so many steps fills."""
-    lines, axes = (steps + every - 1) // every, len(plant.axes)
-    return Histories(every, np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))),
+    lines, axes = (steps + record_interval - 1) // record_interval, len(plant.axes)
+    return Histories(record_interval, np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))),
                      np.zeros((lines, plant.b_scalar.shape[1])))
 
 

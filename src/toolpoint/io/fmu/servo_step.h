@@ -81,7 +81,7 @@ static double bristle(const Law *law, const LawState *state, double out_free, do
                       LawState *trial, int *good) {
     const double s0 = law->bristle_stiffness, s1 = law->bristle_damping, s2 = law->viscous, half = 0.5 * STEP;
     double v = guess, low = -INFINITY, high = INFINITY, slope, change;
-    for (int turn = 0; turn < ITERATIONS; turn++) {
+    for (int turn = 0; turn < MAX_LAW_ITERATIONS; turn++) {
         const double speed = fabs(v), sign = v >= 0.0 ? 1.0 : -1.0, g = dry(law, speed, &slope), over = 1.0 / g;
         const double share = s0 * speed * over, bottom = 1.0 / (1.0 + half * share);
         const double z = (state->bristle + half * (state->bristle_rate + v)) * bottom;
@@ -114,7 +114,7 @@ static double held_still(const Law *law, double out_free, double gain, double *f
     }
     const double sign = out_free > 0.0 ? 1.0 : -1.0;
     double low = 0.0, high = fabs(out_free), speed = high;
-    for (int turn = 0; turn < ITERATIONS; turn++) {
+    for (int turn = 0; turn < MAX_LAW_ITERATIONS; turn++) {
         const double g = dry(law, speed, &slope), residual = speed - fabs(out_free) - gain * (g + law->viscous * speed);
         if (residual > 0.0) high = speed;
         else low = speed;
@@ -161,7 +161,7 @@ static double solve_law(const Law *law, const LawState *state, double out_free, 
     if (law->kind == STATIC) return held_still(law, out_free, gain, value);
     if (law->kind == BRISTLE) return bristle(law, state, out_free, gain, guess, value, trial, good);
     double s = guess, low = -INFINITY, high = INFINITY, slope, change;
-    for (int turn = 0; turn < ITERATIONS; turn++) {
+    for (int turn = 0; turn < MAX_LAW_ITERATIONS; turn++) {
         *value = law->kind == MAXWELL ? maxwell(law, state, s, &slope, trial) : contact(law, s, &slope);
         if (narrowed(&change, s, &low, &high, s - out_free - gain * *value, 1.0 - gain * slope, out_free + gain * *value))
             return s;
@@ -184,7 +184,7 @@ static double row_sum(const double *row, const double *w) {
 static int implicit(State *q, const double *out_free, LawState trial[]) {
     int good = 1;
     double before = 1e-300;
-    for (int turn = 0; turn < PASSES; turn++) {
+    for (int turn = 0; turn < MAX_LAW_PASSES; turn++) {
         double change = 0.0, size = 0.0;
         for (int k = 0; k < NL; k++) {
             const double own = gain[k * NW + k], other = out_free[k] + row_sum(gain + k * NW, q->w) - own * q->w[k];

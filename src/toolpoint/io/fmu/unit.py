@@ -22,8 +22,8 @@ from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS
 from toolpoint.drives.controller.servo import Servo
-from toolpoint.drives.friction.records import ITERATIONS, KINDS, LAW, LAW_STATE
-from toolpoint.drives.simulation.arrays import PASSES, SIGNALS
+from toolpoint.drives.friction.records import KINDS, LAW, LAW_STATE, MAX_LAW_ITERATIONS
+from toolpoint.drives.simulation.arrays import MAX_LAW_PASSES, SIGNALS
 from toolpoint.drives.simulation.exact_step import step_matrices
 from toolpoint.io.fmu.records import enum_text, struct_text, values_text
 
@@ -122,7 +122,7 @@ def _parameters(servo: Servo) -> np.ndarray:
 def _records() -> str:
     """Return the header with the structs of laws and controllers, and the names of inputs, outputs and parameters."""
     structs = {"Law": LAW, "LawState": LAW_STATE, "Parameters": PARAMETERS, "ControlState": CONTROL_STATE}
-    counts = {**KINDS, "ITERATIONS": ITERATIONS, "PASSES": PASSES, **_REFERENCES}
+    counts = {**KINDS, "MAX_LAW_ITERATIONS": MAX_LAW_ITERATIONS, "MAX_LAW_PASSES": MAX_LAW_PASSES, **_REFERENCES}
     inputs = np.dtype([(name, float) for name, _ in INPUTS])
     texts = [*(struct_text(name, dtype) for name, dtype in structs.items()), struct_text("Input", inputs),
              "enum { " + ", ".join(f"{name} = {value}" for name, value in counts.items()) + " };\n",

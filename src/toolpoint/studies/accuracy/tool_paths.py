@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.drives import JerkLimits, Quintic, seven_phase
-from toolpoint.drives.program.path import ARC, LINE, PLANES, Path
+from toolpoint.drives.program.path import ARC_KIND, LINE_KIND, PLANES, Path
 
 LAWS = ("quintic", "jerk-limited")
 _SMOOTH = 1e-3  # rad: a smaller turn between segments is no corner
@@ -84,7 +84,7 @@ def arc(radius: float, sweep: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), fir
     """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second."""
     r, turn = positive("radius", radius), floats("sweep", sweep)
     end = r * np.array([np.cos(turn), np.sin(turn), 0.0])
-    path = Path(np.array([ARC]), np.array([[r, 0.0, 0.0]]), end[None], np.zeros((1, 3)), np.array([float(turn)]),
+    path = Path(np.array([ARC_KIND]), np.array([[r, 0.0, 0.0]]), end[None], np.zeros((1, 3)), np.array([float(turn)]),
                 np.array([PLANES["xy"]]), np.array([positive("feed", feed)]), np.zeros(1, bool))
     return sides_of(path, place=plane_frame(centre, first, second), feed=feed, law=law, limits=limits)
 
@@ -108,7 +108,7 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
              "apart",
              "a path must be followed", remedy="add the points between, or give the parts as paths of their own")
     n = len(step)
-    path = Path(np.full(n, LINE), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
+    path = Path(np.full(n, LINE_KIND), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
                 np.full(n, float(feed)),
                 np.zeros(n, bool))
     return sides_of(path, place=place, feed=feed, law=law, limits=limits)

@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.drives.accuracy.contour import ContourError, contour_error
 from toolpoint.drives.accuracy.lag import delay, estimate_lag, window_around
-from toolpoint.drives.program.path import ARC, Path
+from toolpoint.drives.program.path import ARC_KIND, Path
 
 SPACE = ("X", "Y", "Z")
 
@@ -66,7 +66,7 @@ def match_axes(path: Path, axes: Sequence[str], *, ideal: Sequence[str] = ()) ->
 def _moving(path: Path) -> np.ndarray:
     """Return which of X, Y, Z every segment moves, (n, 3)."""
     moves = np.abs(path.end - path.start) > 0
-    arc = np.flatnonzero(path.kind == ARC)
+    arc = np.flatnonzero(path.kind == ARC_KIND)
     moves[arc[:, None], path.plane[arc]] = True
     return moves
 

@@ -226,10 +226,10 @@ def _simulate(drives: DriveDescription, servo: Servo, command: Command) -> Servo
     substeps, every = drives.substeps, 4 * drives.substeps
     moving = [axis.mechanics.nut_moves for axis in drives.axes.values()]
     if not any(moving):
-        return simulate(servo, shifted, substeps=substeps, every=every)
+        return simulate(servo, shifted, substeps=substeps, record_interval=every)
     start = [axis.mechanics.nut_position or 0.0 for axis in drives.axes.values()]
     return simulate_moving_nut(lambda nuts: build_servo(drives, None, warn=False, nuts=nuts), start, shifted, moving=moving,
-                               substeps=substeps, every=every)
+                               substeps=substeps, record_interval=every)
 
 
 def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float, feed: float) -> CircularTest:

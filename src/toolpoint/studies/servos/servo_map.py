@@ -226,6 +226,6 @@ def circle_deviation(servo: Servo, radius: float, feed: float) -> float:
         fail("axes", f"{axes}", "must be at least two for a circle")
     pad = lambda v: np.pad(v, ((0, 0), (0, axes - 2)))
     command = replace(plane, position=pad(plane.position), velocity=pad(plane.velocity), acceleration=pad(plane.acceleration))
-    result = simulate(servo, command, every=servo.counts.velocity)
+    result = simulate(servo, command, record_interval=servo.counts.velocity)
     points = result.output("tool")[result.time > turn][:, :2] + np.array([radius, 0.0])
     return circular_test(points, radius).deviation
