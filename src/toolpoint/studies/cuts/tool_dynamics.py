@@ -12,13 +12,13 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint._doubt import Doubt, grave_among
 from toolpoint.machine import Machine
+from toolpoint.signals.usable_band import find_compliant_band, usable_band
 from toolpoint.studies.cuts.tip_doubts import question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
 from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
-LOW_PART = 0.02
 LEAST_FIT = 0.9
 ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
@@ -143,8 +143,8 @@ def _one_direction(frf: Frf, across: str | None, notes: list[str], what: str) ->
 def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     """Return measured responses as receptance, cut to a band (Hz).
 
-    Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without
-    limit there; a note says so. The damping of an exponential window that the lines hold is warned of.
+    Without a band the lines at the low end that drift or noise fill are left out, with a note: receptances integrated from
+    accelerations grow without limit there. Lines that show neither stay, however low: a machine on its feet has modes there. The damping of an exponential window that the lines hold is warned of.
     """
     if frf.decay > 0:
         warnings.warn(f"the lines hold the damping of an exponential window ({frf.decay:.3g} 1/s): limits come out too high; "
@@ -160,10 +160,14 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
             inside &= frf.frequency > 0  # a line at 0 Hz cannot be integrated
         lines = frf.frequency[inside]
         return frf.between(float(lines[0]), float(lines[-1])).converted_to("receptance")
-    low = LOW_PART * float(frf.frequency[-1])
-    note = (f"Lines below {low:g} Hz ({100 * LOW_PART:g} % of the range) are left out: integrated accelerations drift there. "
-            "Choose another band with `band`.")
-    return frf.between(low, float(frf.frequency[-1])).converted_to("receptance").noted(note)
+    # Lines at 0 Hz cannot be integrated; the others go by what they show.
+    frequency_min = find_compliant_band(frf, usable_band(frf)).low
+    low_lines = [line for line in frf.frequency if 0 < line < frequency_min]
+    lines = frf.between(max(frequency_min, float(np.nextafter(0, 1))), float(frf.frequency[-1])).converted_to("receptance")
+    if not low_lines:
+        return lines
+    return lines.noted(f"Lines below {frequency_min:.4g} Hz are left out: drift and noise of integrated accelerations are what they "
+                       "show. Choose another band with `band`.")
 
 
 def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
