@@ -84,7 +84,9 @@ def limits_of(seed: int, with_files: bool) -> list[tuple]:
             lines = np.arange(1.0, MAX_FREQUENCY_HZ, 0.1)
             uff.write(Path(folder) / "tip.uff", frequency_response.direct(system, lines))
             frf = read_frf([Path(folder) / "tip.uff"])
-            chart = chart_lobes(response_dynamics(frf, dynamics.x, dynamics.y), cut, speeds=speeds).chart
+            # The machine file holds its coefficients; a response has none.
+            coefficients = {"tangential": study.problem.coefficients.kt, "normal": study.problem.coefficients.kn}
+            chart = chart_lobes(response_dynamics(frf, dynamics.x, dynamics.y), cut | coefficients, speeds=speeds).chart
             saved = [chart.limit, chart.limit_error]
     keep = np.isfinite(true.limit) & np.isfinite(study.chart.limit)
     columns = [true.limit, study.chart.limit, study.chart.limit_error + true.limit_error, *saved]

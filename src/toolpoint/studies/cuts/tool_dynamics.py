@@ -144,7 +144,8 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     """Return measured responses as receptance, cut to a band (Hz).
 
     Without a band the lines at the low end that drift or noise fill are left out, with a note: receptances integrated from
-    accelerations grow without limit there. Lines that show neither stay, however low: a machine on its feet has modes there. The damping of an exponential window that the lines hold is warned of.
+    accelerations grow without limit there. Lines that show neither stay, however low: a machine on its feet has modes there.
+    The damping of an exponential window that the lines hold is warned of.
     """
     if frf.decay > 0:
         warnings.warn(f"the lines hold the damping of an exponential window ({frf.decay:.3g} 1/s): limits come out too high; "
@@ -163,11 +164,11 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     # Lines at 0 Hz cannot be integrated; the others go by what they show.
     frequency_min = find_compliant_band(frf, usable_band(frf)).low
     low_lines = [line for line in frf.frequency if 0 < line < frequency_min]
-    lines = frf.between(max(frequency_min, float(np.nextafter(0, 1))), float(frf.frequency[-1])).converted_to("receptance")
+    kept = frf.between(max(frequency_min, float(np.nextafter(0, 1))), float(frf.frequency[-1])).converted_to("receptance")
     if not low_lines:
-        return lines
-    return lines.noted(f"Lines below {frequency_min:.4g} Hz are left out: drift and noise of integrated accelerations are what they "
-                       "show. Choose another band with `band`.")
+        return kept
+    return kept.noted(f"Lines below {frequency_min:.4g} Hz are left out: drift and noise of integrated accelerations are what "
+                       "they show. Choose another band with `band`.")
 
 
 def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
