@@ -52,7 +52,7 @@ def solve_losses(machine: FiniteElementMachine, pairs: EigenPairs, joints: float
     if not materials.any():
         return real
     shape, squares = np.asarray(real.shape), np.diag(pairs.squares)
-    if corrected(machine, pairs):
+    if adds_deflections(machine, pairs):
         basis, squares, materials = _with_deflections(machine, pairs)
         shape = machine.point_rows(basis)[0]
     losses = materials + 2 * joints * squares
@@ -63,7 +63,7 @@ def solve_losses(machine: FiniteElementMachine, pairs: EigenPairs, joints: float
     return replace(modes.selected(first), notes=tuple(dict.fromkeys((*real.notes, *modes.notes))))
 
 
-def corrected(machine: FiniteElementMachine, pairs: EigenPairs) -> bool:
+def adds_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> bool:
     """Return whether modes left out of the losses count for the lower half of the modes, so that deflections are added."""
     return bool(bound_modes_alone(machine, pairs)[1, :max(pairs.count // 2, 1)].max() > CORRECTED_BOUND)
 
@@ -98,7 +98,7 @@ def bound_left_out(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArr
     Where deflections are solved with the modes, the next order counts: the largest loss factor times as much.
     """
     bound = bound_modes_alone(machine, pairs)
-    return bound * _largest_loss(machine) if corrected(machine, pairs) else bound
+    return bound * _largest_loss(machine) if adds_deflections(machine, pairs) else bound
 
 
 def _largest_loss(machine: FiniteElementMachine) -> float:
