@@ -221,7 +221,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     if setup.halved:
         plain, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
         coarse = run(steps, structure.system, plain, what="coarse")
-        coarsest = run(max(setup.steps // 4, 8), structure.system, plain, what="coarsest")
+        coarsest = run(max(setup.steps // 4, 16), structure.system, plain, what="coarsest")
         apart = structure.system.thinned()
         rough, roughest = (run(steps, system, plain, what=what) for system, what in ((apart, "rough"),
                                                                                      (apart.thinned(), "roughest")))
