@@ -3,7 +3,7 @@
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.io.program import gcode
+from toolpoint.io.program import gcode, interpreter, klartext
 
 HEAD = "G21 G90 G17\n"
 
@@ -22,3 +22,16 @@ def test_a_loop_without_end_is_named(text, words):
 def test_a_long_loop_that_ends_runs():
     program = gcode.parse(HEAD + "#1=0\nWHILE [#1 LT 5000] DO1\nG1 X#1 F500\n#1=[#1+1]\nEND1\nM30\n")
     assert program.end[-1][0] == pytest.approx(4.999)
+
+
+@pytest.mark.parametrize("text", [
+    HEAD + "#1=0\nWHILE [#1 LT 1000000] DO1\n#1=#1+1\nG1 X[#1" + "+#1*2" * 100 + "] F100\nEND1\nM30\n",
+    "BEGIN PGM A MM\nQ1 = 0\nLBL 1\nQ1 = Q1 + 1\nQ2 = Q1" + " + Q1 * 2" * 100
+    + "\nFN 12: IF +Q1 LT +1000000 GOTO LBL 1\nEND PGM A MM\n"])
+def test_loops_are_bounded_by_the_characters_they_run(text, monkeypatch):
+    """A loop of long expressions may run no longer than one of short lines: the work is counted, not the lines alone."""
+    for module in (interpreter, klartext):
+        monkeypatch.setattr(module, "MOST_CHARACTERS", 20_000)
+    with pytest.raises(ToolpointError, match="characters are run: a loop without end") as caught:
+        gcode.parse(text)
+    assert str(caught.value).count("characters are run") == 1

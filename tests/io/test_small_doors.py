@@ -5,7 +5,11 @@ import pytest
 
 from conftest import MACHINES
 from toolpoint import ToolpointError, io
+from toolpoint.io import read_machine, write_machine
 from toolpoint.io.quantities import units
+from toolpoint.machine.description.gravity import gravity_of
+from toolpoint.studies.machines.base_reaction_study import study_base_reactions
+from toolpoint.studies.machines.check.machine_check import check_machine
 
 TEXT = (MACHINES / "three_axis_vertical.yaml").read_text(encoding="utf-8")
 
@@ -38,7 +42,7 @@ def test_lists_of_another_length_are_told_how_they_are_written(text, words):
     ("damping_ratio: 3 %", "damping_ratio: 30", r"\(30 %\?\)"),
     ("direction: down", "direction: climb", "did you mean 'down'"),
     ("direction: down", "direction: conventional", "did you mean 'up'"),
-    ("damping_ratio: 3 %", "damping_ratio: 3 %\ngravity: -9.8 m/s^2", "size along -z"),
+    ("damping_ratio: 3 %", "damping_ratio: 3 %\ngravity: -9.8 m/s^2", "its size downwards"),
     ("damping_ratio: 3 %", "damping_ratio: 3 %\ngravity: 9.8 m", "acceleration")])
 def test_slips_are_answered_with_what_was_meant(tmp_path, old, new, words):
     with pytest.raises(ToolpointError, match=words):
@@ -51,6 +55,32 @@ def test_slips_are_answered_with_what_was_meant(tmp_path, old, new, words):
 def test_gravity_is_a_vector_or_its_size_downwards(tmp_path, text, vector):
     described = machine(tmp_path, "damping_ratio: 3 %", f"damping_ratio: 3 %\ngravity: {text}").description
     np.testing.assert_allclose(described.gravity, vector)
+
+
+@pytest.mark.parametrize(("up", "vector"), [("y", (0, -9.8, 0)), ("-x", (9.8, 0, 0)), ("[0, 3, 4]", (0, -5.88, -7.84))])
+def test_the_size_of_gravity_acts_against_up(tmp_path, up, vector):
+    """Loads, base reaction and what is written follow `up`; where no gravity is stated it is the standard one against `up`."""
+    read = machine(tmp_path, "damping_ratio: 3 %", f"damping_ratio: 3 %\nup: {up}\ngravity: 9.8")
+    np.testing.assert_allclose(read.description.gravity, vector, atol=1e-12)
+    again = tmp_path / "again.yaml"
+    write_machine(read.description, again)
+    np.testing.assert_allclose(read_machine(again).description.gravity, vector, atol=1e-12)
+    np.testing.assert_allclose(read_machine(again).description.up, read.description.up)
+    force = study_base_reactions(read).wrench[0, :3]
+    weight = sum(body.mass[0, 0] for body in read.bodies)
+    np.testing.assert_allclose(force, -weight * np.array(vector), atol=1e-9 * weight)
+    unstated = machine(tmp_path, "damping_ratio: 3 %", f"damping_ratio: 3 %\nup: {up}")
+    assert unstated.description.gravity is None
+    np.testing.assert_allclose(gravity_of(unstated.description), 9.80665 / 9.8 * np.array(vector), atol=1e-12)
+    standing = study_base_reactions(unstated)
+    np.testing.assert_allclose(standing.wrench[0, :3], -9.80665 / 9.8 * weight * np.array(vector), atol=1e-9 * weight)
+
+
+def test_gravity_that_points_up_is_doubted(tmp_path):
+    read = machine(tmp_path, "damping_ratio: 3 %", "damping_ratio: 3 %\nup: y\ngravity: [0, 9.81, 0]")
+    assert any(doubt.what == "gravity" and "up is +y" in doubt for doubt in check_machine(read).doubts)
+    read = machine(tmp_path, "damping_ratio: 3 %", "damping_ratio: 3 %\ngravity: 98.1")
+    assert any(doubt.what == "gravity" for doubt in check_machine(read).doubts)
 
 
 def test_merge_keys_bring_what_is_not_said(tmp_path):

@@ -1,14 +1,19 @@
 """Law: the structure of a servo has the damping that the machine's file states, coupled between modes."""
 
+import zipfile
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from toolpoint.io import read_drives, read_machine
+from toolpoint import ToolpointWarning
+from toolpoint.drives.build import build_servo
+from toolpoint.io import read_drives, read_machine, write_unit
 from toolpoint.io.template_files import FOLDER
 from toolpoint.machine import assemble, build
 from toolpoint.studies.servos.drive_structure import free_machine, question_structure, structure_of
+from toolpoint.studies.servos.servo_map import map_servo
 from toolpoint.vibration import frequency_response
 
 HERE = FOLDER.parents[1] / "app" / "machines"
@@ -59,6 +64,26 @@ def test_loss_factors_err_by_no_more_than_is_said(drives, seed):
     doubts = question_structure(drives, machine)
     assert len(doubts) == 1 and doubts[0].what == "structure"
     assert error.max() <= 1.05 * doubts[0].figure < 0.5
+
+
+def test_map_and_unit_show_the_same_doubt(drives, tmp_path):
+    """The map (table and JSON) and the description of an exported unit hold what `drive` says of loss factors in time."""
+    machine = random_mill(0, "loss")
+    doubt = question_structure(drives, machine)[0]
+    with pytest.warns(ToolpointWarning, match="stick-slip"):
+        result = map_servo(drives, machine=machine, grid={"X": np.array([-0.1, 0.1])})
+    assert result.structure_doubts and result.structure_doubts[0].what == "structure"
+    assert result.table().startswith("doubt: structure: its loss factors") and result.to_dict()["doubts"][0].what == "structure"
+    corners = [question_structure(drives, machine, {"X": x})[0].figure for x in (-0.1, 0.1)]
+    assert result.structure_doubts[0].figure == max(corners)
+    servo = build_servo(drives, structure_of(drives, machine), warn=False)
+    write_unit(servo, tmp_path / "servo.fmu", "servo", binary=False, notes=[doubt])
+    with zipfile.ZipFile(tmp_path / "servo.fmu") as unit:
+        described = ElementTree.fromstring(unit.read("modelDescription.xml"))
+    assert described.get("description") == f"doubt: {doubt}"
+    with pytest.warns(ToolpointWarning, match="stick-slip"):
+        exact = map_servo(drives, machine=random_mill(0, "dampers"), grid={"X": np.array([-0.1, 0.1])})
+    assert exact.structure_doubts == ()
 
 
 def test_one_ratio_for_all_modes_needs_no_word(drives):

@@ -4,13 +4,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from solid_models import brick
 from toolpoint.bodies.solid import Casting, Cuboid, Material, Patch
 from toolpoint.pages.machines.finite_elements import finite_element_page
 from toolpoint.studies.finite_elements.example_mill import DAMPING, MINERAL_CAST, example_mill
 from toolpoint.studies.finite_elements.machine_study import study_finite_elements
+from toolpoint.studies.finite_elements.material_losses import bound_left_out, question_losses, solve_losses
 from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElementMachine, PatchJoint
+from toolpoint.vibration import Dof, frequency_response
 
 X, Y, Z = np.eye(3)
 IRON = Material(5e9, 0.3, 7000.0, 0.01)
@@ -59,6 +62,43 @@ def test_material_damping_is_the_share_of_strain_energy():
     assert np.allclose(mill.material_damping(pairs), 0.005 * materials, rtol=1e-7)
     lossy = small_mill(0.3)
     assert (lossy.material_damping(pairs) > mill.material_damping(pairs)).all()
+
+
+@pytest.mark.parametrize("loss_factor", [0.05, 0.5])
+def test_losses_are_solved_as_they_couple_the_modes(loss_factor):
+    """Against all coordinates of K + i D: frequencies within the stated bound, responses closer than by strain energy alone."""
+    mill, joints = small_mill(loss_factor), 0.02
+    pairs = mill.solve(12)
+    stiffness, mass = (matrix.toarray() for matrix in mill.matrices)
+    losses = np.zeros_like(stiffness)
+    for part, model in mill.parts.items():
+        at = slice(mill.starts[part], mill.starts[part] + model.size)
+        losses[at, at] += sum(model.materials[name].loss_factor * k.toarray() for name, k in model.stiffness_parts.items())
+    losses = losses + 2 * joints * stiffness
+    exact = np.sort_complex(scipy.linalg.eigvals(np.linalg.solve(mass, stiffness + 1j * losses)))[:8]
+    modes = solve_losses(mill, pairs, joints)
+    order = np.argsort(modes.frequency)[:8]
+    bound = bound_left_out(mill, pairs)[:, :8]
+    assert (np.abs(modes.omega[order] / np.sqrt(exact.real) - 1) <= bound[0] + 1e-8).all()
+    assert (np.abs(modes.damping_ratio[order] / (exact.imag / exact.real / 2) - 1) <= bound[1] + 1e-8).all()
+    tool, work = (mill.spread(*mill.points[name][:2]).toarray() for name in ("tool", "work"))
+    way = tool[:, 0] + 0.1 * tool[:, 4] - work[:, 0]
+    lines = np.linspace(0.9, 1.1, 41) * np.sqrt(exact[0].real) / (2 * np.pi)
+    direct = np.array([way @ np.linalg.solve(stiffness + 1j * losses - (2 * np.pi * f) ** 2 * mass, way) for f in lines])
+    static = way @ np.linalg.solve(stiffness, way)
+    label = [Dof("tool-work", "+x")]
+    taken, by_energy = (frequency_response.modal(m, lines, outputs=label, inputs=label).values[:, 0, 0]
+                        for m in (modes, mill.point_modes(pairs, joints + mill.material_damping(pairs))))
+    remainder = static - sum((way @ pairs.vectors) ** 2 / pairs.squares)  # of modes beyond those solved
+    error = [np.abs(values + remainder - direct).max() / np.abs(direct).max() for values in (taken, by_energy)]
+    assert error[0] <= bound[1][0] and error[0] < 0.3 * error[1], error
+
+
+def test_modes_left_out_of_the_losses_are_doubted():
+    stiff, lossy = (small_mill(loss) for loss in (0.01, 0.8))
+    assert question_losses(bound_left_out(stiff, stiff.solve(12))[:, :6]) == []
+    doubts = question_losses(bound_left_out(lossy, lossy.solve(6))[:, :5])
+    assert len(doubts) == 1 and "left out" in doubts[0]
 
 
 @pytest.mark.slow

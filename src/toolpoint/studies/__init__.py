@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.robot_demo import run_demo as run_robot_demo
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
-    from toolpoint.studies.servos.drive_structure import structure_of
+    from toolpoint.studies.servos.drive_structure import question_structure, structure_of
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.testing.modal_test_plan import plan_test
@@ -90,7 +90,8 @@ __all__ = [
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
     "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
     "propose_speeds",
-    "question_part", "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
+    "question_part", "question_structure",
+    "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
     "study_example_mill",
@@ -160,7 +161,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "screening.robot_demo": ("run_demo as run_robot_demo",),
     "screening.screen": ("screen",),
     "servos.drive_experiment": ("run_drives",),
-    "servos.drive_structure": ("structure_of",),
+    "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
     "testing.modal_test_plan": ("plan_test",),

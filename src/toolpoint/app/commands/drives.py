@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from toolpoint import drives as servos
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Pose
@@ -47,10 +48,15 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         mapped = studies.map_servo(description, machine=built, grid=positions, circle=circle, progress=run.progress("poses"))
         run.present(pages.servo_map_page, mapped, warnings=run.warnings)
         return
-    if fmu is not None:
-        _export(run, description, built, pose, fmu, fmu_sources)
+    doubts = [] if fmu is None else _export(run, description, built, pose, fmu, fmu_sources)
     if program is None and circle is None:
-        _show_loops(run, description) if fmu is None else run.show_rest()
+        if fmu is None:
+            _show_loops(run, description)
+        elif run.as_json:
+            run.show_json({"doubts": doubts, "unit": str(fmu)})
+        else:
+            run.show_text(*mark_notes(doubts))
+            run.show_rest()
         return
     moves = None if program is None else io.read_program(program, feed=feed)
     path, remarks = (None, ()) if moves is None else (moves.path, moves.notes)
@@ -68,13 +74,15 @@ def _show_loops(run: Frame, description: DriveDescription) -> None:
 
 
 def _export(run: Frame, description: DriveDescription, machine: Machine | None, pose: AxisPositions | None, unit: Path,
-            sources_only: bool) -> None:
-    """Write the servo as a functional mock-up unit (FMI 2.0, co-simulation)."""
+            sources_only: bool) -> list[Doubt]:
+    """Write the servo as a functional mock-up unit (FMI 2.0, co-simulation), and return the doubts that it repeats."""
     servo = servos.build_servo(description, studies.structure_of(description, machine, pose))
     if any(axis.mechanics.nut_moves for axis in description.axes.values()):
         run.warnings.append("nut_moves: the unit keeps every nut at its nut_position")
+    doubts = studies.question_structure(description, machine, pose)
     run.write("Unit", unit, lambda path: io.write_unit(servo, path, description.name, substeps=description.substeps,
-                                                       binary=not sources_only))
+                                                       binary=not sources_only, notes=doubts))
+    return doubts
 
 
 @command(steps=2)

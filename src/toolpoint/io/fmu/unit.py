@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from itertools import count as count_from
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -18,6 +19,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from toolpoint._check import ToolpointError, count, fail
+from toolpoint._doubt import mark_notes
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS
@@ -42,7 +44,8 @@ _BASE = {"m": "m='1'", "m/s": "m='1' s='-1'", "m/s2": "m='1' s='-2'", "N": "kg='
 _FOLDERS = {"linux": ("linux64", ".so"), "win32": ("win64", ".dll"), "darwin": ("darwin64", ".dylib")}
 
 
-def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int = 1, binary: bool = True) -> None:
+def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int = 1, binary: bool = True,
+          notes: Sequence[str] = ()) -> None:
     """Write a servo as a functional mock-up unit (FMI 2.0, co-simulation).
 
     Inputs are position, velocity and acceleration command (m, m/s, m/s^2; read at every position sample) and the force on
@@ -62,6 +65,9 @@ def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int 
         Compile the library of this platform into the unit (needs a C compiler: cc, gcc or clang). The C sources are always
         in the unit; without a binary the importing tool must compile them.
 
+    notes : sequence of str
+        What its user must know, doubts about its structure above all; the description of the unit repeats them.
+
     The generated source is self-contained: it names the functions of the FMI standard itself and takes no header of it, so
     that nothing but this package's own licence applies. Source: FMI 2.0.4 specification, Modelica Association.
     """
@@ -75,7 +81,7 @@ def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int 
         "servo_records.h": _records(), "servo_data.h": _numbers(servo, substeps)}
     guid = "{" + hashlib.sha256("".join(texts.values()).encode()).hexdigest()[:32] + "}"
     texts["servo_data.h"] = f'#define GUID "{guid}"\n' + texts["servo_data.h"]
-    described = _description(servo, name, identifier, guid)
+    described = _description(servo, name, identifier, guid, notes)
     with tempfile.TemporaryDirectory() as folder:
         inside = Path(folder)
         for part, text in texts.items():
@@ -131,7 +137,7 @@ def _records() -> str:
     return "/* Written by toolpoint.io.fmu from the records of the simulation: the same fields, by name. */\n" + "".join(texts)
 
 
-def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
+def _description(servo: Servo, name: str, identifier: str, guid: str, notes: Sequence[str]) -> str:
     rows, outputs = [], []
     for axis, number, parameters in zip(servo.plant.axes, count_from(0, _REFERENCES["AXIS_REFERENCES"]), _parameters(servo),
                                         strict=False):
@@ -151,8 +157,9 @@ def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
     units = "".join(f"<Unit name='{unit}'><BaseUnit {base}/></Unit>" for unit, base in _BASE.items())
     step = servo.controllers[0].sample_times.position
     unknowns = "".join(outputs)
-    return (f"<?xml version='1.0' encoding='UTF-8'?>\n<fmiModelDescription fmiVersion='2.0' modelName={quoteattr(name)} "
-            f"guid='{guid}' generationTool='toolpoint' variableNamingConvention='flat' license='BSD-3-Clause'>\n"
+    remarks = f" description={quoteattr('; '.join(mark_notes(notes)))}" if notes else ""
+    return (f"<?xml version='1.0' encoding='UTF-8'?>\n<fmiModelDescription fmiVersion='2.0' modelName={quoteattr(name)}"
+            f"{remarks} guid='{guid}' generationTool='toolpoint' variableNamingConvention='flat' license='BSD-3-Clause'>\n"
             f"<CoSimulation modelIdentifier='{identifier}' canHandleVariableCommunicationStepSize='true' "
             f"canGetAndSetFMUstate='true' canSerializeFMUstate='true'><SourceFiles><File name='servo.c'/></SourceFiles>"
             f"</CoSimulation>\n<UnitDefinitions>{units}</UnitDefinitions>\n"

@@ -16,7 +16,9 @@ _COMPARE: dict[str, Callable[[float, float], bool]] = {
     "EQ": lambda a, b: a == b, "NE": lambda a, b: a != b, "GT": lambda a, b: a > b, "GE": lambda a, b: a >= b,
     "LT": lambda a, b: a < b, "LE": lambda a, b: a <= b, "==": lambda a, b: a == b, "<>": lambda a, b: a != b,
     ">=": lambda a, b: a >= b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, "<": lambda a, b: a < b}
-_LEVELS = (("OR", "XOR", "||"), ("AND", "&&"), tuple(_COMPARE), ("+", "-"), ("*", "/", "MOD", "DIV"), ("**",))
+# Longest first, so that >= is not read as >; with them the characters that such an operator begins with.
+_LEVELS = tuple((tuple(sorted(signs, key=len, reverse=True)), frozenset(sign[0] for sign in signs)) for signs in (
+    ("OR", "XOR", "||"), ("AND", "&&"), tuple(_COMPARE), ("+", "-"), ("*", "/", "MOD", "DIV"), ("**",)))
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SIN": lambda v: math.sin(math.radians(v)), "COS": lambda v: math.cos(math.radians(v)),
     "TAN": lambda v: math.tan(math.radians(v)), "ASIN": lambda v: math.degrees(math.asin(v)),
@@ -25,6 +27,8 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ROUND": lambda v: math.floor(v + 0.5), "FIX": math.floor, "FUP": math.ceil, "TRUNC": math.trunc, "INT": math.trunc,
     "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "EXP": math.exp, "POT": lambda v: v * v, "NOT": lambda v: float(not v),
     "NEG": lambda v: -v}
+_BY_LENGTH = sorted(_FUNCTIONS, key=len, reverse=True)
+_PARAMETER = re.compile(r"(R|Q[LRS]?)(\d|\[)")
 _DEEPEST = 50
 
 
@@ -45,9 +49,11 @@ class Reader:
 
     def skip(self) -> str:
         """Pass blanks and return the next character, empty at the end."""
-        while self.at < len(self.text) and self.text[self.at].isspace():
-            self.at += 1
-        return self.text[self.at] if self.at < len(self.text) else ""
+        text, at = self.text, self.at
+        while text[at:at + 1].isspace():
+            at += 1
+        self.at = at
+        return text[at:at + 1]
 
     def take(self, sign: str) -> bool:
         """Pass a sign if it stands next."""
@@ -75,8 +81,10 @@ class Reader:
         return self.value(3)
 
     def _operator(self, level: int) -> str:
-        self.skip()
-        for operator in sorted(_LEVELS[level], key=len, reverse=True):
+        operators, firsts = _LEVELS[level]
+        if self.skip() not in firsts:
+            return ""
+        for operator in operators:
             if not self.text.startswith(operator, self.at) or (operator == "*" and self.text.startswith("**", self.at)):
                 continue
             self.at += len(operator)
@@ -94,7 +102,7 @@ class Reader:
         mark = self.skip()
         if mark in ("[", "("):
             return self._bracket()
-        if mark == "#" or re.match(r"(R|Q[LRS]?)(\d|\[)", self.text[self.at:]):
+        if mark == "#" or _PARAMETER.match(self.text, self.at):
             return self._variable()
         if number := _NUMBER.match(self.text, self.at):
             self.at = number.end()
@@ -103,7 +111,7 @@ class Reader:
         if name is None:
             piece = self.text[self.at:self.at + 12].strip() or "the end of the line"
             raise ExpressionFault(f"{piece!r} where a value is expected")
-        word = next((f for f in sorted(_FUNCTIONS, key=len, reverse=True) if self.text.startswith(f, name.start(1))), "")
+        word = next((f for f in _BY_LENGTH if self.text.startswith(f, name.start(1))), "")
         if name[1].startswith("ATAN2"):
             return self._two_angles(name.start(1) + 5)
         if word and name[1] not in self.variables:

@@ -13,6 +13,8 @@ from toolpoint.io.program.words import WordFault
 
 # Lines that loops may run beside twenty times the program's own; passes of a loop that changes no variable: it never ends.
 MOST_STEPS, OFTEN, STANDSTILL, DEEPEST = 100_000, 20, 1000, 20
+# Characters of the lines that loops may run beside twenty times the program's own: long expressions take 2 to 4 us each.
+MOST_CHARACTERS = 1_000_000
 MOST_FAULTS = 1000  # of a run; behind them nothing is told that helps
 # What a block asks of the run: where to go on ("call 100 3", "return", "end"), or nothing.
 Request = tuple[str, str, int] | None
@@ -38,9 +40,16 @@ class Run:
         at, steps, faults = 0, 0, 0
         statements = self.listing.statements
         most = MOST_STEPS + OFTEN * len(statements)
+        lengths = [len(s.text) + len(s.other) + len(s.third) for s in statements]
+        characters, most_characters = 0, MOST_CHARACTERS + OFTEN * sum(lengths)
         while 0 <= at < len(statements) and faults < MOST_FAULTS:
             steps += 1
             statement = statements[at]
+            characters += lengths[at]
+            if characters > most_characters:
+                self.remarks.fault(statement.number, 1, f"lines of more than {most_characters} characters are run: a loop "
+                                                        "without end?")
+                return
             if steps > most:
                 self.remarks.fault(statement.number, 1, f"more than {most} lines are run: a loop without end?")
                 return

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
+from toolpoint.io.program.interpreter import MOST_CHARACTERS
 from toolpoint.io.program.program_frame import AXES
 from toolpoint.io.program.segments import Program
 
@@ -75,10 +76,14 @@ def run(text: str, state: ControlModes, name: str) -> Program:
     if re.match(r"BEGIN PGM\s+.*\bINCH\b", lines[0][1]):
         state.scale = state.feed_scale = 0.0254
     reader, places = _Klartext(state), _Labels(labels)
-    at, steps = 0, 0
+    at, steps, characters = 0, 0, 0
+    most_characters = MOST_CHARACTERS + OFTEN * sum(len(line) for _, line in lines)
     while at < len(lines):
         number, line = lines[at]
-        steps += 1
+        steps, characters = steps + 1, characters + len(line)
+        if characters > most_characters:
+            state.remarks.fault(number, 1, f"lines of more than {most_characters} characters are run: a loop without end?")
+            break
         if steps > MOST_STEPS + OFTEN * len(lines) or len(places.calls) > 20:
             state.remarks.fault(number, 1, "a loop without end, or labels nested too deeply")
             break

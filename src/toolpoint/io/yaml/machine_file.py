@@ -30,6 +30,7 @@ from toolpoint.machine import description as d
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody, SolidDescription
 from toolpoint.machine.description.faults import axis_faults, tree_faults
+from toolpoint.machine.description.gravity import gravity_vector
 from toolpoint.machine.description.matrices import MatricesBody, MatricesDescription
 from toolpoint.machine.parts.laws import joint_law
 from toolpoint.machine.parts.mass import mass_properties
@@ -265,19 +266,20 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
     for i, pose in enumerate(top.poses):
         poses.append({name: _position(value, *kinds[name], key=("poses", i, name), document=document)
                       for name, value in pose.items() if name in kinds})
-    tool_axis = _tool_axis(top, document)
+    tool_axis, up = (_direction(key, getattr(top, key), document) for key in ("tool_axis", "up"))
     if document.faults:
         return None
     cutting = None if top.cutting is None else cutting_of(top.cutting, document)
     if document.faults:
         return None
     result = d.MachineDescription(
-        top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
-        tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
+        top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"],
+        gravity_vector(top.gravity, up), tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool,
+        top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
         top.assumptions, tool_axis, task, modes, top.assembly_mode,
         None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()), top.doubts,
-        top.modal_damping or "")
+        top.modal_damping or "", up)
     _check_identified(result, document)
     return None if document.faults else result
 
@@ -303,11 +305,11 @@ def _check_identified(machine: d.MachineDescription, document: Document) -> None
 
 
 
-def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:
+def _direction(key: str, value: Any, document: Document) -> d.Vector:
     try:
-        return direction_of("tool_axis", top.tool_axis)
+        return direction_of(key, value)
     except ToolpointError as error:
-        document.fault(("tool_axis",), str(error))
+        document.fault((key,), str(error))
         return (0.0, 0.0, 1.0)
 
 

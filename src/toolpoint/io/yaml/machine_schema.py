@@ -268,7 +268,7 @@ class MachineModel(Part):
     joints: dict[str, JointModel]
     axes: dict[str, AxisModel] = {}
     points: dict[str, PointModel] = {}
-    gravity: Annotated[tuple[float, float, float], Gravity()] | None = None
+    gravity: Annotated[tuple[float, ...], Gravity()] | None = None
     loads: tuple[LoadModel, ...] = ()
     tool: str | None = None
     table: str | None = None
@@ -280,6 +280,7 @@ class MachineModel(Part):
     source: str = ""
     assumptions: tuple[str, ...] = ()
     tool_axis: Any = "z"
+    up: Any = "z"
     arm: ArmModel | None = None
     task: TaskModel | None = None
     assembly_modes: dict[str, dict[str, Any]] = {}

@@ -83,17 +83,17 @@ class AxisPosition:
 
 @dataclass(frozen=True)
 class Gravity:
-    """Gravity: three accelerations in the machine frame, or one, which acts along -z of the machine."""
+    """Gravity: three accelerations in the machine frame, or one, its size, which acts against the machine's `up`."""
 
     def read(self, value: object) -> tuple[float, ...]:
-        """Return the SI vector."""
+        """Return the SI vector, or the size alone."""
         try:
             if not isinstance(value, (list, tuple)) and not (isinstance(value, str) and len(units.split_list(value)) > 1):
                 size = units.quantity(value, units.ACCELERATION)
                 if size < 0:
-                    raise UnitError(f"{value!r}: one number is its size along -z; must not be negative; write three numbers "
+                    raise UnitError(f"{value!r}: one number is its size downwards; must not be negative; write three numbers "
                                     "for another direction")
-                return (0.0, 0.0, -size)
+                return (size,)
             return units.quantities(value, units.ACCELERATION, 3)
         except UnitError as error:
             raise fault(error) from None
@@ -104,7 +104,7 @@ class Gravity:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         array = {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3}
         return {"anyOf": [array, {"type": "string"}, {"type": "number"}],
-                "description": "3 of acceleration, or one along -z of the machine; bare numbers are in m/s^2"}
+                "description": "3 of acceleration, or one downwards, against up; bare numbers are in m/s^2"}
 
 
 @dataclass(frozen=True)

@@ -264,7 +264,8 @@ class MachineDescription:
     (``knuckle.rx``: rad); `assembly_mode` names the one in use.
     `modal_damping` damps mode by mode, so that shapes are real: ``energy`` (by the share of joints in a mode's strain energy),
     or the damping ratios of the modes at the reference pose.
-    `doubts` are those of the study that made the description: every result that rests on it repeats them.
+    `doubts` are those of the study that made the description: every result that rests on it repeats them. `up` is a unit
+    direction of the machine frame, against which gravity acts where only its size is given (`gravity.gravity_of`).
     """
 
     name: str
@@ -290,6 +291,7 @@ class MachineDescription:
     identified: IdentifiedDescription | None = None
     doubts: tuple[Doubt, ...] = ()
     modal_damping: str | tuple[float, ...] = ""
+    up: Vector = (0.0, 0.0, 1.0)
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on.

@@ -24,6 +24,7 @@ from toolpoint.studies.accuracy.cut_course import Arc, cut_course, mill_bed
 from toolpoint.studies.accuracy.cutting_table import check_regeneration, cutting_problem
 from toolpoint.studies.accuracy.joint_servos import servo_words
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, structure_along
+from toolpoint.studies.accuracy.refinement import LEAST_STATED, remaining_error
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.side_run import MillingSetup, Progress, SideAccuracy, places_of, run_side
 from toolpoint.studies.accuracy.side_stability import judge_cut
@@ -69,7 +70,7 @@ class MillingAccuracy(NotebookText):
 
     @property
     def status(self) -> str:
-        """``doubtful`` where the cut chatters; else whether half the step would change the means by more than a per cent."""
+        """``doubtful`` where the cut chatters; else whether step and spacing leave more than a per cent."""
         if self.doubts:
             more = len(self.doubts) - 1
             return status_of(self.doubts[:1], "") + (f"; {more} more of the doubts" if more else "")
@@ -77,16 +78,13 @@ class MillingAccuracy(NotebookText):
 
     @property
     def numerics(self) -> str:
-        """Whether step and spacing leave less than a per cent in the means: what twice each of them changes, added, is stated.
-
-        A third of it were enough for an error of second order; where a tooth enters within a step it is not.
-        """
+        """Whether step and spacing leave less than a per cent in the means, from three levels of each (`refinement`)."""
         worst = max((side.halving for side in self.sides), default=float("nan"))
         if np.isnan(worst):
             return "not halved: nothing states the error of step and spacing"
         if worst < 0.01:
             return f"converged: step and spacing leave an error of at most about {100 * worst:.2g} % in the means"
-        return (f"not converged: from twice the step and spacing the means change by {100 * worst:.2g} %; take a smaller "
+        return (f"not converged: step and spacing leave an error of about {100 * worst:.2g} % in the means; take a smaller "
                 "`spacing`, then more `steps`")
 
     def table(self) -> str:
@@ -223,9 +221,15 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     if setup.halved:
         plain, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
         coarse = run(steps, structure.system, plain, what="coarse")
-        rough = run(steps, structure.system.thinned(), plain, what="rough")
-        halving = max(_change(coarse, fine, mean) + _change(rough, coarse, mean)
+        coarsest = run(max(setup.steps // 4, 16), structure.system, plain, what="coarsest")
+        apart = structure.system.thinned()
+        rough, roughest = (run(steps, system, plain, what=what) for system, what in ((apart, "rough"),
+                                                                                     (apart.thinned(), "roughest")))
+        # Errors of step and spacing are added: together they may cancel.
+        halving = max(remaining_error(*(getattr(level, mean) for level in (fine, coarse, coarsest)))
+                      + remaining_error(*(getattr(level, mean) for level in (coarse, rough, roughest)))
                       for mean in ("position_error", "rotation_error"))
+        halving = max(halving, LEAST_STATED)
     notes = _with_setup(fine, side, setup, chip=chip, arcs=arcs)
     if judged:
         notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
@@ -243,11 +247,6 @@ def _with_setup(fine: SideAccuracy, side: PathSide, setup: MillingSetup, *, chip
     if setup.window is not None and setup.window < side.law.duration:
         notes = (f"only {fine.duration:.6g} s of the middle of every side were run, in whole tooth periods", *notes)
     return (chip.words, *notes) if "cutting" in setup.loads and setup.with_force else notes
-
-
-def _change(rough: SideAccuracy, fine: SideAccuracy, mean: str) -> float:
-    """Relative change of a mean from one run to another."""
-    return abs(getattr(rough, mean) / getattr(fine, mean) - 1) if getattr(fine, mean) > 0 else 0.0
 
 
 def _described(machine: Machine, cut: CuttingDescription | None) -> CuttingDescription:

@@ -38,13 +38,13 @@ _EVEN = 2e-3  # of the largest feed: a smaller change within a revolution lets i
 class MillingSetup:
     """How a path is milled and computed.
 
-    speed : rev/min; depth : m; loads : ``cutting``, with ``gravity`` its changing sag, with ``path`` the inertia of the nominal
-    motion; regenerative : whether the vibration feeds back on the chip (linear: chips do not vanish); spacing : m between nodes
-    of the structure; steps : in a tooth period; window : s of the middle of every side that is run, whole sides where left out;
-    with_force : False leaves the cut's force out; halved : whether runs at twice the step and spacing state the error; chip :
-    ``path`` or ``constant``, as the cut says where left out (`chip`); work : the block that is milled, whose pixels decide what
-    the cutter meets; the cut's own arc where left out; servos : of axes whose motors give way, all hold their set points where
-    left out.
+    speed : rev/min; depth : m; loads : ``cutting``, with ``gravity`` its changing sag, with ``path`` the inertia of the
+    nominal motion; gravity : m/s^2, the machine's where left out; regenerative : whether the vibration feeds back on the chip
+    (linear: chips do not vanish); spacing : m between nodes of the structure; steps : in a tooth period; window : s of the
+    middle of every side that is run, whole sides where left out; with_force : False leaves the cut's force out; halved :
+    whether runs at two and four times step and spacing state the error; chip : ``path`` or ``constant``, as the cut says where
+    left out (`chip`); work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left
+    out; servos : of axes whose motors give way, all hold their set points where left out.
     """
 
     speed: float
@@ -58,7 +58,7 @@ class MillingSetup:
     halved: bool = True
     with_energy: bool = False
     with_base: bool = False
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
+    gravity: tuple[float, float, float] | None = None
     stance: ToolStance = field(default_factory=ToolStance)
     work: WorkBlock | None = None
     chip: str = ""
@@ -92,8 +92,8 @@ class SideAccuracy:
 
     span : when the run begins and ends, s; time : (n,) s; length : (n,) m; relative : (n, 6) elastic motion of the tip (m, rad)
     in machine axes; base : (n, 6) reaction of the base about the machine's origin, empty where it was not asked for; halving :
-    relative change of both means from twice the step, and from twice the spacing beside, added (together they may cancel); not
-    a number where they were not run.
+    relative error that step and spacing leave in the means, from runs at two and four times each (`refinement`); not a number
+    where they were not run.
     """
 
     name: str

@@ -20,6 +20,7 @@ from toolpoint.studies.finite_elements.machine_cut import (
     mean_factors,
     plane_response,
 )
+from toolpoint.studies.finite_elements.material_losses import solve_losses
 from toolpoint.studies.finite_elements.tuned_damper import TunedDamper, tune_damper_for_cut
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Frf, Modes
@@ -72,9 +73,8 @@ def judge_machine(name: str, machine: FiniteElementMachine, modes: Modes, *, cut
 
 
 def solve_with_damping(machine: FiniteElementMachine, number: int, joints: float) -> Modes:
-    """Return modes with a damping ratio of the joints and, on top, that of the materials."""
-    pairs = machine.solve(number)
-    return machine.point_modes(pairs, joints + machine.material_damping(pairs))
+    """Return modes with a damping ratio of the joints and the losses of materials, coupled between modes."""
+    return solve_losses(machine, machine.solve(number), joints)
 
 
 @dataclass(frozen=True, eq=False)

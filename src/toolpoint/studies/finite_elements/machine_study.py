@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from toolpoint.studies.finite_elements.machine_options import (
     judge_variants,
     option_rows,
 )
+from toolpoint.studies.finite_elements.material_losses import bound_left_out, question_losses, solve_losses
 from toolpoint.studies.finite_elements.nodal_correlation import FiniteElementCorrelation, correlate_finite_elements
 from toolpoint.studies.finite_elements.part_sensitivity import PartSensitivity, study_sensitivity
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
@@ -85,6 +87,11 @@ class FiniteElementStudy(NotebookText):
         """Share of every part in the strain energy of every mode: twice the relative change of f with its E."""
         return {name: 2 * s.modulus.sum(axis=1) for name, s in self.sensitivities.items()}
 
+    @cached_property
+    def loss_bound(self) -> FloatArray:
+        """Bound of what modes left out of the losses do to frequency and damping of the first modes, relative, (2, n)."""
+        return bound_left_out(self.machine, self.pairs)[:, :_MODES]
+
     @property
     def every_option(self) -> tuple[MachineOption, ...]:
         """Machines with other sizes, layers, fillings, and with dampers."""
@@ -94,6 +101,7 @@ class FiniteElementStudy(NotebookText):
     def doubts(self) -> tuple[Doubt, ...]:
         """What must be known before the numbers are believed."""
         lines = list(self.correlation.doubts) if self.correlation is not None else []
+        lines += question_losses(self.loss_bound)
         if self.finer.size:
             shift = self.finer / self.pairs.frequency[:len(self.finer)] - 1
             worst = int(np.abs(shift).argmax())
@@ -111,8 +119,9 @@ class FiniteElementStudy(NotebookText):
         return (self.pairs.status,
                 "all sizes and joint stiffnesses are chosen; joints are springs of the patch's mean motion: what rails and "
                 "flanges bend locally between their bolts is not in it",
-                f"the damping ratio {_DAMPING:g} of joints is chosen, that of materials added by their strain energy to first "
-                "order: peaks, depths and dampers hang on it",
+                f"the damping ratio {_DAMPING:g} of joints is chosen; losses of materials are solved with it, coupled between "
+                f"modes (modes left out change damping by at most {100 * float(self.loss_bound[1].max(initial=0.0)):.2g} %): "
+                "peaks, depths and dampers hang on it",
                 "depths are those of the single-frequency (zero-order) solution; flip lobes and islands are not in it",
                 f"the loop of the actuator is judged with the {self.modes.count} modes of the model, a delay and a low-pass: "
                 "modes above them, and the actuator's own bending, can make it unstable all the same",
@@ -195,7 +204,7 @@ def study_finite_elements(
     """
     step("modes")
     pairs = machine.solve(_MODES + _MORE)
-    modes = machine.point_modes(pairs, _DAMPING + machine.material_damping(pairs))
+    modes = solve_losses(machine, pairs, _DAMPING)
     test = correlation = measured = other = None
     if tested is not None:
         step("hammer test")

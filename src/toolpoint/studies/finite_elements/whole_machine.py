@@ -207,9 +207,15 @@ class FiniteElementMachine:
 
         Where points are named tool and work, also of the tool against the work, ``tool-work:+x`` and so on.
         """
+        rows, labels = self.point_rows(pairs.vectors)
+        damping = np.broadcast_to(damping_ratio, (pairs.count,))
+        return Modes(pairs.frequency, damping, rows, labels, notes=(pairs.status,))
+
+    def point_rows(self, vectors: FloatArray) -> tuple[FloatArray, tuple[Dof, ...]]:
+        """Return what motions (size, m) do at the points of `point_modes`, (n_dofs, m), and the labels."""
         rows, labels = [], []
         for name, (part, patch, offset) in self.points.items():
-            twist = self.spread(part, patch).T @ pairs.vectors
+            twist = self.spread(part, patch).T @ vectors
             arm = np.array(offset)
             rows.append(np.vstack([twist[:3] + np.cross(twist[3:].T, arm).T, twist[3:]]))
             labels += [Dof(name, direction) for direction in _DIRECTIONS]
@@ -217,8 +223,7 @@ class FiniteElementMachine:
             at = list(self.points)
             rows.append((rows[at.index("tool")] - rows[at.index("work")])[:3])
             labels += [Dof("tool-work", direction) for direction in _DIRECTIONS[:3]]
-        damping = np.broadcast_to(damping_ratio, (pairs.count,))
-        return Modes(pairs.frequency, damping, np.vstack(rows), tuple(labels), notes=(pairs.status,))
+        return np.vstack(rows), tuple(labels)
 
     def sensitivities(self, pairs: EigenPairs) -> dict[str, ElementSensitivity]:
         """Return what E and density of every element of every part do to the frequencies."""

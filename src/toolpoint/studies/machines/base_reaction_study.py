@@ -14,10 +14,10 @@ from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.inverse_dynamics import base_reaction
-from toolpoint.studies.machines.pose_words import pose_words
+from toolpoint.machine.description.gravity import STANDARD_GRAVITY, gravity_of
+from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.studies.text_table import text_table
 
-STANDARD_GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 HEADER = ("pose", "Fx N", "Fy N", "Fz N", "Mx N m", "My N m", "Mz N m")
 
 
@@ -48,7 +48,7 @@ class BaseReactions(NotebookText):
 def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] = ()) -> BaseReactions:
     """Return what the ground holds of a machine at rest: its weight, and the moments that its places make of it.
 
-    Gravity is that of the machine; where it states none, 9.80665 m/s^2 along -z of the machine, which a note says.
+    Gravity is that of the machine; where it states none, 9.80665 m/s^2 against the `up` of the machine, which a note says.
 
     Parameters
     ----------
@@ -58,12 +58,12 @@ def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] 
         Those of the description, or the reference pose, where left out.
     """
     chosen = tuple(check_poses(poses) if poses else machine.description.poses) or ({},)
-    gravity = machine.description.gravity
+    gravity = gravity_of(machine.description)
     notes: tuple[str, ...] = ()
-    if gravity is None:
-        gravity = (0.0, 0.0, -STANDARD_GRAVITY)
-        notes = (f"the file states no gravity: {STANDARD_GRAVITY} m/s^2 along -z of the machine is taken; write gravity: "
-                 "[0, -9.81, 0] where y is up",)
+    if machine.description.gravity is None:
+        down = direction_words(-np.asarray(machine.description.up))
+        notes = (f"the file states no gravity: {STANDARD_GRAVITY} m/s^2 along {down} of the machine is taken; write gravity: "
+                 "9.81 and up: y where y is up",)
     wrench = np.concatenate([base_reaction(machine, pose, gravity=gravity) for pose in chosen])
     wrench = np.where(np.abs(wrench) < 1e-9 * np.abs(wrench).max(initial=1.0), 0.0, wrench)
     mass = float(sum(body.mass[0, 0] for body in machine.bodies))

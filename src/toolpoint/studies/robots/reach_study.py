@@ -16,6 +16,7 @@ from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.arms.branch_choice import BranchChoice
 from toolpoint.kinematics.singularity import SINGULAR_CONDITION_NUMBER, nearest_singularity, pose_condition
 from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravity_force
+from toolpoint.machine.description.gravity import gravity_of
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import pose_for, poses_for, tool_pair, tool_place
@@ -26,7 +27,6 @@ from toolpoint.studies.robots.own_coordinates import OwnCoordinates, leg_pose, o
 from toolpoint.studies.text_table import text_table
 
 _SHOWN_MISS = 1e-9  # m: below, a miss is rounding
-GRAVITY = (0.0, 0.0, -9.80665)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: 
             if (hit := nearest_singularity(machine.chain, pose, axis.name, link=link)) is not None]
     elastic = any(body.modal_count for body in machine.bodies)
     none = np.zeros(0)
-    gravity = machine.description.gravity or GRAVITY
+    gravity = gravity_of(machine.description)
     return ReachedPose(
         pose, branch, condition, min(near, key=lambda hit: abs(hit[1])) if near else None,
         none if elastic else gravity_force(machine, batch, gravity)[0],

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.drives import Servo, Structure, circular_test, compute_loops, simulate
 from toolpoint.drives.build import build_servo
@@ -20,7 +20,7 @@ from toolpoint.drives.program.command import circle as circle_command
 from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import position_words
-from toolpoint.studies.servos.drive_structure import free_machine, structure_at
+from toolpoint.studies.servos.drive_structure import free_machine, question_structure, structure_at
 from toolpoint.studies.text_table import text_table
 
 _LINES = 800
@@ -42,7 +42,8 @@ class ServoMap(NotebookText):
     circular_deviation : (n_poses,) deviation G of a circle at the tool point, m, not-a-number where none was run;
     stable : (n_poses,); failures : pose index to reason; failed poses hold not-a-number;
     name : of the drives; grid : axis of the machine to its positions (m or rad), the poses being all their combinations;
-    angles : those of these axes that turn.
+    angles : those of these axes that turn; structure_doubts : what loss factors of the machine err by in time, at the corner of
+    the grid where they err most.
     """
 
     poses: tuple[Mapping[str, float], ...]
@@ -58,6 +59,7 @@ class ServoMap(NotebookText):
     name: str = ""
     grid: Mapping[str, FloatArray] = field(default_factory=dict)
     angles: tuple[str, ...] = ()
+    structure_doubts: tuple[Doubt, ...] = ()
 
     def worst(self) -> tuple[int, str]:
         """Return pose index and axis with the smallest phase margin of the velocity loop."""
@@ -70,10 +72,11 @@ class ServoMap(NotebookText):
         return "; ".join(self.doubts()) or "all poses stable"
 
     def doubts(self) -> list[Doubt]:
-        """Return the poses that failed or are unstable, with their reasons."""
+        """Return doubts about the structure, then the poses that failed or are unstable, with their reasons."""
         failed = [Doubt(self._pose_text(k), words) for k, words in self.failures.items()]
-        return failed + [Doubt(self._pose_text(k), "unstable") for k in np.flatnonzero(~self.stable).tolist()
-                         if k not in self.failures]
+        unstable = [Doubt(self._pose_text(k), "unstable") for k in np.flatnonzero(~self.stable).tolist()
+                    if k not in self.failures]
+        return [*self.structure_doubts, *failed, *unstable]
 
     def _pose_text(self, k: int) -> str:
         return ", ".join(f"{name} {position_words(value, name in self.angles)}"
@@ -95,12 +98,13 @@ class ServoMap(NotebookText):
         return rows
 
     def table(self) -> str:
-        """Return smallest and largest value of every quantity over the poses."""
-        return text_table(repr(self), ["quantity", "axis", "smallest", "largest"], self.rows())
+        """Return doubts, then smallest and largest value of every quantity over the poses."""
+        table = text_table(repr(self), ["quantity", "axis", "smallest", "largest"], self.rows())
+        return "\n".join([*mark_notes(self.doubts()), table])
 
     def to_dict(self) -> dict[str, Any]:
         """Return poses, margins (deg), bandwidths (Hz) and deviations (m; None where none was run) as plain values."""
-        return {"poses": [dict(pose) for pose in self.poses], "axes": self.axes,
+        return {"doubts": self.doubts(), "poses": [dict(pose) for pose in self.poses], "axes": self.axes,
                 "velocity_phase_margin_deg": self.velocity_phase_margin.tolist(), "bandwidth_hz": self.bandwidth.tolist(),
                 "stable": self.stable.tolist(),
                 "circular_deviation_m": [None if v != v else v for v in self.circular_deviation.tolist()]}
@@ -135,7 +139,19 @@ def map_servo(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, 
     result = map_margins(free, poses, ends=ends, tools=tools, build=at_pose,
                          circle=circle, progress=progress)
     angles = tuple(axis.name for axis in machine.chain.axes if axis.is_rotary)
-    return replace(result, name=drives.name, grid=dict(grid), angles=angles)
+    return replace(result, name=drives.name, grid=dict(grid), angles=angles,
+                   structure_doubts=_question_corners(drives, machine, grid))
+
+
+def _question_corners(drives: DriveDescription, machine: Machine, grid: Mapping[str, FloatArray]) -> tuple[Doubt, ...]:
+    """Return the doubt about the structure's loss factors at the corner of the grid where they err most."""
+    doubts = list[Doubt]()
+    for values in product(*((float(np.min(at)), float(np.max(at))) for at in grid.values())):
+        try:
+            doubts += question_structure(drives, machine, dict(zip(grid, values, strict=True)))
+        except ToolpointError:
+            continue  # a pose that cannot be is a failure of the map, with its reason
+    return (max(doubts, key=lambda doubt: doubt.figure or 0.0),) if doubts else ()
 
 
 def map_margins(

@@ -11,6 +11,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import BodyDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
+from toolpoint.studies.machines.pose_words import direction_words
 from toolpoint.vibration import eigen
 
 DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal
@@ -20,12 +21,13 @@ LONGEST_LEVER, SHORTEST_LEVER = 30.0, 1e-3  # m, root of turning over translatio
 SLOWEST, FASTEST = 2.0, 5e3  # Hz of the first elastic mode
 FURTHEST, SHORTEST = 50.0, 2e-3  # m of travel
 LEAST_SHARE = 0.02  # of the longest travel of the machine
+LEAST_GRAVITY, MOST_GRAVITY = 9.7, 9.9  # m/s^2, equator at height to pole
 MOST_TURNS, LEAST_TURN = 20, 5.0  # full turns, degrees of a rotary axis
 
 
 def question_units(machine: Machine) -> list[Doubt]:
-    """Return doubts about masses against sizes, stiffness, travel and the lowest natural frequency."""
-    return [*_densities(machine), *_springs(machine), *_travels(machine), *_frequencies(machine)]
+    """Return doubts about masses against sizes, stiffness, travel, gravity and the lowest natural frequency."""
+    return [*_densities(machine), *_springs(machine), *_travels(machine), *_gravity(machine), *_frequencies(machine)]
 
 
 def _densities(machine: Machine) -> list[Doubt]:
@@ -92,6 +94,19 @@ def _travels(machine: Machine) -> list[Doubt]:
             odd, words = not max(SHORTEST, LEAST_SHARE * longest) <= span <= FURTHEST, f"{span:.4g} m"
         if odd:
             lines.append(Doubt(f"axes.{axis.name}", f"travels {words}", "check the unit of its limits", figure=span))
+    return lines
+
+
+def _gravity(machine: Machine) -> list[Doubt]:
+    gravity, up = machine.description.gravity, np.asarray(machine.description.up)
+    if gravity is None or not np.any(gravity):
+        return []
+    size = float(np.linalg.norm(gravity))
+    lines = [Doubt("gravity", f"{size:.4g} m/s^2, {LEAST_GRAVITY:g} to {MOST_GRAVITY:g} is that of the earth", "check its unit",
+                   figure=size)] if not LEAST_GRAVITY <= size <= MOST_GRAVITY else []
+    if float(up @ gravity) > 0.1 * size:
+        lines.append(Doubt("gravity", f"acts along {direction_words(np.asarray(gravity) / size)}, and up is "
+                           f"{direction_words(up)}", "turn the sign of its numbers, or write its size alone", figure=size))
     return lines
 
 
