@@ -4,8 +4,19 @@ import numpy as np
 import pytest
 import scipy
 
-from toolpoint.drives import Contact, Controller, Inverter, JerkLimits, PositionLoop, Stribeck, TorqueMotor, VelocityLoop
-from toolpoint.drives import low_pass, notch, seven_phase
+from toolpoint.drives import (
+    Contact,
+    Controller,
+    Inverter,
+    JerkLimits,
+    PositionLoop,
+    Stribeck,
+    TorqueMotor,
+    VelocityLoop,
+    low_pass,
+    notch,
+    seven_phase,
+)
 from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS, SET_POINT
 from toolpoint.drives.friction.records import LAW_STATE
 
