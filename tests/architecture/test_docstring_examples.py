@@ -20,6 +20,8 @@ ROOMS_WITH_EXAMPLES = {
     "signals": set(),
     "vibration": set(),
     "vibration.sparse": set(),
+    "cutting": set(),
+    "drives": set(),
     "kinematics": set(),
     "substructuring": set(),
 }

@@ -57,6 +57,14 @@ def build_servo(drives: DriveDescription, structure: Structure | None = None, *,
     ------
     ToolpointError
         With every fault of the description.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.description import PositionDescription, VelocityDescription
+    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.005),
+    ...                             position=PositionDescription(gain=20.0), velocity=VelocityDescription(gain=1.0))
+    >>> build_servo(DriveDescription("slide", {"X": axis}))
+    Servo(X; loops at 250, 250, 1000 us; 2 states)
     """
     check_description(drives)
     places = [None] * len(drives.axes) if nuts is None else list(nuts)

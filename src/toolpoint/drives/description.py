@@ -248,6 +248,13 @@ class DriveDescription:
 
     `substeps` plant steps are taken for each current (or velocity) sample. `corner` says how corners between lines are
     rounded within the tolerance: a tangent arc, or a clothoid whose jerk is bounded.
+
+    Examples
+    --------
+    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.005),
+    ...                             position=PositionDescription(gain=20.0), velocity=VelocityDescription(gain=1.0))
+    >>> DriveDescription("slide", {"X": axis}).limits.speed
+    0.5
     """
 
     name: str

@@ -26,6 +26,11 @@ class CuttingCoefficients(NotebookText):
         Where the numbers come from.
 
     Source: Altintas, Manufacturing Automation, 2nd ed., section 2.4 (his radial index r is n here).
+
+    Examples
+    --------
+    >>> CuttingCoefficients(kt=600e6, kn=200e6)
+    CuttingCoefficients(kt 600, kn 200, ka 0 N/mm^2)
     """
 
     kt: float

@@ -35,6 +35,13 @@ class SpeedVariation:
         m, revolutions in one period of the variation.
     phase : float
         gamma, rad.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> variation = SpeedVariation(amplitude=0.1, revolutions=4)
+    >>> round(float(variation.factor(np.array(2 * np.pi))), 12)  # a quarter of the period: the highest speed
+    1.1
     """
 
     amplitude: float
@@ -98,6 +105,14 @@ class MillingProblem(NotebookText):
     ------
     ToolpointError
         For labels that are not there, rigid-body or undamped modes, several poses, and faults of the parts.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import Dof
+    >>> modes = Modes([922.0], [0.011], [[5.0]], [Dof("tool", "+x")])
+    >>> problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, "tool:+x", "same")
+    >>> problem.notes
+    ('response along y taken as that along x (tool:+x), no cross response',)
     """
 
     tool: Tool

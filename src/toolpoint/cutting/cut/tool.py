@@ -37,6 +37,12 @@ class Tool(NotebookText):
     ------
     ToolpointError
         For a diameter or number of teeth not above zero, pitch angles that do not add up to 2 pi, and the like.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Tool(diameter=0.012, teeth=2, helix=np.radians(30))
+    Tool(12 mm, 2 teeth, helix 30 deg)
     """
 
     diameter: float
@@ -145,6 +151,11 @@ class Engagement(NotebookText):
     ----------
     entry, exit : float
         rad, 0 <= entry < exit <= pi. `down`, `up`, `slot` and `centred` make them from the radial immersion a/D.
+
+    Examples
+    --------
+    >>> Engagement.down(0.5)
+    Engagement(90..180 deg)
     """
 
     entry: float

@@ -46,6 +46,11 @@ class Automatic:
     ----------
     patience : float
         Estimated seconds a speed of FloquetDeterminant above which PanelArnoldi is taken.
+
+    Examples
+    --------
+    >>> str(Automatic(patience=0.1))
+    'Automatic'
     """
 
     name: ClassVar[str] = "auto"

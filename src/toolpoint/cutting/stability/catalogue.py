@@ -23,5 +23,12 @@ METHODS: Mapping[str, type[StabilityMethod]] = MappingProxyType({method.name: me
 
 
 def method_named(name: str, argument: str = "method") -> StabilityMethod:
-    """Return the method of this name with its own defaults; `argument` is named in the error, which lists all methods."""
+    """Return the method of this name with its own defaults; `argument` is named in the error, which lists all methods.
+
+    Examples
+    --------
+    >>> from toolpoint.cutting import stability
+    >>> stability.method_named("zero-order")
+    ZeroOrder(lines=1500)
+    """
     return METHODS[one_of(argument, name, METHODS)]()

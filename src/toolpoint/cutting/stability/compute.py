@@ -48,6 +48,20 @@ def chart(
     -----
     ToolpointWarning
         Where a measured FRF does not cover the chatter band; the remark is also in the chart's notes.
+
+    Examples
+    --------
+    The least stable width of orthogonal cutting of one mode is 2 k z (1 + z)/K_f, at the speeds of `lobe_tips`:
+
+    >>> import numpy as np
+    >>> from toolpoint.cutting import StabilityChart, TurningProblem, ZeroOrder
+    >>> from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
+    >>> from toolpoint.vibration import Dof, Modes
+    >>> k, f, z = 2e7, 200.0, 0.03
+    >>> modes = Modes([f], [z], [[2 * np.pi * f / np.sqrt(k)]], [Dof("tool", "+x")])
+    >>> result = chart(TurningProblem(stiffness=1e9, dynamics=modes), lobe_tips(f, z, 3), ZeroOrder(), depth_max=0.01)
+    >>> isinstance(result, StabilityChart), bool(np.allclose(result.limit, least_width(k, z, 1e9), rtol=1e-6))
+    (True, True)
     """
     if not isinstance(problem, (MillingProblem, TurningProblem)):
         fail("problem", type(problem).__name__, "must be a MillingProblem or a TurningProblem")

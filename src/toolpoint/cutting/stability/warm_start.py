@@ -31,6 +31,14 @@ class WarmStart:
     ----------
     fixed : bool
         Let charts begin with what is known, but leave nothing.
+
+    Examples
+    --------
+    Give one memory to the charts of neighbouring poses in turn, ``chart(problem, speeds, warm=memory)``:
+
+    >>> memory = WarmStart()
+    >>> memory.scans, memory.roots
+    ({}, {})
     """
 
     fixed: bool = False

@@ -53,6 +53,14 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
     window : float or (n,) floats
         m; the foot lies within it of the arc length in `progress`, so that a path that crosses itself or turns back is not
         mistaken. Too narrow a window adds what is missing of the way to the error: `lag.window_around` gives one that is not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.drives.program.path import polyline
+    >>> line = polyline([[0, 0], [0.1, 0]], feed=0.1)
+    >>> contour_error(line, np.array([[0.05, 2e-6]]), np.array([0.05]), window=0.01).signed.tolist()
+    [2e-06]
     """
     if (path.kind == CLOTHOID_KIND).any():
         fail("path", "clothoid blends", "must be lines and arcs",
@@ -113,7 +121,13 @@ def _nearest(path: Path, k: np.ndarray, p: FloatArray, expected: FloatArray) -> 
 
 def torque_comparison(measured: FloatArray, simulated: FloatArray) -> dict[str, float]:
     """Return how a simulated torque agrees with a measured one at the same instants: rms of the difference, its share of
-    the measured rms, correlation, and the ratio of the peaks."""
+    the measured rms, correlation, and the ratio of the peaks.
+
+    Examples
+    --------
+    >>> round(torque_comparison([1.0, -2.0, 3.0], [1.1, -2.2, 3.3])["peak ratio"], 6)
+    1.1
+    """
     m, s = floats("measured", measured), floats("simulated", simulated)
     if m.shape != s.shape:
         fail("simulated", f"shape {s.shape}", f"must be that of the measured, {m.shape}", remedy="resample one of them")

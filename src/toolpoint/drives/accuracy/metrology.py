@@ -41,6 +41,14 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
         Centre for G: ``least squares`` or ``minimum zone`` (smallest radial separation of two concentric circles).
 
     Source: ISO 230-4:2022, 3.3 (circular deviation G) and 3.5 (radial deviation F).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = np.linspace(0, 2 * np.pi, 360, endpoint=False)
+    >>> points = np.stack([50e-3 * np.cos(angle), 50.004e-3 * np.sin(angle)], axis=1)
+    >>> print(f"{1e6 * circular_test(points, 50e-3).deviation:.2f} um")
+    4.00 um
     """
     one_of("method", method, ("least squares", "minimum zone"))
     p = floats("points", points, (None, 2))
@@ -65,7 +73,16 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
 
 
 def circular_hysteresis(forward: FloatArray, backward: FloatArray, center: tuple[float, float] = (0.0, 0.0)) -> float:
-    """Return the circular hysteresis H: largest radial difference of the two directions at the same angle, m."""
+    """Return the circular hysteresis H: largest radial difference of the two directions at the same angle, m.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = np.linspace(0, 2 * np.pi, 360, endpoint=False)
+    >>> circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    >>> print(f"{1e6 * circular_hysteresis(50.002e-3 * circle, 50e-3 * circle):.2f} um")
+    2.00 um
+    """
     radii = []
     grid = np.linspace(-np.pi, np.pi, 3600, endpoint=False)
     for points in (forward, backward):
@@ -79,7 +96,17 @@ def circular_hysteresis(forward: FloatArray, backward: FloatArray, center: tuple
 def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0), *, half_width: float = 20.0
                    ) -> FloatArray:
     """Return the quadrant peaks at 0, 90, 180, 270 deg, m: outward excess of the radius within `half_width` deg of the
-    reversal over the median of the whole turn (positive outward)."""
+    reversal over the median of the whole turn (positive outward).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = np.linspace(0, 2 * np.pi, 3600, endpoint=False)
+    >>> radius = 50e-3 + 3e-6 * (np.abs(np.degrees(angle) - 90) < 2)
+    >>> points = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    >>> (1e6 * quadrant_peaks(points, 50e-3)).round(6).tolist()
+    [0.0, 3.0, 0.0, 0.0]
+    """
     d = floats("points", points, (None, 2)) - np.asarray(center)
     r, angle = np.hypot(*d.T) - positive("radius", radius), np.degrees(np.arctan2(d[:, 1], d[:, 0]))
     base, peaks = float(np.median(r)), []
@@ -122,6 +149,12 @@ def positioning(forward: FloatArray, backward: FloatArray) -> Positioning:
 
     ``R_i = max(2 s+_i + 2 s-_i + |B_i|, 4 s+_i, 4 s-_i)``, and R is the largest R_i: the bidirectional repeatability is at
     least each unidirectional one. Source: ISO 230-2:2014, section 3 and annex.
+
+    Examples
+    --------
+    >>> result = positioning([[0.0, 2e-6], [1e-6, 3e-6]], [[4e-6, 6e-6], [5e-6, 7e-6]])
+    >>> print(f"B {1e6 * result.reversal:.1f} um, M {1e6 * result.mean_deviation:.1f} um")
+    B 4.0 um, M 1.0 um
     """
     up = floats("forward", forward, (None, None))
     down = floats("backward", backward, up.shape)

@@ -20,7 +20,13 @@ from toolpoint.drives.friction.laws import FrictionLaw
 
 @dataclass(frozen=True)
 class Coupling:
-    """Coupling between motor and screw: torsional stiffness N m/rad, damping N m s/rad, inertia kg m2."""
+    """Coupling between motor and screw: torsional stiffness N m/rad, damping N m s/rad, inertia kg m2.
+
+    Examples
+    --------
+    >>> Coupling(stiffness=5000.0).damping
+    0.0
+    """
 
     stiffness: float
     damping: float = 0.0
@@ -32,7 +38,14 @@ class Coupling:
 
 @dataclass(frozen=True)
 class BallScrew:
-    """Ball screw: root diameter, lead and length between bearings in m; material; damping ratio of its springs."""
+    """Ball screw: root diameter, lead and length between bearings in m; material; damping ratio of its springs.
+
+    Examples
+    --------
+    >>> screw = BallScrew(diameter=0.036, lead=0.02, length=1.0)
+    >>> print(f"{1e3 * screw.ratio:.4f} mm/rad")
+    3.1831 mm/rad
+    """
 
     diameter: float
     lead: float
@@ -92,6 +105,13 @@ def ball_screw_axis(
         Between table and base (N); on the motor shaft (N m).
     saddle : (mass, stiffness, damping), optional
         Saddle between nut and table, kg, N/m, N s/m.
+
+    Examples
+    --------
+    >>> screw = BallScrew(diameter=0.036, lead=0.02, length=1.0)
+    >>> axis = ball_screw_axis(0.004, Coupling(5000.0), screw, table_mass=300.0, nut_position=0.4, front_bearing=4e8)
+    >>> axis.free
+    ('motor', 'front', 'middle', 'end', 'x_front', 'x_middle', 'x_end', 'table')
     """
     length = positive("nut_position", nut_position)
     if length >= screw.length:
@@ -167,6 +187,13 @@ def four_dof_axis(
     `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
     between table and base. With `table_mass` None the table belongs to the machine's structure: a boundary as the base is.
     Source: Machines 10 (2022) 1102, figure 2.
+
+    Examples
+    --------
+    >>> axis = four_dof_axis(0.004, 0.001, 8.0, table_mass=300.0, lead_ratio=3.2e-3, coupling=(5000.0, 0.0),
+    ...                      bearing=(4e8, 0.0), nut=(5e8, 0.0))
+    >>> axis.coordinates
+    ('motor', 'screw', 'x_screw', 'table', 'base')
     """
     for name, value in (("motor_inertia", motor_inertia), ("screw_inertia", screw_inertia), ("screw_mass", screw_mass),
                         ("table_mass", 1.0 if table_mass is None else table_mass), ("lead_ratio", lead_ratio)):

@@ -51,6 +51,15 @@ class Mechanics(NotebookText):
     boundaries : sequence of str
         Massless coordinates that a structure moves and loads; fixed to ground where no structure serves them.
     friction, contacts : sequences
+
+    Examples
+    --------
+    The inertia of an axis at its motor is J + m r^2:
+
+    >>> from toolpoint.drives import two_mass_axis
+    >>> axis = two_mass_axis(motor_inertia=0.004, table_mass=100.0, lead_ratio=2e-3, stiffness=1e8)
+    >>> isinstance(axis, Mechanics), round(axis.motor_inertia, 9)
+    (True, 0.0044)
     """
 
     coordinates: tuple[str, ...]

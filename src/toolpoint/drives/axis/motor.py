@@ -24,6 +24,11 @@ class SynchronousMotor:
         p (1; rad/m for a linear motor), R (ohm of a phase), L_d, L_q (H), psi (V s).
 
     The rotor's inertia and damping belong to the `Mechanics` that it drives.
+
+    Examples
+    --------
+    >>> SynchronousMotor(pole_pairs=4, resistance=0.5, inductance_d=5e-3, inductance_q=5e-3, flux=0.2).torque_constant
+    1.2000000000000002
     """
 
     pole_pairs: float
@@ -44,7 +49,13 @@ class SynchronousMotor:
 
 @dataclass(frozen=True)
 class TorqueMotor:
-    """Motor whose torque follows the command at once (N m, or N of a linear motor): no electrical states."""
+    """Motor whose torque follows the command at once (N m, or N of a linear motor): no electrical states.
+
+    Examples
+    --------
+    >>> TorqueMotor().torque_constant
+    1.0
+    """
 
     torque_constant: float = 1.0
 
@@ -65,6 +76,11 @@ class Inverter:
         comparison with a symmetric triangle, exact in volt-seconds over each simulation step.
     carrier : int
         Carrier periods for each current sample (six-pulse only).
+
+    Examples
+    --------
+    >>> Inverter(voltage=300.0, kind="six-pulse").carrier
+    1
     """
 
     voltage: float = 320.0

@@ -19,7 +19,14 @@ from toolpoint.vibration.state_space import modal
 
 @dataclass(frozen=True)
 class DriveAxis:
-    """One axis: name, motor, mechanics."""
+    """One axis: name, motor, mechanics.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import TorqueMotor, rigid_axis
+    >>> DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3)).name
+    'X'
+    """
 
     name: str
     motor: SynchronousMotor | TorqueMotor
@@ -47,6 +54,13 @@ class Structure:
         ``"axis.boundary"`` -> Attachment.
     tool : mapping
         Axis name -> output with the displacement of the tool along the axis (subtracted from the table's).
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import Modes
+    >>> bed = Structure.from_modes(Modes([40.0], [0.02], [[0.03]], [Dof("guide", "+x")]), {"X.base": "guide:+x"})
+    >>> bed.boundaries["X.base"].force
+    'guide:+x'
     """
 
     system: StateSpace
@@ -135,6 +149,12 @@ def build_plant(axes: Sequence[DriveAxis], structure: Structure | None = None) -
 
     A boundary coordinate takes the displacement and velocity of its attachment and gives back the force of the springs,
     dampers and friction that end on it: drive forces and reactions are equal and opposite.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import TorqueMotor, rigid_axis
+    >>> build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    Plant(X; 2 states, 0 friction and contact laws, 0 bilinear terms)
     """
     axes = tuple(axes)
     names = [a.name for a in axes]

@@ -9,7 +9,13 @@ from toolpoint.drives.friction.laws import FrictionLaw
 
 
 def rigid_axis(inertia: float, lead_ratio: float, damping: float = 0.0, *, friction: FrictionLaw | None = None) -> Mechanics:
-    """Return an axis of one inertia J (kg m2, at the motor) with travel r (m/rad), damping N m s/rad, friction N m."""
+    """Return an axis of one inertia J (kg m2, at the motor) with travel r (m/rad), damping N m s/rad, friction N m.
+
+    Examples
+    --------
+    >>> rigid_axis(inertia=0.005, lead_ratio=2e-3).motor_inertia
+    0.005
+    """
     chain = MassChain(("motor",))
     chain.inertia("motor", positive("inertia", inertia))
     chain.spring({"motor": 1}, 0.0, damping)
@@ -27,6 +33,15 @@ def two_mass_axis(
 
     The base carries the spring's reaction and the guide's friction. `play` replaces the spring by a contact (backlash
     or preload); `stiffness` is then not used.
+
+    Examples
+    --------
+    The second frequency is that of the spring between table and motor, k (1/m + r^2/J):
+
+    >>> import numpy as np
+    >>> axis = two_mass_axis(0.004, 100.0, 2e-3, stiffness=1e8)
+    >>> bool(np.isclose(axis.natural_frequencies[1], np.sqrt(1e8 * (1 / 100 + 4e-6 / 0.004)) / (2 * np.pi)))
+    True
     """
     chain = MassChain(("motor", "table", "base"))
     chain.inertia("motor", positive("motor_inertia", motor_inertia))
@@ -46,6 +61,11 @@ def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, *, 
     """Return a rack and pinion: travel per motor angle = pinion radius / gear ratio; mesh and gear stiffness at the rack.
 
     `stiffness` N/m of gear and mesh in series, seen at the rack; `backlash` m of free play there.
+
+    Examples
+    --------
+    >>> rack_axis(0.004, 500.0, 0.05, gear_ratio=10.0, stiffness=2e8).lead
+    0.005
     """
     ratio = positive("pinion_radius", pinion_radius) / positive("gear_ratio", gear_ratio)
     play = Contact.with_backlash(stiffness, backlash) if backlash > 0 else None
@@ -57,6 +77,11 @@ def linear_motor_axis(mass: float, damping: float = 0.0, guide_friction: Frictio
     """Return a linear motor: the force acts between table and base, the scale is the encoder, lead 1.
 
     `mass` kg of table and primary part (the motor's `inertia` is not added again), `damping` N s/m of the guide.
+
+    Examples
+    --------
+    >>> linear_motor_axis(mass=80.0).lead
+    1.0
     """
     chain = MassChain(("table", "base"))
     chain.inertia("table", positive("mass", mass))

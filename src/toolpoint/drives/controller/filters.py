@@ -45,7 +45,14 @@ def _tustin(p: tuple[float, float, float], k: float) -> FloatArray:
 
 
 def notch(frequency: float, damping: float = 0.1, depth: float = 0.0) -> Filter:
-    """Return the notch (s^2 + 2 depth zeta w s + w^2)/(s^2 + 2 zeta w s + w^2): gain `depth` at `frequency` (Hz)."""
+    """Return the notch (s^2 + 2 depth zeta w s + w^2)/(s^2 + 2 zeta w s + w^2): gain `depth` at `frequency` (Hz).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> [round(float(abs(notch(200.0, depth=0.1).response(np.array(f)))), 6) for f in (1e-3, 200.0)]
+    [1.0, 0.1]
+    """
     w = 2 * np.pi * positive("frequency", frequency)
     zeta = positive("damping", damping)
     if scalar("depth", depth) < 0:
@@ -54,11 +61,26 @@ def notch(frequency: float, damping: float = 0.1, depth: float = 0.0) -> Filter:
 
 
 def low_pass(frequency: float, damping: float = 0.7071) -> Filter:
-    """Return the second-order low-pass w^2/(s^2 + 2 zeta w s + w^2)."""
+    """Return the second-order low-pass w^2/(s^2 + 2 zeta w s + w^2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> round(float(abs(low_pass(200.0, damping=0.5).response(np.array(200.0)))), 6)
+    1.0
+    """
     w = 2 * np.pi * positive("frequency", frequency)
     return Filter((0.0, 0.0, w * w), (1.0, 2 * positive("damping", damping) * w, w * w), frequency)
 
 
 def low_pass_1(time_constant: float) -> Filter:
-    """Return the first-order low-pass 1/(T s + 1)."""
+    """Return the first-order low-pass 1/(T s + 1).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> f = 1 / (2 * np.pi * 1e-3)
+    >>> round(float(abs(low_pass_1(1e-3).response(np.array(f)))), 6)
+    0.707107
+    """
     return Filter((0.0, 0.0, 1.0), (0.0, positive("time_constant", time_constant), 1.0))

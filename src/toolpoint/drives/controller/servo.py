@@ -13,7 +13,17 @@ from toolpoint.drives.controller.settings import Controller
 
 @dataclass(frozen=True)
 class Servo(NotebookText):
-    """A plant and a controller for each of its axes; all axes share the three sample times."""
+    """A plant and a controller for each of its axes; all axes share the three sample times.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import (DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, compute_loops,
+    ...                               rigid_axis)
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0, 0.05), lead=2e-3),))
+    >>> compute_loops(servo).stable
+    True
+    """
 
     plant: Plant
     controllers: tuple[Controller, ...]

@@ -30,6 +30,12 @@ class CurrentLoop:
         Add the rotational voltages of the model.
     limit : float
         Largest q current, A (peak).
+
+    Examples
+    --------
+    >>> motor = SynchronousMotor(4, 0.5, 5e-3, 5e-3, 0.2)
+    >>> round(CurrentLoop.from_bandwidth(motor, bandwidth=500.0).gain, 4)  # w L_q, V/A
+    15.708
     """
 
     gain: float
@@ -72,6 +78,11 @@ class VelocityLoop:
         Samples from measurement to torque command.
     limit : float
         Largest torque, N m; infinite for none.
+
+    Examples
+    --------
+    >>> VelocityLoop(gain=1.0, integral_time=0.05).sample_time
+    0.00025
     """
 
     gain: float
@@ -107,6 +118,11 @@ class PositionLoop:
         Level (N m) and width (m/s) of level tanh(v_set/width) added to the torque command.
     feedback : str
         ``scale`` or ``motor``.
+
+    Examples
+    --------
+    >>> PositionLoop(gain=20.0, velocity_feedforward=1.0).feedback
+    'motor'
     """
 
     gain: float
@@ -129,6 +145,11 @@ class Encoders:
 
     With a resolution the velocity is the difference of two readings over the velocity sample; without, the exact speed.
     `difference` True takes the difference also from an ideal encoder.
+
+    Examples
+    --------
+    >>> Encoders(scale=10e-9).difference
+    False
     """
 
     motor: float = 0.0
@@ -145,6 +166,12 @@ class Controller:
     """Cascade of one axis; `current` None where the motor is a TorqueMotor.
 
     `lead` is the travel per motor angle (m/rad) as the controller knows it.
+
+    Examples
+    --------
+    >>> controller = Controller(PositionLoop(20.0), VelocityLoop(1.0), lead=2e-3)
+    >>> controller.with_gains(position=40.0).position.gain
+    40.0
     """
 
     position: PositionLoop

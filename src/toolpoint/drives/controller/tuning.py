@@ -39,6 +39,15 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
         Largest magnitude of the closed position loop, dB.
     notches : int
         Notches that may be added, each at the resonance that limits the gain.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis)
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0, 0.05), lead=2e-3),))
+    >>> tuned = tune(servo, phase_margin=45.0, notches=0)
+    >>> tuned.velocity.phase >= 45.0
+    True
     """
     positive("phase_margin", phase_margin, 90.0)
     used: list[float] = []

@@ -21,6 +21,14 @@ class Contact:
     preload_deflection : float
         d, m: positive for a preloaded nut (both sides carry until ``|s| = d``, stiffness 2 k), negative for backlash
         (free play ``2 |d|`` in all).
+
+    Examples
+    --------
+    A nut of 200 N/um preloaded by 1 kN loses one side at 10 um; beyond, its stiffness is half as large:
+
+    >>> nut = Contact.preloaded(stiffness=2e8, preload=1000.0)
+    >>> [round(float(nut.force(s)), 6) for s in (5e-6, 10e-6, 20e-6)]
+    [1000.0, 2000.0, 3000.0]
     """
 
     stiffness: float

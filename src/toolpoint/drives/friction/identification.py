@@ -48,7 +48,15 @@ _MAX_PARAMETER_CORRELATION = 0.995  # of two parameters: above it the points do 
 
 def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], settled: float = 0.5
                              ) -> tuple[FloatArray, FloatArray]:
-    """Return mean velocity and mean torque of records (velocity, torque), the last `settled` share of each averaged."""
+    """Return mean velocity and mean torque of records (velocity, torque), the last `settled` share of each averaged.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> velocity, torque = constant_velocity_points([(np.full(10, 2.0), np.full(10, 1.5))])
+    >>> float(velocity[0]), float(torque[0])
+    (2.0, 1.5)
+    """
     positive("settled", settled, 1.0)
     points = []
     for velocity, torque in records:
@@ -78,6 +86,14 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
 
     The status is "converged" only where the residual is within three times the scatter (or, where that is not known, within
     5 % of the dry level).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> speed = np.array([-4.0, -2.0, -1.0, 1.0, 2.0, 4.0])
+    >>> fit = identify_friction(speed, 2.0 * np.sign(speed) + 0.1 * speed + 0.3, "coulomb")
+    >>> round(float(fit.law.coulomb), 6), round(float(fit.law.viscous), 6), round(float(fit.offset), 6)
+    (2.0, 0.1, 0.3)
     """
     one_of("law", law, ("coulomb", "stribeck", "two-exponential"))
     v = floats("velocity", velocity, (None,))
@@ -212,6 +228,11 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
 
     Below the critical speed dF/dv + loop gain < 0: no constant speed is stable there, the axis sticks and slips.
     Published drives have F_s/F_c of 1.08 to 1.5; a ratio above 2 is marked. `lead` in m/rad turns speed into feed.
+
+    Examples
+    --------
+    >>> check_plausibility(Stribeck(2.0, 2.4, 1.0), loop_gain=1.0, lead=2e-3).critical_feed
+    0.0
     """
     gain, ratio = positive("loop_gain", loop_gain), float(law.level(0.0) / max(float(law.level(1e9)), 1e-300))
     curve = law._curve
@@ -241,6 +262,11 @@ def friction_variants(law: Stribeck, ratio: float = 1.5) -> dict[str, Coulomb | 
     """Return named readings of a doubtful Stribeck law: ``literal``; ``F_c = F_s/ratio``; ``Coulomb`` at the level F_s.
 
     The published value that is believed is F_s, the level that the torque record shows; nothing is replaced silently.
+
+    Examples
+    --------
+    >>> sorted(friction_variants(Stribeck(1.0, 3.0, 0.5)))
+    ['Coulomb', 'F_c = F_s/1.5', 'literal']
     """
     level = law.static / positive("ratio", ratio)
     return {"literal": law,

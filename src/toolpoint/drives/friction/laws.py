@@ -98,6 +98,11 @@ class Coulomb(_Law):
         F_c, N or N m, at least zero.
     viscous : float
         sigma2, N s/m or N m s/rad, at least zero.
+
+    Examples
+    --------
+    >>> float(Coulomb(2.0, viscous=0.1).steady(-3.0))
+    -2.3
     """
 
     coulomb: float
@@ -113,7 +118,13 @@ class Coulomb(_Law):
 
 @dataclass(frozen=True)
 class Viscous(_Law):
-    """Viscous friction sigma2 v, N s/m or N m s/rad."""
+    """Viscous friction sigma2 v, N s/m or N m s/rad.
+
+    Examples
+    --------
+    >>> float(Viscous(0.1).steady(3.0))
+    0.30000000000000004
+    """
 
     viscous: float
 
@@ -130,6 +141,12 @@ class Stribeck(_Law):
     """Stribeck curve ``[F_c + (F_s - F_c) exp(-|v/v_s|^delta)] sgn(v) + sigma2 v``; at rest any force up to F_s.
 
     Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
+
+    Examples
+    --------
+    >>> law = Stribeck(coulomb=2.0, static=3.0, stribeck_velocity=0.5)
+    >>> float(law.level(0.0)), round(float(law.level(100.0)), 9)
+    (3.0, 2.0)
     """
 
     coulomb: float
@@ -153,6 +170,12 @@ class TwoExponential(_Law):
     """Two-exponential curve ``[F_s exp(-|v|/v_1) + F_c (1 - exp(-|v|/v_2))] sgn(v) + sigma2 v``.
 
     Source: Erkorkmaz, Altintas, Int. J. Machine Tools and Manufacture 41 (2001) 1487.
+
+    Examples
+    --------
+    >>> law = TwoExponential(coulomb=2.0, static=3.0, static_velocity=0.1, coulomb_velocity=0.2)
+    >>> float(law.level(0.0)), round(float(law.level(100.0)), 9)
+    (3.0, 2.0)
     """
 
     coulomb: float
@@ -180,6 +203,12 @@ class LuGre(_Law):
               \quad g = F_c + (F_s - F_c) e^{-|v/v_s|^\delta}
 
     Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
+
+    Examples
+    --------
+    >>> law = LuGre(stiffness=1e5, damping=300.0, coulomb=1.0, static=1.5, stribeck_velocity=1e-3)
+    >>> float(law.steady(1.0))
+    1.0
     """
 
     stiffness: float
@@ -229,6 +258,12 @@ class MaxwellSlip(_Law):
         s(v) and the viscous part.
     attraction : float
         C, N/s or N m/s: how fast a slipping block follows the Stribeck curve.
+
+    Examples
+    --------
+    >>> law = MaxwellSlip((4e4, 1e4), (0.6, 0.4), Stribeck(1.0, 1.5, 1e-3), attraction=1e3)
+    >>> float(law.steady(1.0))
+    1.0
     """
 
     stiffness: tuple[float, ...]

@@ -22,6 +22,12 @@ class Command(NotebookText):
         s.
     velocity, acceleration : (n, n_axes) floats, optional
         m/s, m/s^2; central differences of the position where left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Command(np.linspace(0, 0.1, 11)[:, None], sample_time=1e-3)
+    Command(1 axes, 0.01 s, every 1 ms)
     """
 
     position: FloatArray

@@ -12,7 +12,13 @@ from toolpoint._check import FloatArray, fail, positive, scalar
 
 @dataclass(frozen=True)
 class JerkLimits:
-    """Limits of speed (m/s), acceleration (m/s^2) and jerk (m/s^3)."""
+    """Limits of speed (m/s), acceleration (m/s^2) and jerk (m/s^3).
+
+    Examples
+    --------
+    >>> JerkLimits(speed=0.5, acceleration=3.0, jerk=100.0).jerk
+    100.0
+    """
 
     speed: float
     acceleration: float
@@ -71,6 +77,12 @@ def seven_phase(length: float, limits: JerkLimits, start_speed: float = 0.0, *, 
     ------
     ToolpointError
         Where an end speed exceeds the limit, or the length is too short to change from one to the other.
+
+    Examples
+    --------
+    >>> profile = seven_phase(1.0, JerkLimits(speed=0.5, acceleration=2.5, jerk=50.0))
+    >>> round(profile.duration, 9)  # L/v + v/a + a/j
+    2.25
     """
     for name, v in (("start_speed", start_speed), ("end_speed", end_speed)):
         if scalar(name, v) < 0 or v > limits.speed * (1 + 1e-12):
@@ -110,7 +122,14 @@ def _peak(length: float, start: float, end: float, limits: JerkLimits) -> float:
 
 @dataclass(frozen=True)
 class Quintic:
-    """Rest-to-rest move s = L (10 u^3 - 15 u^4 + 6 u^5), u = t/T: speed, acceleration continuous and zero at the ends."""
+    """Rest-to-rest move s = L (10 u^3 - 15 u^4 + 6 u^5), u = t/T: speed, acceleration continuous and zero at the ends.
+
+    Examples
+    --------
+    >>> move = Quintic(length=0.1, duration=0.5)
+    >>> [round(v, 9) for v in move.sample(0.25).tolist()]  # middle: half the way, 15/8 L/T, no acceleration
+    [0.05, 0.375, 0.0, -24.0]
+    """
 
     length: float
     duration: float

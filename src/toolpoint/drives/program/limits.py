@@ -39,6 +39,13 @@ def check_limits(command: Command, limits: JerkLimits | list[JerkLimits], tolera
 
     First, second and third differences over the sample time are means of speed, acceleration and jerk over their samples,
     so a stream within the limits can never show more; nothing that the planner says is used.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import straight_move
+    >>> limits = JerkLimits(speed=0.5, acceleration=3.0, jerk=100.0)
+    >>> check_limits(straight_move([0, 0], [0.1, 0.05], [limits, limits], sample_time=1e-3), limits).kept
+    True
     """
     axes = command.position.shape[1]
     each = [limits] * axes if isinstance(limits, JerkLimits) else list(limits)

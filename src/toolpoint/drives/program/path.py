@@ -38,6 +38,13 @@ class Path(NotebookText):
         Positioning (G0): no cut, its accuracy is no matter.
     dwell : (n,) floats, optional
         s, waited at the segment's end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> path = polyline([[0, 0], [0.1, 0], [0.1, 0.1]], feed=0.1)
+    >>> isinstance(path, Path), path.lengths.tolist(), np.degrees(path.turns()).round(6).tolist()
+    (True, [0.1, 0.1], [90.0])
     """
 
     kind: np.ndarray

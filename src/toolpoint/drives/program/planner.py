@@ -119,6 +119,14 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
         that creeps longer than a stop takes are stops.
 
     The acceleration of an axis steps by v^2/R where a line meets an arc: `smooth_command` bounds the jerk there too.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.program.path import polyline
+    >>> path = polyline([[0, 0], [0.1, 0], [0.1, 0.1]], feed=0.1)
+    >>> plan = plan_motion(path, JerkLimits(0.5, 3.0, 100.0))
+    >>> round(plan.duration, 6)  # two lines with a stop between: 2 (L/v + v/a + a/j)
+    2.126667
     """
     one_of("corner", corner, ("arc", "clothoid"))
     if (path.feed <= 0).any():
@@ -187,6 +195,12 @@ def smooth_command(command: Command, window: float) -> Command:
     """Return the command averaged over `window` s (a moving mean, as controllers do): jerk at most (step of a)/window.
 
     Starts and ends at the same points, later by the window.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.program.command import step
+    >>> smooth_command(step(1e-3, 1e-3, 0.05), window=0.01).position[-1].round(9).tolist()
+    [0.001]
     """
     n = round(positive("window", window) / command.sample_time)
     if n < 1:
@@ -206,6 +220,12 @@ def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], 
     """Return the fastest straight rest-to-rest move within the limits of every axis.
 
     The limits along the line are the smallest ``limit_i/|direction_i|``: the axes move in step.
+
+    Examples
+    --------
+    >>> move = straight_move([0, 0], [0.1, 0], [JerkLimits(0.5, 3.0, 100.0)] * 2, sample_time=1e-3)
+    >>> move.position[-1].round(9).tolist()
+    [0.1, 0.0]
     """
     p, q = floats("start", start), floats("end", end, np.shape(start))
     d = q - p

@@ -96,6 +96,15 @@ def measure_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, o
 
     Outer loops stay closed: y/r and y/e of the loop itself do not depend on them. The sequence of the position loop is
     added to the position alone, so that no feed-forward sees it.
+
+    Examples
+    --------
+    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis)
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0), lead=2e-3),))
+    >>> response = measure_loop(servo, "velocity", amplitude=0.1, order=7)
+    >>> bool(response.coherence.min() > 0.999)  # a linear loop in its steady state
+    True
     """
     one_of("level", level, LEVELS)
     number = LEVELS.index(level)

@@ -70,6 +70,18 @@ def simulate_moving_nut(
     ------
     ToolpointError
         Where a nut would leave its screw, or the loops are unstable at one of the positions.
+
+    Examples
+    --------
+    An axis whose plant is the same everywhere moves as a fixed one, whatever the number of positions:
+
+    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis)
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0, 0.05), lead=2e-3),))
+    >>> command = Command(np.linspace(0.0, 1e-3, 41)[:, None], 1e-3)
+    >>> result = simulate_moving_nut(lambda nut_positions: servo, [0.1], command, positions=3)
+    >>> result.notes[0].split(";")[1].strip()
+    'with 2 the outputs change by at most 0 nm'
     """
     count("positions", positions, 3)
     nut = floats("start", start, (command.position.shape[1],))

@@ -126,6 +126,18 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, record_interv
     ------
     ToolpointError
         Where the command's sample time is not the position loop's, or the motion is not finite (unstable).
+
+    Examples
+    --------
+    A position loop of 20/s without feed-forward follows a ramp of 0.1 m/s 5 mm behind:
+
+    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis)
+    >>> from toolpoint.drives.program.command import constant_velocity
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0), lead=2e-3),))
+    >>> result = simulate(servo, constant_velocity(0.1, 1e-3, 0.6))
+    >>> print(f"{1e3 * result.signal('following_error', 'X')[-1]:.2f} mm")
+    5.00 mm
     """
     if check:
         check_stable(servo)
@@ -139,7 +151,18 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, record_interv
 
 
 def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, **options: Any) -> list[ServoResult]:
-    """Return the results of many servos and commands, in `threads` threads (the kernel releases the interpreter lock)."""
+    """Return the results of many servos and commands, in `threads` threads (the kernel releases the interpreter lock).
+
+    Examples
+    --------
+    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis)
+    >>> from toolpoint.drives.program.command import constant_velocity
+    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
+    >>> servo = Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0), lead=2e-3),))
+    >>> results = simulate_many([(servo, constant_velocity(feed, 1e-3, 0.02)) for feed in (0.1, 0.2)], record_interval=4)
+    >>> [result.status for result in results]
+    ['all steps converged', 'all steps converged']
+    """
     with ThreadPoolExecutor(count("threads", threads)) as pool:
         return list(pool.map(lambda case: simulate(case[0], case[1], **options), list(cases)))
 

@@ -59,6 +59,11 @@ class FloquetDeterminant:
 
     Source: the generalised Nyquist count of a Fredholm determinant; Insperger, Stepan, Semi-Discretization for
     Time-Delay Systems, 2011, for the equation and its multipliers.
+
+    Examples
+    --------
+    >>> FloquetDeterminant(tolerance=1e-7).levels
+    48
     """
 
     name: ClassVar[str] = "floquet"

@@ -58,6 +58,11 @@ class HillDeterminant:
 
     Source: Hill's determinant of a periodic delay equation: Insperger, Stepan, Semi-Discretization for Time-Delay Systems,
     2011, section 2; Altintas, Engin, Budak, J. Manufacturing Science Engineering 121 (1999) 173, for variable pitch.
+
+    Examples
+    --------
+    >>> HillDeterminant(reach=3.0).takes_response
+    True
     """
 
     name: ClassVar[str] = "hill"

@@ -43,6 +43,19 @@ class Collocation:
         Relative error of depth at which bisection stops.
 
     Source: pseudospectral collocation of the monodromy operator; Butcher, Bobrenkov, J. Vib. Control 17 (2011) 1873.
+
+    Examples
+    --------
+    A cut of no depth leaves the multipliers of the free structure, exp(-z w T) in size:
+
+    >>> import numpy as np
+    >>> from toolpoint.cutting import CuttingCoefficients, Engagement, Tool
+    >>> from toolpoint.vibration import Dof, Modes
+    >>> modes = Modes([922.0], [0.011], [[5.0]], [Dof("tool", "+x")])
+    >>> cut = MillingProblem(Tool(0.012, 2), Engagement.up(0.2), CuttingCoefficients(6e8, 2e8), modes, "tool:+x", "same")
+    >>> values = Collocation().multipliers(cut, 9000.0, 1e-12)
+    >>> bool(abs(abs(values[0]) - np.exp(-0.011 * 2 * np.pi * 922 * float(cut.tooth_period(9000.0)))) < 1e-6)
+    True
     """
 
     name: ClassVar[str] = "collocation"

@@ -38,6 +38,11 @@ class SemiDiscretization:
         Depths searched before bisection, and where bisection stops.
 
     Source: Insperger, Stepan, Semi-Discretization for Time-Delay Systems, Springer 2011, sections 3 and 5.
+
+    Examples
+    --------
+    >>> str(SemiDiscretization(order=0, intervals=80))
+    'SemiDiscretization(order=0, intervals=80)'
     """
 
     name: ClassVar[str] = "semi-discretization"
@@ -100,6 +105,11 @@ class FullDiscretization:
         Depths searched before bisection, and where bisection stops.
 
     Source: Ding, Zhu, Zhang, Ding, Int. J. Machine Tools Manufacture 50 (2010) 502-509.
+
+    Examples
+    --------
+    >>> str(FullDiscretization(intervals=80))
+    'FullDiscretization(intervals=80)'
     """
 
     name: ClassVar[str] = "full-discretization"

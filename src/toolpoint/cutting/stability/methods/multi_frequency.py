@@ -35,6 +35,11 @@ class MultiFrequency:
 
     Source: Budak, Altintas, J. Dynamic Systems Measurement Control 120 (1998) 22; Merdol, Altintas, J. Manufacturing
     Science Engineering 126 (2004) 459.
+
+    Examples
+    --------
+    >>> str(MultiFrequency(harmonics=4))
+    'MultiFrequency(harmonics=4)'
     """
 
     name: ClassVar[str] = "multi-frequency"

@@ -31,6 +31,11 @@ def least_width(modal_stiffness: float, damping_ratio: float, cutting_stiffness:
 
     Source: Tlusty, Machine Dynamics, in Handbook of High-Speed Machining Technology, 1985; process damping as in
     Tyler, Schmitz, Int. J. Machine Tools Manufacture 60 (2012) 39.
+
+    Examples
+    --------
+    >>> round(1e3 * least_width(modal_stiffness=2e7, damping_ratio=0.03, cutting_stiffness=1e9), 6)  # mm
+    1.236
     """
     k, z = positive("modal_stiffness", modal_stiffness), positive("damping_ratio", damping_ratio, 1.0)
     kf = positive("cutting_stiffness", cutting_stiffness)

@@ -50,6 +50,11 @@ class PanelArnoldi:
 
     Source: Butcher, Bobrenkov, J. Vib. Control 17 (2011) 1873 for collocation of the monodromy operator; Engin, Altintas,
     Int. J. Machine Tools Manufacture 41 (2001) 2195 for general end mills.
+
+    Examples
+    --------
+    >>> PanelArnoldi(first_only=True).nodes
+    4
     """
 
     name: ClassVar[str] = "panel"
