@@ -11,8 +11,8 @@ import house_text  # noqa: E402
 
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
 ROOMS_REREAD = (
-    "bodies", "cutting", "drives", "joints", "kinematics", "modal_identification", "signals", "spatial", "substructuring",
-    "updating", "vibration",
+    "bodies", "cutting", "drives", "joint_identification", "joints", "kinematics", "modal_identification", "signals",
+    "spatial", "substructuring", "updating", "vibration",
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import Criterion, identify_joints
-from toolpoint.joint_identification.joints.chain import pair
+from toolpoint.joint_identification.joints.chain import relative_motion_of
 from toolpoint.joint_identification.joints.joint_fit import candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.motion.measured import component
 from toolpoint.joint_identification.motion.motion_errors import column_correlation
@@ -119,7 +119,7 @@ def test_a_motion_below_the_floor_widens_the_interval_only_where_it_is_there(mod
     modes = p1.noisy(case.truth, 1e-5, rng)
     parts = {name: component(name, modes, case.points, labels=wanted) for name, wanted in case.components.items()}
     motions = {name: rigid_motion(part) for name, part in parts.items()}
-    found = pair("base", "column", parts, motions=motions)
+    found = relative_motion_of("base", "column", parts, motions=motions)
     local = rng.normal(size=found.twist.shape) * np.array([1, 1, 1, 0, 0, 0])[:, None]
     found = replace(found, twist=found.twist + moved * found.motion * local)
     criterion = Criterion()

@@ -8,7 +8,7 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import identify_joints
-from toolpoint.joint_identification.machine.mode_pairs import with_crossings
+from toolpoint.joint_identification.machine.mode_pairs import exchange_crossings
 from toolpoint.joint_identification.modes.modal_scale import mean_scale, scale_deviations, scale_root
 
 pytestmark = pytest.mark.filterwarnings("ignore::toolpoint._check.ToolpointWarning")
@@ -127,11 +127,11 @@ def test_a_negative_calibration_is_refused(case, modes):
 def test_modes_that_must_cross_change_partners_side_by_side():
     partner = np.array([1, 0, 2])
     measured = np.array([13.4, 16.1, 23.4])
-    assert list(with_crossings(partner, np.array([16.08, 16.08, 23.4]), measured)) == [0, 1, 2]
-    assert list(with_crossings(partner, np.array([15.0, 16.1, 23.4]), measured)) == [1, 0, 2]
-    assert list(with_crossings(np.array([0, 1, 2]), np.array([16.08, 16.08, 23.4]), measured)) == [0, 1, 2]
+    assert list(exchange_crossings(partner, np.array([16.08, 16.08, 23.4]), measured)) == [0, 1, 2]
+    assert list(exchange_crossings(partner, np.array([15.0, 16.1, 23.4]), measured)) == [1, 0, 2]
+    assert list(exchange_crossings(np.array([0, 1, 2]), np.array([16.08, 16.08, 23.4]), measured)) == [0, 1, 2]
     # Modes that were measured as close as these may be in either order.
-    assert list(with_crossings(partner, np.array([16.08, 16.08, 23.4]), np.array([16.07, 16.1, 23.4]))) == [1, 0, 2]
+    assert list(exchange_crossings(partner, np.array([16.08, 16.08, 23.4]), np.array([16.07, 16.1, 23.4]))) == [1, 0, 2]
 
 
 @pytest.mark.slow

@@ -72,6 +72,6 @@ def test_data_are_set_right_by_the_poles_of_a_machine_and_stay_open_for_what_is_
         off = [np.linalg.norm(v - shape[:, r] * np.vdot(shape[:, r], v) / np.vdot(shape[:, r], shape[:, r]))
                for v in (measured[:, r], right[:, r])]
         assert off[1] < 0.1 * off[0]
-    assert data.shares.shape == (72, 4) and (data.unsure[2] == 0).all()
+    assert data.shares.shape == (72, 4) and (data.mixing_deviation[2] == 0).all()
     size = np.linalg.norm(data.shares[:, 0])
-    assert size == pytest.approx(data.unsure[0, 1] * np.linalg.norm(measured[:, 1]))
+    assert size == pytest.approx(data.mixing_deviation[0, 1] * np.linalg.norm(measured[:, 1]))

@@ -32,7 +32,7 @@ def test_the_covariance_of_all_twists_is_that_of_their_errors(is_known, least, m
         placed = place_points(part, 0.01)
         motion = with_placed_errors(placed, placed.motion, np.eye(6))
         error = (motion.twist - twist).T.ravel()
-        scores.append(error @ np.linalg.solve(motion.whole.reshape(36, 36), error) / 36)
+        scores.append(error @ np.linalg.solve(motion.full_covariance.reshape(36, 36), error) / 36)
     assert least < np.mean(scores) < most
 
 

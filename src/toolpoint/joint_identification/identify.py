@@ -1,4 +1,4 @@
-"""From mode shapes to joints: rigid motions, relative motions, joints, and what speaks against them."""
+"""Joints from mode shapes: rigid motions, relative motions, joints, and the doubts about them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, f
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
-from toolpoint.joint_identification.joints.chain import better_order, pair, parents
+from toolpoint.joint_identification.joints.chain import better_order, parents, relative_motion_of
 from toolpoint.joint_identification.joints.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
@@ -41,8 +41,8 @@ from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
 _REAL_SHAPES = "damping: a loss factor a joint is assumed; real shapes cannot tell what losses couple between modes"
-# Share of a component's points that may be left out because they move otherwise, and the points that must stay.
-_FEW_STRANGERS, _LEAST_POINTS = 0.2, 6
+# Fraction of a component's points that may be left out because they do not move with it, and the points that must remain.
+_MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
 
 
 class MotionMethod(Protocol):
@@ -64,7 +64,7 @@ class JointIdentification(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the numbers rest on."""
+        """Assumptions of the stiffnesses and losses."""
         if self.machine is None:
             return ()
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
@@ -85,12 +85,12 @@ class JointIdentification(NotebookText):
 
     @property
     def certain(self) -> bool:
-        """Whether nothing speaks against any joint."""
+        """Whether there is no doubt about any joint."""
         return not self.doubts and all(joint.certain for joint in self.joints)
 
     @property
     def status(self) -> str:
-        """What the result is worth."""
+        """Summary: established, or the doubtful joints and why."""
         if self.certain:
             return f"{len(self.joints)} joints established"
         weak = [joint.child for joint in self.joints if not joint.certain]
@@ -118,8 +118,7 @@ def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
     *, chain: Sequence[str] | Mapping[str, str], method: MotionMethod | None = None, criterion: Criterion | None = None,
     masses: Mapping[str, ComponentMass] | None = None, coordinate_deviation: float = 0.0,
-    calibration_deviation: float | None = None,
-) -> JointIdentification:
+    calibration_deviation: float | None = None) -> JointIdentification:
     """Return the joints of a machine from its measured mode shapes, with nobody choosing.
 
     Every component's rigid motion is fitted in every mode, the motion relative to the component before it is formed, and
@@ -161,56 +160,56 @@ def identify_joints(
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     if calibration_deviation is not None:
         nonnegative("calibration_deviation", floats("calibration_deviation", calibration_deviation))
-    turned = _turned(modes)
-    real = replace(turned, shape=turned.shape.real, shape_variance=_half(turned))
+    aligned = _align_phase(modes)
+    real = replace(aligned, shape=aligned.shape.real, shape_variance=_real_variance(aligned))
     parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
-    independent, general_doubts = _independent(modes, parts)
-    strange = {name: strangers(part) for name, part in parts.items()}
-    components = _without_strangers(components, strange)
-    flexible = _flaws(motions, strange, components, count=modes.count, criterion=criterion)
+    independent, general_doubts = _count_independent(modes, parts)
+    strangers_of = {name: strangers(part) for name, part in parts.items()}
+    components = _drop_strangers(components, strangers_of)
+    flexible = _flaws(motions, strangers_of, components, count=modes.count, criterion=criterion)
     if any(len(part.points) > len(components[name]) for name, part in parts.items()):
         parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation,
                                                 criterion=criterion)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
-    relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
+    relatives = tuple(relative_motion_of(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints = []
     for motion in relatives:
         choices = candidates(stack_twists(motion, criterion), criterion)
         choices[0] = settle_floor(motion, criterion, choices[0])
-        joints.append(estimate_joint(motion, choices, _doubts(motion, choices, independent, flexible)))
+        joints.append(estimate_joint(motion, choices, _joint_doubts(motion, choices, independent, flexible)))
     doubts = [*order_doubts, *general_doubts]
-    whole = None
+    machine = None
     if masses is not None:
         _check_masses(parts, joints, masses)
-        if np.iscomplexobj(turned.shape):
-            parts, motions, place_doubts = _motions(turned, points, components, method=method, deviation=deviation,
+        if np.iscomplexobj(aligned.shape):
+            parts, motions, place_doubts = _motions(aligned, points, components, method=method, deviation=deviation,
                                                     criterion=criterion)
         try:
-            fitted = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
+            fitted = whole_machine(aligned, parts, motions, joints=joints, relatives=relatives, masses=masses,
                                    scale=scale_deviations(modes), calibration=calibration_deviation,
-                                   mixing=_turned_mixing(modes))
-            whole = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
-                                                         kept=fitted.modes, criterion=criterion))
+                                   mixing=_aligned_mixing(modes))
+            machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
+                                                           kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
                                 "doubts"))
-    return _judged(JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), whole), modes)
+    return _refine_joints(JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine), modes)
 
 
-def _judged(result: JointIdentification, modes: Modes) -> JointIdentification:
+def _refine_joints(result: JointIdentification, modes: Modes) -> JointIdentification:
     """Return the result with joints refined by the whole machine and the doubts of that fit; it warns where any is left."""
-    whole = result.machine
-    if whole is not None:
-        unfit = [doubt for doubt in (question_fit(whole, modes.frequency),) if doubt is not None]
-        refined = [refine_joint(joint, whole) for joint in result.joints]
-        result = replace(result, joints=tuple(replace(joint, doubts=(*unfit, *joint.doubts)) for joint in refined),
-                         doubts=(*result.doubts, *fit_doubts(whole.fit, whole, modes.frequency)))
+    machine = result.machine
+    if machine is not None:
+        fit_doubt = [doubt for doubt in (question_fit(machine, modes.frequency),) if doubt is not None]
+        refined = [refine_joint(joint, machine) for joint in result.joints]
+        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *joint.doubts)) for joint in refined),
+                         doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
     return result
 
 
-def _turned(modes: Modes) -> Modes:
+def _align_phase(modes: Modes) -> Modes:
     """Return complex shapes turned to where their real parts are largest; real ones as they are."""
     if not np.iscomplexobj(modes.shape):
         return modes
@@ -219,8 +218,8 @@ def _turned(modes: Modes) -> Modes:
                    lower_residual=None, upper_residual=None)
 
 
-def _turned_mixing(modes: Modes) -> ComplexArray | None:
-    """Return the mixing of shapes as `_turned` turns them."""
+def _aligned_mixing(modes: Modes) -> ComplexArray | None:
+    """Return the mixing of shapes as `_align_phase` turns them."""
     mixing = shape_mixing(modes)
     if mixing is None:
         return None
@@ -228,9 +227,10 @@ def _turned_mixing(modes: Modes) -> ComplexArray | None:
     return np.asarray(mixing * phase[:, None] / phase)
 
 
-def _half(modes: Modes) -> FloatArray | None:
-    known = modes.shape_variance
-    return known if known is None or not np.iscomplexobj(modes.shape) else known / 2
+def _real_variance(modes: Modes) -> FloatArray | None:
+    """Return the variance of one real column: half of that of a complex shape."""
+    variance = modes.shape_variance
+    return variance if variance is None or not np.iscomplexobj(modes.shape) else variance / 2
 
 
 def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
@@ -242,11 +242,11 @@ def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mappin
     judged fairly; the motions are those of the points where all modes together place them.
     """
     stated = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
-    parts = {name: _with_coordinates(part, deviation) for name, part in stated.items()}
+    parts = {name: _add_coordinate_variance(part, deviation) for name, part in stated.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
     doubts: list[Doubt] = []
     if deviation > 0:
-        motions, doubts = _placed_motions(stated, motions, method, deviation)
+        motions, doubts = _place_motions(stated, motions, method, deviation)
     else:
         motions = with_common_noise(parts, motions)
         correlation = column_correlation(parts, motions)
@@ -257,7 +257,7 @@ def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mappin
     return parts, bent, doubts
 
 
-def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float
+def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float
                     ) -> tuple[dict[str, RigidMotion], list[Doubt]]:
     """Return the motions of the components with their points placed; how rigid they are stays as it was judged."""
     placed = {name: place_points(part, deviation) for name, part in stated.items()}
@@ -266,9 +266,9 @@ def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidM
     correlation = column_correlation(parts, motions)
     result = {}
     for name, part in placed.items():
-        motion, twist, old = with_placed_errors(part, motions[name], correlation), _twists(method, part.part), judged[name]
-        result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=old.bending,
-                               bending_p=old.bending_p, residual=old.residual)
+        motion, twist, first = with_placed_errors(part, motions[name], correlation), _twists(method, part.part), judged[name]
+        result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=first.bending,
+                               bending_p=first.bending_p, residual=first.residual)
     return result, [
         Doubt(f"points of {name}", f"the motions place them {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they "
               f"are stated, {1e3 * deviation:.3g} mm were told: intervals take the former", "check them, and whether it bends",
@@ -277,31 +277,34 @@ def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidM
 
 
 def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:
-    missing = [name for name in parts if name not in masses]
-    if missing:
-        fail("masses", f"none for {missing}", "must be given for every component")
+    """Refuse masses that are not given for every component, and a chain without ground."""
+    without_mass = [name for name in parts if name not in masses]
+    if without_mass:
+        fail("masses", f"none for {without_mass}", "must be given for every component")
     if all(joint.parent != "ground" for joint in joints):
         fail("chain", "without ground", "must start at ground for a stiffness", remedy="start the chain with 'ground'")
 
 
-def _with_coordinates(part: Component, deviation: float) -> Component:
+def _add_coordinate_variance(part: Component, deviation: float) -> Component:
     """Return the component with the variance that wrong coordinates bring added to that of the shapes."""
     if deviation == 0:
         return part
-    first = rigid_motion(part)
-    more = coordinate_variance(part, first.twist, deviation)
+    motion = rigid_motion(part)
+    added = coordinate_variance(part, motion.twist, deviation)
     if part.variance is not None:
-        return replace(part, variance=part.variance + more)
+        return replace(part, variance=part.variance + added)
     # Noise of unknown size: what the rigid motion leaves, less the coordinates' mean share, at least a hundredth of it.
-    left = first.variance.mean(axis=0)
-    return replace(part, variance=np.maximum(left - more.mean(axis=0), 0.01 * left) + more)
+    noise = motion.variance.mean(axis=0)
+    return replace(part, variance=np.maximum(noise - added.mean(axis=0), 0.01 * noise) + added)
 
 
 def _twists(method: MotionMethod, part: Component) -> FloatArray | None:
+    """Return the twists of a method; None for the default, which the motion computes itself."""
     return None if isinstance(method, SmallMotion) else method.twists(part)
 
 
 def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
+    """Refuse a point in two components."""
     owner: dict[Point, str] = {}
     for name, labels in components.items():
         for point in labels:
@@ -309,37 +312,37 @@ def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
                 fail(f"components[{name!r}]", f"point {point!r} is also in {owner[point]!r}", "must be in one component only")
 
 
-def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[Doubt]]:
+def _count_independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[Doubt]]:
     """Return the number of modes that are not repeats of others, and the doubts; refuse a mode that is there twice."""
     rows = np.concatenate([part.values for part in parts.values()])
     shape = rows[:, :modes.count]
     if (np.abs(shape).max(axis=0) == 0).any():
         fail("modes", f"mode {int(np.argmin(np.abs(shape).max(axis=0))) + 1} is zero at all points", "must move somewhere")
-    alike, doubts, repeated = mac(shape, shape), list[Doubt](), set()
+    correlation, doubts, repeated = mac(shape, shape), list[Doubt](), set()
     for i in range(modes.count):
         for j in range(i):
-            if alike[i, j] < 0.99:
+            if correlation[i, j] < 0.99:
                 continue
-            near = abs(modes.frequency[i] - modes.frequency[j]) <= 0.005 * max(modes.frequency[i], modes.frequency[j])
-            which = f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz)"
-            same = f"have the same shape (MAC {alike[i, j]:.4f})"
-            if near or alike[i, j] > 1 - 1e-9:
-                fail("modes", f"{which} {same}", "every mode must be given once", remedy="leave one out with modes.selected")
+            is_near = abs(modes.frequency[i] - modes.frequency[j]) <= 0.005 * max(modes.frequency[i], modes.frequency[j])
+            both = f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz)"
+            words = f"have the same shape (MAC {correlation[i, j]:.4f})"
+            if is_near or correlation[i, j] > 1 - 1e-9:
+                fail("modes", f"{both} {words}", "every mode must be given once", remedy="leave one out with modes.selected")
             repeated.add(i)
-            doubts.append(Doubt(which, f"{same}: they tell one motion only", figure=float(alike[i, j])))
+            doubts.append(Doubt(both, f"{words}: they tell one motion only", figure=float(correlation[i, j])))
     if modes.count - len(repeated) < 2:
         doubts.append(Doubt("one mode only", "the axes are those of this mode, not yet joints", "give more modes"))
     return modes.count - len(repeated), doubts
 
 
-def _without_strangers(components: Mapping[str, Sequence[Point]], strange: Mapping[str, Sequence[Point]]
+def _drop_strangers(components: Mapping[str, Sequence[Point]], strange: Mapping[str, Sequence[Point]]
                        ) -> dict[str, Sequence[Point]]:
     """Return the components without points that move otherwise, where these are few and enough others stay."""
     result: dict[str, Sequence[Point]] = {}
     for name, labels in components.items():
         kept = [point for point in labels if point not in strange[name]]
-        few = len(labels) - len(kept) <= _FEW_STRANGERS * len(labels) and len(kept) >= _LEAST_POINTS
-        result[name] = kept if few else labels
+        can_drop = len(labels) - len(kept) <= _MAX_STRANGER_FRACTION * len(labels) and len(kept) >= _MIN_COMPONENT_POINTS
+        result[name] = kept if can_drop else labels
     return result
 
 
@@ -352,22 +355,24 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
         bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
         # Points of another component look like bending; a name is the better hint.
         if strange[name]:
-            left = "" if set(strange[name]) & set(kept[name]) else " (left out of the fit)"
+            remark = "" if set(strange[name]) & set(kept[name]) else " (left out of the fit)"
             bending = ", or whether it bends" if bends.any() else ""
-            result[name] = Doubt(f"points {list(strange[name])[:8]}", f"do not move with {name}{left}", "check their "
+            result[name] = Doubt(f"points {list(strange[name])[:8]}", f"do not move with {name}{remark}", "check their "
                                  f"component, position, directions and channels{bending}")
         elif bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
-            most = float(motion.bending[bends].max())
-            result[name] = Doubt(name, f"bends in mode {', '.join(map(str, which))} (up to {100 * most:.2g} % of its motion)",
-                                 "divide it, leave these modes out, or describe it as elastic in the machine file", figure=most)
+            peak = float(motion.bending[bends].max())
+            result[name] = Doubt(name, f"bends in mode {', '.join(map(str, which))} (up to {100 * peak:.2g} % of its motion)",
+                                 "divide it, leave these modes out, or describe it as elastic in the machine file", figure=peak)
         elif np.isnan(motion.bending_p).any():
             result[name] = Doubt(name, "has too few points to tell whether it bends", "add points, or give the shapes' "
                                  "variance")
     return result
 
 
-def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:
+def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], independent: int,
+                  flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:
+    """Return the doubts about one joint: its components, the number of modes, and other kinds."""
     fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
     if 0 < fit.chart.freedoms < 6 and fit.chart.freedoms >= independent:
@@ -387,9 +392,9 @@ def _best_tree(tree: Mapping[str, str], parts: Mapping[str, Component], motions:
     """Return the given tree, or another that needs fewer freedoms, with the words for it."""
     if len(tree) < 2:
         return dict(tree), []
-    given, fewest, links = better_order(tree, parts, motions, criterion=criterion)
-    if given <= fewest:
+    stated, lower, links = better_order(tree, parts, motions, criterion=criterion)
+    if stated <= lower:
         return dict(tree), []
     order = ", ".join(f"{parent} - {child}" for child, parent in links)
-    return dict(links), [Doubt("chain", f"as told it needs {given} freedoms, {order} only {fewest}: the joints are those of "
+    return dict(links), [Doubt("chain", f"as told it needs {stated} freedoms, {order} only {lower}: the joints are those of "
                                "the latter", "check the order of the chain")]

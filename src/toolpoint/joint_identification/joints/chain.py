@@ -1,4 +1,4 @@
-"""The chain of components: its reading, its relative motions, and whether another order would need fewer freedoms."""
+"""The chain of components: its reading, its relative motions, and another order with fewer freedoms."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 
 GROUND = "ground"
-# Less than one freedom, so that it only decides between trees that need equally many.
-_PREFERRED = 0.01
+_GIVEN_LINK_BONUS = 0.01  # freedoms: less than one, so that it only decides between trees that need equally many
 
 
 def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str]) -> dict[str, str]:
@@ -24,8 +23,8 @@ def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str])
 
     `chain` is a sequence from the ground (or from the first component) outwards, or a map from child to parent.
     """
-    given = dict(chain) if isinstance(chain, Mapping) else dict(zip(chain[1:], chain[:-1], strict=True))
-    names = list(dict.fromkeys([*given.values(), *given])) if isinstance(chain, Mapping) else list(chain)
+    parent_of = dict(chain) if isinstance(chain, Mapping) else dict(zip(chain[1:], chain[:-1], strict=True))
+    names = list(dict.fromkeys([*parent_of.values(), *parent_of])) if isinstance(chain, Mapping) else list(chain)
     if GROUND in components:
         fail("components", f"a component named {GROUND!r}", "that name is kept for what stands still")
     unknown = [name for name in names if name not in components and name != GROUND]
@@ -33,30 +32,32 @@ def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str])
         fail("chain", f"{unknown}", f"must be {GROUND!r} or one of {', '.join(components)}")
     if len(set(names)) != len(names):
         fail("chain", "a component appears twice", "each must appear once")
-    left = [name for name in components if name not in names]
-    if left:
-        fail("chain", f"without {left}", "must hold every component", remedy="leave its points out or give its place")
-    if GROUND in given or not given:
+    left_out = [name for name in components if name not in names]
+    if left_out:
+        fail("chain", f"without {left_out}", "must hold every component", remedy="leave its points out or give its place")
+    if GROUND in parent_of or not parent_of:
         fail("chain", f"{chain!r}", f"must start at {GROUND!r} or a component and name at least one joint")
-    _check_tree(given)
-    return given
+    _check_tree(parent_of)
+    return parent_of
 
 
-def _check_tree(given: Mapping[str, str]) -> None:
-    roots = {name for name in given.values() if name not in given}
+def _check_tree(parent_of: Mapping[str, str]) -> None:
+    """Refuse several roots, and loops."""
+    roots = {name for name in parent_of.values() if name not in parent_of}
     if len(roots) != 1:
         fail("chain", f"{len(roots)} starting points {sorted(roots)}", "must have exactly one",
              remedy="closed chains cannot be told")
-    for child in given:
-        seen, at = {child}, given[child]
-        while at in given:
-            if at in seen:
-                fail("chain", f"a loop through {at!r}", "must be a tree")
-            seen.add(at)
-            at = given[at]
+    for child in parent_of:
+        visited, ancestor = {child}, parent_of[child]
+        while ancestor in parent_of:
+            if ancestor in visited:
+                fail("chain", f"a loop through {ancestor!r}", "must be a tree")
+            visited.add(ancestor)
+            ancestor = parent_of[ancestor]
 
 
-def pair(parent: str, child: str, parts: Mapping[str, Component], *, motions: Mapping[str, RigidMotion]) -> RelativeMotion:
+def relative_motion_of(parent: str, child: str, parts: Mapping[str, Component], *,
+                       motions: Mapping[str, RigidMotion]) -> RelativeMotion:
     """Return the motion of a component relative to another, or to the ground."""
     component = parts[child]
     if parent == GROUND:
@@ -67,36 +68,36 @@ def pair(parent: str, child: str, parts: Mapping[str, Component], *, motions: Ma
 
 
 def better_order(
-    given: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, criterion: Criterion,
+    parent_of: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, criterion: Criterion,
 ) -> tuple[int, int, list[tuple[str, str]]]:
     """Return (freedoms of the given tree, fewest freedoms of any tree, (child, parent) of the joints of that tree).
 
     The tree with the fewest freedoms in all is the minimum spanning tree of the freedoms between all pairs.
     """
-    names = [*([GROUND] if GROUND in given.values() else []), *parts]
+    names = [*([GROUND] if GROUND in parent_of.values() else []), *parts]
     cost = np.zeros((len(names), len(names)))
     for i, j in combinations(range(len(names)), 2):
-        motion = pair(names[i], names[j], parts, motions=motions)
+        motion = relative_motion_of(names[i], names[j], parts, motions=motions)
         # One is added because the tree search reads zero as no link.
         cost[i, j] = freedoms(stack_twists(motion, criterion), criterion) + 1
-    places = {name: i for i, name in enumerate(names)}
-    total = sum(cost[tuple(sorted((places[a], places[b])))] - 1 for a, b in given.items())
+    index = {name: i for i, name in enumerate(names)}
+    total = sum(cost[tuple(sorted((index[a], index[b])))] - 1 for a, b in parent_of.items())
     # Of trees with equally few freedoms the one that shares most joints with the given one.
-    for child, parent in given.items():
-        at = tuple(sorted((places[child], places[parent])))
-        cost[at] -= _PREFERRED
+    for child, parent in parent_of.items():
+        link = tuple(sorted((index[child], index[parent])))
+        cost[link] -= _GIVEN_LINK_BONUS
     best = minimum_spanning_tree(cost).tocoo()
     links = [(names[i], names[j]) for i, j in zip(best.row, best.col, strict=True)]
-    fewest = sum(round(float(value) + _PREFERRED / 2) - 1 for value in best.data)
-    return int(total), int(fewest), _rooted(links, names[0])
+    min_freedoms = sum(round(float(value) + _GIVEN_LINK_BONUS / 2) - 1 for value in best.data)
+    return int(total), int(min_freedoms), _root_tree(links, names[0])
 
 
-def _rooted(links: Sequence[tuple[str, str]], root: str) -> list[tuple[str, str]]:
+def _root_tree(links: Sequence[tuple[str, str]], root: str) -> list[tuple[str, str]]:
     """Return (child, parent) pairs of a tree of undirected links, from its root outwards."""
-    left, placed, result = list(links), [root], []
-    while left:
-        a, b = next((a, b) for a, b in left if (a in placed) != (b in placed))
-        left.remove((a, b))
+    links_left, placed, result = list(links), [root], []
+    while links_left:
+        a, b = next((a, b) for a, b in links_left if (a in placed) != (b in placed))
+        links_left.remove((a, b))
         child, parent = (b, a) if a in placed else (a, b)
         placed.append(child)
         result.append((child, parent))

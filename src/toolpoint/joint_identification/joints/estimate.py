@@ -19,7 +19,7 @@ from toolpoint.joint_identification.motion.measured import about
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.spatial import transform as tf
 
-Z95 = 1.959964
+NORMAL_QUANTILE_95 = 1.959964  # half width of the 95 % interval over the standard deviation
 _UNITS = {**dict.fromkeys(("x", "y", "z"), "N/m"), **dict.fromkeys(("rx", "ry", "rz"), "N m/rad")}
 
 
@@ -61,11 +61,11 @@ class JointEstimate(NotebookText):
     relaxation, relaxation_deviation : float
         Viscous damping over stiffness, s; zero where the data ask for none.
     probability : float
-        Of a misfit so large by noise alone.
+        p-value of the misfit.
     alternatives : tuple of str
         Other kinds with as many freedoms that the data do not refuse.
     doubts : tuple of str
-        Why this may not be so; empty for a joint that the data establish.
+        Reasons against the estimate; empty for a joint that the data establish.
     """
 
     parent: str
@@ -105,18 +105,18 @@ class JointEstimate(NotebookText):
     @property
     def position_interval(self) -> FloatArray:
         """Half width of the 95 % interval of each coordinate of the position, m."""
-        return Z95 * np.sqrt(np.clip(np.diag(self.position_covariance), 0, None))
+        return NORMAL_QUANTILE_95 * np.sqrt(np.clip(np.diag(self.position_covariance), 0, None))
 
     @property
     def position_text(self) -> str:
         """The position in mm with its 95 % half widths; ``free`` where the kind leaves a coordinate open."""
         words = []
-        for k, (value, half) in enumerate(zip(1e3 * self.position, 1e3 * self.position_interval, strict=True)):
+        for k, (value, half_width) in enumerate(zip(1e3 * self.position, 1e3 * self.position_interval, strict=True)):
             if np.linalg.norm(self.undetermined[:, k]) > 0.9:
                 words.append(f"{value:.0f} (free)")
             else:
-                decimals = 1 if half <= 0 else int(min(max(1 - np.floor(np.log10(half)), 0), 4))
-                words.append(f"{value:.{decimals}f} ± {half:.{decimals}f}")
+                decimals = 1 if half_width <= 0 else int(min(max(1 - np.floor(np.log10(half_width)), 0), 4))
+                words.append(f"{value:.{decimals}f} ± {half_width:.{decimals}f}")
         return ", ".join(words)
 
     @property
@@ -127,30 +127,30 @@ class JointEstimate(NotebookText):
     @property
     def stiffness_interval(self) -> FloatArray | None:
         """Half width of the 95 % interval of each stiffness."""
-        return None if self.stiffness_deviation is None else Z95 * self.stiffness_deviation
+        return None if self.stiffness_deviation is None else NORMAL_QUANTILE_95 * self.stiffness_deviation
 
     @property
     def certain(self) -> bool:
-        """Whether nothing speaks against the joint."""
+        """Whether there is no doubt about the joint."""
         return not self.doubts
 
     @property
     def status(self) -> str:
-        """What the estimate is worth, and what to do about it."""
+        """Summary: established, or the doubts."""
         return "established" if self.certain else "doubtful: " + "; ".join(self.doubts)
 
     @property
     def pitches(self) -> FloatArray:
         """Pitch of every free twist, m/rad: 0 for a rotation, infinite for a translation, shape (f,)."""
         v, w = self.screws[:3], self.screws[3:]
-        turn = (w**2).sum(axis=0)
+        rotation_square = (w**2).sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            pitch = (v * w).sum(axis=0) / turn
-        return np.where(turn > 1e-18 * np.maximum((v**2).sum(axis=0), 1e-300), pitch, np.inf)
+            pitch = (v * w).sum(axis=0) / rotation_square
+        return np.where(rotation_square > 1e-18 * np.maximum((v**2).sum(axis=0), 1e-300), pitch, np.inf)
 
     @property
     def free_text(self) -> str:
-        """What is free: directions with the frame where it lies askew, or screws with their axes and pitches."""
+        """Free directions with the frame where it is oblique, or screws with their axes and pitches."""
         if not self.freedoms and self.screws.shape[1]:
             parts = []
             for (v, w), pitch in zip(((s[:3], s[3:]) for s in self.screws.T), self.pitches, strict=True):
@@ -172,9 +172,9 @@ class JointEstimate(NotebookText):
             return ""
         parts = []
         if self.loss_factor_deviation or not self.relaxation:
-            parts.append(with_uncertainty(100 * self.loss_factor, 100 * Z95 * self.loss_factor_deviation, "%"))
+            parts.append(with_uncertainty(100 * self.loss_factor, 100 * NORMAL_QUANTILE_95 * self.loss_factor_deviation, "%"))
         if self.relaxation:
-            parts.append(with_uncertainty(1e6 * self.relaxation, 1e6 * Z95 * self.relaxation_deviation, "µs"))
+            parts.append(with_uncertainty(1e6 * self.relaxation, 1e6 * NORMAL_QUANTILE_95 * self.relaxation_deviation, "µs"))
         return ", ".join(parts)
 
     @property
@@ -185,7 +185,8 @@ class JointEstimate(NotebookText):
             values = zip(names, self.stiffness, self.stiffness_interval, strict=True)
         elif self.stiffness_matrix is not None and self.stiffness_matrix_deviation is not None:
             names = self.freedoms or tuple(f"s{i + 1}" for i in range(len(self.stiffness_matrix)))
-            values = zip(names, np.diag(self.stiffness_matrix), Z95 * np.diag(self.stiffness_matrix_deviation), strict=True)
+            values = zip(names, np.diag(self.stiffness_matrix), NORMAL_QUANTILE_95 * np.diag(self.stiffness_matrix_deviation),
+                         strict=True)
         else:
             return ""
         return ", ".join(f"{name} {with_uncertainty(k, half, _UNITS.get(name, ''))}" for name, k, half in values)
@@ -209,38 +210,39 @@ class JointEstimate(NotebookText):
             result |= {"stiffness_matrix": self.stiffness_matrix.tolist(),
                        "stiffness_matrix_deviation": self.stiffness_matrix_deviation.tolist()}
         if self.loss_factor is not None:
-            result |= {"loss_factor": self.loss_factor, "loss_factor_interval": Z95 * self.loss_factor_deviation,
-                       "relaxation_s": self.relaxation, "relaxation_interval_s": Z95 * self.relaxation_deviation}
+            result |= {"loss_factor": self.loss_factor, "loss_factor_interval": NORMAL_QUANTILE_95 * self.loss_factor_deviation,
+                       "relaxation_s": self.relaxation, "relaxation_interval_s": NORMAL_QUANTILE_95 * self.relaxation_deviation}
         return result
 
     def __repr__(self) -> str:
-        at = self.position_text
+        position = self.position_text
         free = ", ".join(self.freedoms) or f"{self.screws.shape[1]} screws"
-        return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {at} mm, {self.status})"
+        return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {position} mm, {self.status})"
 
 
 def estimate_joint(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[Doubt, ...]) -> JointEstimate:
     """Return the joint of the best fit in machine coordinates, with the uncertainty of its parameters carried over."""
     fit = fits[0]
-    place, spread = _placed(motion, fit)
-    frame, names, turn = joint_frame(place[:3, :3], fit.chart.ways)
+    place, spread = _frame_covariance(motion, fit)
+    frame, names, rotation = joint_frame(place[:3, :3], fit.chart.ways)
     axis = axis_of(place[:3, :3], fit.chart.ways, fit.kind)
-    turned = place[:3, :3] @ spread[3:, 3:] @ place[:3, :3].T
+    axis_covariance = place[:3, :3] @ spread[3:, 3:] @ place[:3, :3].T
     across = _skew(axis)
-    back = np.kron(np.eye(2), turn)
+    rotations = np.kron(np.eye(2), rotation)
     return JointEstimate(
         motion.parent, motion.child, fit.kind, place[:3, 3], place[:3, :3] @ spread[:3, :3] @ place[:3, :3].T,
         (place[:3, :3] @ idle_translations(fit.chart.ways, False)).T if _is_placed(fit) else np.zeros((0, 3)), axis,
-        across @ turned @ across.T,
+        across @ axis_covariance @ across.T,
         frame, names, free_twists(motion, fit, frame, names=names), fit.probability, tuple(other.kind for other in fits[1:]),
-        doubts=doubts, frame_covariance=back.T @ spread @ back)
+        doubts=doubts, frame_covariance=rotations.T @ spread @ rotations)
 
 
 def _is_placed(fit: JointFit) -> bool:
+    """Whether the fit determines a position."""
     return bool(fit.chart.ways) or fit.kind == "locked"
 
 
-def _placed(motion: RelativeMotion, fit: JointFit) -> tuple[FloatArray, FloatArray]:
+def _frame_covariance(motion: RelativeMotion, fit: JointFit) -> tuple[FloatArray, FloatArray]:
     """Return the joint's frame (4, 4) in the machine frame, m, and the covariance (6, 6) of its small motion in itself."""
     place = fit.chart.frame(fit.theta).copy()
     slope = np.zeros((6, len(fit.theta)))
@@ -275,35 +277,35 @@ def free_twists(motion: RelativeMotion, fit: JointFit, frame: FloatArray, *, nam
 
 
 def joint_frame(axes: FloatArray, ways: tuple[str, ...]) -> tuple[FloatArray, tuple[str, ...], FloatArray]:
-    """Return the frame (3, 3) nearest to the machine's with the same free directions, their names in it, and the turn to it.
+    """Return the frame (3, 3) nearest to the machine's with the same free directions, their names in it, and the rotation.
 
     The axes are renamed, and turned about directions that the motions leave open.
     """
     if not ways:
         return np.eye(3), (), axes.T
-    best, least = (axes, ways), -np.inf
-    for order in _renamings():
-        names = _renamed(ways, order)
-        turned = _turned_home(axes @ order, turning_axes(names))
-        if np.trace(turned) > least + 1e-9:
-            best, least = (turned, names), float(np.trace(turned))
+    best, largest_trace = (axes, ways), -np.inf
+    for order in _axis_renamings():
+        names = _rename_directions(ways, order)
+        aligned = _align_axes(axes @ order, turning_axes(names))
+        if np.trace(aligned) > largest_trace + 1e-9:
+            best, largest_trace = (aligned, names), float(np.trace(aligned))
     return best[0], best[1], axes.T @ best[0]
 
 
-def _renamings() -> list[FloatArray]:
+def _axis_renamings() -> list[FloatArray]:
     """Return the 24 rotations that turn axes into axes."""
     signed = [np.array(signs) * np.eye(3)[:, list(order)] for order in permutations(range(3))
               for signs in product((1.0, -1.0), repeat=3)]
     return [order for order in signed if np.linalg.det(order) > 0]
 
 
-def _renamed(ways: tuple[str, ...], order: FloatArray) -> tuple[str, ...]:
+def _rename_directions(ways: tuple[str, ...], order: FloatArray) -> tuple[str, ...]:
     """Return the directions in axes that are the columns of `order` in the old ones."""
     names = {way[:-1] + "xyz"[int(np.argmax(np.abs(order["xyz".index(way[-1])])))] for way in ways}
     return tuple(name for name in DIRECTIONS if name in names)
 
 
-def _turned_home(axes: FloatArray, free: FloatArray) -> FloatArray:
+def _align_axes(axes: FloatArray, free: FloatArray) -> FloatArray:
     """Return the axes turned about their free directions (3, n) so that they are nearest to the machine's."""
     if free.shape[1] == 3:
         return np.eye(3)
@@ -318,4 +320,5 @@ def _turned_home(axes: FloatArray, free: FloatArray) -> FloatArray:
 
 
 def _skew(v: FloatArray) -> FloatArray:
+    """Return the cross-product matrix."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])

@@ -1,4 +1,4 @@
-r"""Which kind of joint explains the relative twists of all modes: fit of every kind, F-test, the simplest that passes.
+r"""Kind of joint that explains the relative twists of all modes: fit of every kind, F-test, the simplest that passes.
 
 For a kind with free twists :math:`B(\theta)` and the relative twists t of all columns with covariance C,
 
@@ -30,20 +30,20 @@ from toolpoint.joint_identification.joints.kinds import FreedomChart, charts, ge
 from toolpoint.joint_identification.motion.measured import about
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 
-# A floor that only keeps the covariance of exact data regular, and the chance below which noise does not explain a misfit.
-_NO_FLOOR = 1e-8
-_UNLIKELY = 0.05
-_HALVINGS = 12
-# Differences of the information criterion that decide, and distances in lengths of the components.
-_VERY_STRONG = 10.0
-_NEAR, _FAR = 5.0, 50.0
+_REGULAR_FLOOR = 1e-8  # of the motion: keeps the covariance of exact data regular
+_MIN_NOISE_PROBABILITY = 0.05  # p-value below which noise alone does not explain a misfit
+_FLOOR_BISECTIONS = 12
+DECISIVE_INFORMATION = 10.0  # difference of the information criterion: very strong evidence
+_NEAR_DISTANCE, _INFINITE_DISTANCE = 5.0, 50.0  # lengths of the components: never, and always taken for a joint at infinity
+_SLOPE_STEP = 1e-6  # of the parameters
 # Steps of a fit; where its misfit over its degrees of freedom is hopeless, bursts of a few steps must each go on lowering it.
-_STEP, _FEW, _BURSTS, _MANY, _HOPELESS, _FASTER = 1e-6, 5, 6, 100, 100.0, 0.1
+_BURST_STEPS, _BURST_COUNT, _FINAL_STEPS = 5, 6, 100
+_HOPELESS_MISFIT, _MAX_BURST_RATIO = 100.0, 0.1  # misfit over its degrees of freedom; cost after a burst over that before
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """When a joint is what it is.
+    """Criterion by which kinds of joint are refused.
 
     Parameters
     ----------
@@ -96,76 +96,79 @@ class Stack:
 
 def stack_twists(motion: RelativeMotion, criterion: Criterion) -> Stack:
     """Return the relative twists about the pair's centre in displacement units, with the floor in their covariance."""
-    back = np.linalg.inv(about(motion.centre, motion.size))
-    local = (back @ motion.twist).T
-    whole = np.einsum("ia,rasb,jb->risj", back, motion.whole, back)
-    least = np.where(motion.motion > 0, motion.motion, motion.motion.max(initial=1e-300))
-    each = np.arange(len(local))
-    whole[each, :, each] += (criterion.floor * least[:, None, None]) ** 2 * np.eye(6)
-    flat = whole.reshape(6 * len(local), -1)
+    to_local = np.linalg.inv(about(motion.centre, motion.size))
+    local = (to_local @ motion.twist).T
+    covariance = np.einsum("ia,rasb,jb->risj", to_local, motion.full_covariance, to_local)
+    motion_scale = np.where(motion.motion > 0, motion.motion, motion.motion.max(initial=1e-300))
+    columns = np.arange(len(local))
+    covariance[columns, :, columns] += (criterion.floor * motion_scale[:, None, None]) ** 2 * np.eye(6)
+    flat = covariance.reshape(6 * len(local), -1)
     root = np.linalg.inv(np.linalg.cholesky((flat + flat.T) / 2))
-    return Stack(local, root, whole[each, :, each], motion.freedom)
+    return Stack(local, root, covariance[columns, :, columns], motion.freedom)
 
 
 def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
     """Return the kinds with the fewest freedoms that the data do not refuse, the simplest first."""
     for f in range(6):
-        whole = fit_kind(stack, general(_span(stack, f)))
-        if whole.probability >= criterion.significance:
-            return _kinds_of(stack, whole, criterion)
+        unrestricted = fit_kind(stack, general(_span(stack, f)))
+        if unrestricted.probability >= criterion.significance:
+            return _kinds_of(stack, unrestricted, criterion)
     return [fit_kind(stack, chart) for chart in charts(np.eye(6))]
 
 
-def _kinds_of(stack: Stack, whole: JointFit, criterion: Criterion) -> list[JointFit]:
+def _kinds_of(stack: Stack, unrestricted: JointFit, criterion: Criterion) -> list[JointFit]:
     """Return the kinds of as many freedoms as a general joint that passes, the best first; itself where none is left."""
-    fits = [fit_kind(stack, chart) for chart in charts(np.linalg.qr(whole.chart.basis(whole.theta))[0])]
-    passing = [fit for fit in [*fits, whole] if fit is whole or _is_open(fit, whole, criterion)]
-    passing.sort(key=lambda fit: (fit.chart.parameters, fit is whole, fit.chi2))
-    least = _information(passing[0], stack)
-    # What holds another kind as its special case, with more parameters, is no alternative to it.
-    return [passing[0], *(fit for fit in passing[1:] if _information(fit, stack) < least + _VERY_STRONG
+    fits = [fit_kind(stack, chart) for chart in charts(np.linalg.qr(unrestricted.chart.basis(unrestricted.theta))[0])]
+    passing = [fit for fit in [*fits, unrestricted] if fit is unrestricted or _is_open(fit, unrestricted, criterion)]
+    passing.sort(key=lambda fit: (fit.chart.parameters, fit is unrestricted, fit.chi2))
+    lowest = _information(passing[0], stack)
+    # A kind that contains another as its special case, with more parameters, is no alternative to it.
+    return [passing[0], *(fit for fit in passing[1:] if _information(fit, stack) < lowest + DECISIVE_INFORMATION
                           and fit.kind not in ("screw", "general"))]
 
 
-def _is_open(fit: JointFit, whole: JointFit, criterion: Criterion) -> bool:
-    more = whole.chart.parameters - fit.chart.parameters
-    worse = max(fit.chi2 - whole.chi2, 0.0) / max(whole.chi2 / max(whole.freedom, 1), 1.0)
+def _is_open(fit: JointFit, unrestricted: JointFit, criterion: Criterion) -> bool:
+    """Whether a kind is not refused: by its misfit, against the unrestricted subspace, or by lying at infinity."""
+    parameter_gain = unrestricted.chart.parameters - fit.chart.parameters
+    misfit_gain = max(fit.chi2 - unrestricted.chi2, 0.0) / max(unrestricted.chi2 / max(unrestricted.freedom, 1), 1.0)
     return (fit.probability >= criterion.significance and not _at_infinity(fit)
-            and (more <= 0 or float(stats.chi2.sf(worse, more)) >= criterion.significance))
+            and (parameter_gain <= 0 or float(stats.chi2.sf(misfit_gain, parameter_gain)) >= criterion.significance))
 
 
 def _information(fit: JointFit, stack: Stack) -> float:
+    """Return the Bayesian information criterion of a fit."""
     return float(fit.chi2 + fit.chart.parameters * np.log(stack.twists.size))
 
 
 def settle_floor(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> JointFit:
-    """Return the fit of the kind that was decided for, with no more of the floor than its misfit asks for."""
-    least, most = min(_NO_FLOOR, criterion.floor), criterion.floor
-    result = _with_floor(motion, least, fit)
-    if fit.freedom <= 0 or result.probability >= _UNLIKELY:
+    """Return the fit of the chosen kind, with as much of the floor as its misfit needs."""
+    floor_min, floor_max = min(_REGULAR_FLOOR, criterion.floor), criterion.floor
+    result = _with_floor(motion, floor_min, fit)
+    if fit.freedom <= 0 or result.probability >= _MIN_NOISE_PROBABILITY:
         # Without a degree of freedom nothing tells how much of the floor there is.
         return fit if fit.freedom <= 0 else result
-    for _ in range(_HALVINGS):
-        share = float(np.sqrt(least * most))
-        result = _with_floor(motion, share, fit)
-        least, most = (share, most) if result.chi2 > result.freedom else (least, share)
+    for _ in range(_FLOOR_BISECTIONS):
+        floor = float(np.sqrt(floor_min * floor_max))
+        result = _with_floor(motion, floor, fit)
+        floor_min, floor_max = (floor, floor_max) if result.chi2 > result.freedom else (floor_min, floor)
     return result
 
 
 def _with_floor(motion: RelativeMotion, floor: float, fit: JointFit) -> JointFit:
+    """Return the fit of the same kind with another floor."""
     return fit_kind(stack_twists(motion, Criterion(floor=floor)), fit.chart, fit.theta)
 
 
 def _at_infinity(fit: JointFit) -> bool:
-    """Return whether a joint is so far away that its rotation cannot be told from a translation.
+    """Whether a joint is so far away that its rotation cannot be distinguished from a translation.
 
     A hinge at infinity is a slide: the test is whether the inverse of its distance differs from zero by four standard
     deviations; beyond fifty lengths of the components no test helps. Joints within five lengths are not asked.
     """
     distance = float(np.linalg.norm(fit.chart.frame(fit.theta)[:3, 3]))
-    if distance < _NEAR or not len(fit.theta):
+    if distance < _NEAR_DISTANCE or not len(fit.theta):
         return False
-    if distance > _FAR:
+    if distance > _INFINITE_DISTANCE:
         return True
     step = 1e-6 * max(distance, 1.0)
     slope = [(np.linalg.norm(fit.chart.frame(fit.theta + s)[:3, 3]) - distance) / step for s in step * np.eye(len(fit.theta))]
@@ -205,14 +208,15 @@ def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None)
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
     freedom = 6 * count - chart.freedoms * count - n
     if n:
-        before = np.inf
-        for steps in (*[_FEW] * _BURSTS, _MANY):
+        previous_cost = np.inf
+        for steps in (*[_BURST_STEPS] * _BURST_COUNT, _FINAL_STEPS):
             solution = optimize.least_squares(residual, theta, jac=slopes, method="trf", x_scale="jac", xtol=1e-10, ftol=1e-10,
                                               gtol=1e-10, max_nfev=steps)
             theta = np.asarray(solution.x)
-            if solution.status > 0 or (2 * solution.cost > _HOPELESS * max(freedom, 1) and solution.cost > _FASTER * before):
+            if solution.status > 0 or (2 * solution.cost > _HOPELESS_MISFIT * max(freedom, 1)
+                                       and solution.cost > _MAX_BURST_RATIO * previous_cost):
                 break
-            before = solution.cost
+            previous_cost = solution.cost
         jacobian = np.asarray(solution.jac)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
@@ -244,6 +248,7 @@ def _projected_slopes(stack: Stack, chart: FreedomChart, theta: FloatArray) -> F
     basis, y = chart.basis(theta), stack.root @ stack.twists.ravel()
     q, r = np.linalg.qr(_columns(stack, basis))
     free = np.linalg.lstsq(r, q.T @ y, rcond=1e-12)[0].reshape(-1, basis.shape[1])
-    moved = [(free @ ((chart.basis(theta + step) - basis) / _STEP).T).ravel() for step in _STEP * np.eye(len(theta))]
+    moved = [(free @ ((chart.basis(theta + step) - basis) / _SLOPE_STEP).T).ravel()
+             for step in _SLOPE_STEP * np.eye(len(theta))]
     slope = -stack.root @ np.stack(moved, axis=1)
     return np.asarray(slope - q @ (q.T @ slope))

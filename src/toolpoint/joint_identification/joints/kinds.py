@@ -36,26 +36,26 @@ from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-_NAMED = {
+_NAMED_KINDS = {
     "locked": (), "slide": ("x",), "hinge": ("rx",), "cylindrical": ("x", "rx"), "turn and slide": ("x", "rz"),
     "universal": ("rx", "ry"), "two slides": ("x", "y"), "spherical": ("rx", "ry", "rz"), "planar": ("x", "y", "rz"),
     "three slides": ("x", "y", "z"), "guide": ("y", "z", "rx", "ry", "rz"), "mount": DIRECTIONS}
 
 
 def _signature(ways: tuple[str, ...]) -> tuple[int, int, int]:
-    """Number of translations, of rotations, and of axes that have both: equal for sets that renaming the axes makes equal."""
+    """Return the numbers of translations, of rotations, and of axes with both: equal for sets that renaming makes equal."""
     slides, turns = {w for w in ways if len(w) == 1}, {w[1] for w in ways if len(w) == 2}
     return len(slides), len(turns), len(slides & turns)
 
 
 def _catalogue() -> dict[str, tuple[str, ...]]:
     """Return all sets of directions, one of those that renaming makes equal, by name."""
-    result = dict(_NAMED)
-    known = {_signature(ways) for ways in result.values()}
+    result = dict(_NAMED_KINDS)
+    signatures = {_signature(ways) for ways in result.values()}
     for count in range(1, 7):
         for ways in combinations(DIRECTIONS, count):
-            if _signature(ways) not in known:
-                known.add(_signature(ways))
+            if _signature(ways) not in signatures:
+                signatures.add(_signature(ways))
                 result["free in " + " ".join(ways)] = ways
     return result
 
@@ -94,13 +94,13 @@ def charts(span: FloatArray) -> list[FreedomChart]:
 
 def frame_chart(kind: str, start: FloatArray, ways: tuple[str, ...]) -> FreedomChart:
     """Return the chart of a kind whose frame starts at `start` (4, 4)."""
-    units, moves = unit_twists(ways), effective_moves(ways)
+    units, motions = unit_twists(ways), effective_moves(ways)
     start = _near_origin(start, ways)
 
     def frame(theta: FloatArray) -> FloatArray:
-        return start @ tf.exponential(moves @ theta) if moves.shape[1] else start
+        return start @ tf.exponential(motions @ theta) if motions.shape[1] else start
 
-    return FreedomChart(kind, len(ways), moves.shape[1], lambda theta: tf.adjoint(frame(theta)) @ units, frame, ways)
+    return FreedomChart(kind, len(ways), motions.shape[1], lambda theta: tf.adjoint(frame(theta)) @ units, frame, ways)
 
 
 def general(span: FloatArray) -> FreedomChart:
@@ -131,7 +131,7 @@ def screw_chart(span: FloatArray) -> FreedomChart:
 
 @cache
 def _stabiliser(ways: tuple[str, ...]) -> FloatArray:
-    """Return orthonormal twists (6, s), in the joint's frame, that move the frame without moving the span of its directions."""
+    """Return orthonormal twists (6, s), in the joint's frame, that move the frame and keep the span of its directions."""
     inside = unit_twists(ways)
     outside = np.eye(6) - inside @ inside.T
     rows = np.concatenate([(outside @ np.stack([tf.twist_bracket(e, b) for e in np.eye(6)], axis=1)) for b in inside.T]
@@ -142,7 +142,7 @@ def _stabiliser(ways: tuple[str, ...]) -> FloatArray:
 
 @cache
 def _centraliser(ways: tuple[str, ...]) -> FloatArray:
-    """Return orthonormal twists (6, s) that move the frame without moving any of its directions: no stiffness tells them."""
+    """Return orthonormal twists (6, s) that move the frame and keep each direction: no stiffness determines them."""
     rows = np.concatenate([np.stack([tf.twist_bracket(e, b) for e in np.eye(6)], axis=1) for b in unit_twists(ways).T]
                           ) if ways else np.zeros((1, 6))
     singular, vt = np.linalg.svd(rows)[1:]
@@ -155,24 +155,25 @@ def effective_moves(ways: tuple[str, ...], with_stiffness: bool = False) -> Floa
 
     With stiffness, also those that move the directions within their span: elastic centre, principal directions.
     """
-    still = _centraliser(ways) if with_stiffness else _stabiliser(ways)
-    return np.asarray(np.linalg.svd(still, full_matrices=True)[0][:, still.shape[1]:]) if still.size else np.eye(6)
+    stabiliser = _centraliser(ways) if with_stiffness else _stabiliser(ways)
+    return np.asarray(np.linalg.svd(stabiliser, full_matrices=True)[0][:,
+                                                                       stabiliser.shape[1]:]) if stabiliser.size else np.eye(6)
 
 
 @cache
 def inner_moves(ways: tuple[str, ...]) -> FloatArray:
-    """Return twists (6, n) that move the directions within their span: what only the stiffness tells."""
-    still, idle = _stabiliser(ways), _centraliser(ways)
-    rest = still - idle @ (idle.T @ still)
-    left, singular, _ = np.linalg.svd(rest, full_matrices=False)
+    """Return twists (6, n) that move the directions within their span: only the stiffness determines them."""
+    stabiliser, centraliser = _stabiliser(ways), _centraliser(ways)
+    remaining = stabiliser - centraliser @ (centraliser.T @ stabiliser)
+    left, singular, _ = np.linalg.svd(remaining, full_matrices=False)
     return np.asarray(left[:, singular > 1e-9])
 
 
 def idle_translations(ways: tuple[str, ...], with_stiffness: bool) -> FloatArray:
     """Return orthonormal translations (3, n), in the joint's frame, that change neither the free twists nor (with stiffness)
     what their springs do."""
-    still = _centraliser(ways) if with_stiffness else _stabiliser(ways)
-    left, singular, _ = np.linalg.svd(still[:3], full_matrices=False)
+    stabiliser = _centraliser(ways) if with_stiffness else _stabiliser(ways)
+    left, singular, _ = np.linalg.svd(stabiliser[:3], full_matrices=False)
     return np.asarray(left[:, singular > 1e-9])
 
 
@@ -189,11 +190,11 @@ def nearest_frame(span: FloatArray, ways: tuple[str, ...]) -> FloatArray:
     if f in (0, 6):
         return np.eye(4)
     best: FloatArray = np.eye(4)
-    least = np.inf
-    tried = np.array(_axes_of(span))
-    for axes, point, cost in zip(tried, *_nearest_places(outside, tried, units), strict=True):
-        if cost < least - 1e-12:
-            best, least = tf.transform(axes, point), cost
+    lowest_cost = np.inf
+    axes_tried = np.array(_axes_of(span))
+    for axes, point, cost in zip(axes_tried, *_nearest_places(outside, axes_tried, units), strict=True):
+        if cost < lowest_cost - 1e-12:
+            best, lowest_cost = tf.transform(axes, point), cost
     return best
 
 
@@ -226,13 +227,14 @@ def _axes_of(span: FloatArray) -> list[FloatArray]:
 
 
 def _signed(axes: FloatArray) -> FloatArray:
+    """Return right-handed axes."""
     return axes if np.linalg.det(axes) > 0 else axes * np.array([1, 1, -1])
 
 
 def _near_origin(frame: FloatArray, ways: tuple[str, ...]) -> FloatArray:
-    """Return the frame moved along what leaves its directions as they are, to where it is nearest to the reference point."""
-    still = _stabiliser(ways)
-    sliding = still @ np.linalg.svd(still[3:])[2][int((np.linalg.svd(still[3:])[1] > 1e-9).sum()):].T if still.size else still
+    """Return the frame moved along motions that keep its directions, nearest to the reference point."""
+    kept = _stabiliser(ways)
+    sliding = kept @ np.linalg.svd(kept[3:])[2][int((np.linalg.svd(kept[3:])[1] > 1e-9).sum()):].T if kept.size else kept
     if not sliding.size:
         return frame
     along = frame[:3, :3] @ np.linalg.qr(sliding[:3])[0]

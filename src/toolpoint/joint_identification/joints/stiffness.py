@@ -1,4 +1,4 @@
-r"""Masses of components, and a first joint stiffness from modal data in closed form: where the fit of the machine starts.
+r"""Masses of components, and a first joint stiffness from modal data in closed form: the start of the fit of the machine.
 
 With joint coordinates q, mass matrix M of the rigid components in them and a stiffness matrix K of the joint, every mode obeys
 :math:`K q_r = \omega_r^2 (M q_r)` (Ewins, Modal Testing, 2nd ed., section 2.3) on the joint's own lines. Each joint is linear
@@ -17,7 +17,7 @@ from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, sy
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.joints import stiffness_matrix
 
-_LINEAR_SHARE = 0.5  # of a second moment of mass: down to it a change enters as it is
+_LINEAR_FRACTION = 0.5  # of a second moment of mass: above it a change enters unchanged
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class ComponentMass(NotebookText):
 
     @property
     def deviations(self) -> FloatArray:
-        """Standard deviations of what `changed` takes: relative mass, centre x y z (m), three relative moments."""
+        """Standard deviations of the arguments of `changed`: relative mass, centre x y z (m), three relative moments."""
         return np.array([self.mass_deviation, *[self.centre_deviation] * 3, *[self.inertia_deviation] * 3])
 
     def changed(self, by: FloatArray) -> ComponentMass:
@@ -85,19 +85,20 @@ class ComponentMass(NotebookText):
         return f"MassProperties({self.mass:g} kg at {np.array2string(np.asarray(self.centre), precision=3)} m)"
 
 
-def _physical_moments(before: FloatArray, changed: FloatArray) -> FloatArray:
+def _physical_moments(original: FloatArray, changed: FloatArray) -> FloatArray:
     """Return changed principal moments (3,) whose second moments of mass are not negative, where those before were not.
 
     A second moment above half of what it was stays as changed; below, it decays exponentially with the same slope.
     """
-    first, second = (np.maximum(part.sum() / 2 - part, floor) for part, floor in ((before, 0.0), (changed, -np.inf)))
-    low = second < _LINEAR_SHARE * first
-    if not low.any() and (second >= 0).all():
+    second_original, second_changed = (np.maximum(part.sum() / 2 - part, floor) for part,
+                                       floor in ((original, 0.0), (changed, -np.inf)))
+    is_low = second_changed < _LINEAR_FRACTION * second_original
+    if not is_low.any() and (second_changed >= 0).all():
         return changed
-    share = np.where(first > 0, second / np.where(first > 0, first, 1.0), -np.inf)
-    decayed = first * _LINEAR_SHARE * np.exp(np.minimum(share / _LINEAR_SHARE - 1.0, 0.0))
-    held = np.where(low | (second < 0), decayed, second)
-    return np.asarray(held.sum() - held)
+    ratio = np.where(second_original > 0, second_changed / np.where(second_original > 0, second_original, 1.0), -np.inf)
+    decayed = second_original * _LINEAR_FRACTION * np.exp(np.minimum(ratio / _LINEAR_FRACTION - 1.0, 0.0))
+    second_moments = np.where(is_low | (second_changed < 0), decayed, second_changed)
+    return np.asarray(second_moments.sum() - second_moments)
 
 
 def first_stiffness(
@@ -116,21 +117,23 @@ def first_stiffness(
     weight = np.linalg.inv(covariance)
     normal = np.einsum("cia,ckij,cjb->kab", jacobians, weight, jacobians, optimize=True)
     right = np.einsum("cia,ckij,ckj->ka", jacobians, weight, twists, optimize=True)
-    # Coordinates that a mode does not tell (a lightly weighed joint) must not stop the others.
-    spread = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
-    q = np.einsum("kab,kb->ka", spread, right)
-    lines = stiffness_matrix.Lines(q, omega[:, None] ** 2 * (q @ mass), spread, slice(0, q.shape[1]), mass, omega**2)
-    result, at = [], 0
+    # Coordinates that a mode does not determine (a lightly weighed joint) must not stop the others.
+    coordinate_covariance = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
+    q = np.einsum("kab,kb->ka", coordinate_covariance, right)
+    lines = stiffness_matrix.Lines(q, omega[:, None] ** 2 * (q @ mass), coordinate_covariance, slice(0, q.shape[1]), mass,
+                                   omega**2)
+    result, start = [], 0
     for size in sizes:
-        part = slice(at, at + size)
-        at = part.stop
-        block = stiffness_matrix.Lines(q[:, part], lines.force[:, part], spread, part, mass[part], omega**2)
-        result.append(_positive_matrix(block, _diagonal(lines, part)))
+        joint_rows = slice(start, start + size)
+        start = joint_rows.stop
+        block = stiffness_matrix.Lines(q[:, joint_rows], lines.force[:, joint_rows], coordinate_covariance, joint_rows,
+                                       mass[joint_rows], omega**2)
+        result.append(_positive_matrix(block, _diagonal(lines, joint_rows)))
     return result
 
 
 def _diagonal(lines: stiffness_matrix.Lines, part: slice) -> FloatArray:
-    """Return the stiffness of every line alone, with the bias that noise in q brings taken off."""
+    """Return the stiffness of every line alone, without the bias of noise in q."""
     noise = np.einsum("kjj->kj", lines.spread)
     cross = lines.square[:, None] * np.einsum("ja,kaj->kj", lines.mass, lines.spread)
     weight, k = 1 / np.maximum(noise, 1e-300), np.zeros(lines.q.shape[1])
@@ -143,7 +146,8 @@ def _diagonal(lines: stiffness_matrix.Lines, part: slice) -> FloatArray:
 
 
 def _positive_matrix(block: stiffness_matrix.Lines, diagonal: FloatArray) -> FloatArray:
-    if len(diagonal) < 2 or stiffness_matrix.seen_ways(block) < len(diagonal):
+    """Return the full matrix of a joint where the modes determine it and it is positive, else its diagonal."""
+    if len(diagonal) < 2 or stiffness_matrix.count_moved_directions(block) < len(diagonal):
         return np.diag(diagonal)
     matrix = np.diag(diagonal)
     try:

@@ -17,7 +17,7 @@ from scipy import linalg
 
 from toolpoint._check import FloatArray
 
-_SEEN = 25.0
+_MIN_SIGNAL_RATIO = 25.0  # mean square of a motion over that of its noise, from which the modes determine it
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,6 @@ def solve(lines: Lines, weights: FloatArray) -> FloatArray:
     return np.asarray(entries @ (np.linalg.lstsq(rows / size, right, rcond=None)[0] / size))
 
 
-def seen_ways(lines: Lines) -> int:
-    """Return in how many independent ways the modes move the joint five times more (rms) than noise alone."""
-    return int((linalg.eigh(lines.q.T @ lines.q, lines.noise.sum(axis=0), eigvals_only=True) > _SEEN).sum())
+def count_moved_directions(lines: Lines) -> int:
+    """Return the number of independent directions in which the modes move the joint five times more (rms) than noise."""
+    return int((linalg.eigh(lines.q.T @ lines.q, lines.noise.sum(axis=0), eigvals_only=True) > _MIN_SIGNAL_RATIO).sum())

@@ -1,4 +1,4 @@
-"""How much of the deflection that a fit counts as that of joints is bending of the components beside them."""
+"""Bending of components as a fraction of the deflection that a fit attributes to the joints beside them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ MIN_EXCESS = 2.0  # mean square of a residual over its known noise, from which i
 
 @dataclass(frozen=True, eq=False)
 class BendingShare:
-    """What bends in place of joints: `joints` (standard deviation of the logarithm of the stiffnesses of every child's joint)
-    and `lowered` (k,), the share by which bending lowers the square of the frequency of every mode of the fit."""
+    """Bending that a fit attributes to joints.
+
+    joints : standard deviation of the logarithm of the stiffnesses of every child's joint; lowered (k,) : fraction by which
+    bending lowers the square of the frequency of every mode of the fit.
+    """
 
     joints: Mapping[str, float]
     lowered: FloatArray
@@ -28,7 +31,7 @@ class BendingShare:
 
 def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], relatives: Sequence[RelativeMotion], *,
                   frequency: FloatArray, kept: Sequence[int], criterion: Criterion) -> BendingShare | None:
-    """Return what components that bend take of the deflection of the joints beside them; None where none bends.
+    """Return the fraction of bending components in the deflection of the joints beside them; None where none bends.
 
     A component that bends is a spring in line with its joints: it takes its bending over the joint's own deflection. That may
     be little beside the motion of the component, which its other joints carry along.
@@ -66,7 +69,7 @@ def _bent(motion: RigidMotion, part: Component, count: int, criterion: Criterion
     else:
         uneven = motion.residual > MIN_UNEVENNESS * motion.residual.min()
     share = np.where(bends, motion.bending, 0.0)
-    # What no rigid motion follows, beyond noise, is bending of another shape than a beam's.
+    # A residual of the rigid motion beyond noise is bending of another shape than a beam's.
     share = np.where(uneven & (motion.residual > floor), np.maximum(share, motion.residual), share)
     return _by_mode(part.values * share, count)
 

@@ -22,9 +22,9 @@ from toolpoint.joint_identification.joints.kinds import effective_moves, inner_m
 from toolpoint.joint_identification.machine.rigid_machine import ElasticJoint
 from toolpoint.spatial import transform as tf
 
-# Weak knowledge that only keeps a fit regular: a frame moves by metres and radians, a stiffness by a factor of some tens,
-# a loss factor lies within some tens of per cent.
-_PLACE, _STIFF, _LOSS = 3.0, 4.0, 0.5
+# Prior standard deviations that only keep a fit regular: of a frame's motion (m, rad), of a stiffness (factor e^4), of a loss
+# factor.
+_PLACE_DEVIATION, _LOG_STIFFNESS_DEVIATION, _LOSS_DEVIATION = 3.0, 4.0, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class JointForm:
     lossy: bool = True
 
     @property
-    def moves(self) -> FloatArray:
+    def frame_motions(self) -> FloatArray:
         """Twists (6, n) of the frame in itself that are numbers of this form."""
         return effective_moves(self.ways, self.diagonal) if self.ways else np.zeros((6, 0))
 
@@ -49,20 +49,20 @@ class JointForm:
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of the place, of the stiffness, and of the damping."""
         f = self.start.twists.shape[1]
-        place = self.moves.shape[1] if self.ways else f * (6 - f)
+        place = self.frame_motions.shape[1] if self.ways else f * (6 - f)
         return place, f if self.diagonal else f * (f + 1) // 2, int(self.lossy) + int(self.viscous > 0)
 
     @property
     def count(self) -> int:
-        """How many numbers."""
+        """Number of numbers."""
         return sum(self.sizes)
 
     @property
     def deviations(self) -> FloatArray:
         """Prior standard deviations of the numbers."""
         place, stiff, _ = self.sizes
-        damping = [_LOSS] * self.lossy + [self.viscous] * (self.viscous > 0)
-        return np.array([_PLACE] * place + [_STIFF] * stiff + damping)
+        damping = [_LOSS_DEVIATION] * self.lossy + [self.viscous] * (self.viscous > 0)
+        return np.array([_PLACE_DEVIATION] * place + [_LOG_STIFFNESS_DEVIATION] * stiff + damping)
 
     @property
     def lower(self) -> FloatArray:
@@ -77,7 +77,7 @@ class JointForm:
         start = self.start
         frame, twists = start.frame, start.twists
         if self.ways and place:
-            frame = frame @ tf.exponential(self.moves @ x[:place])
+            frame = frame @ tf.exponential(self.frame_motions @ x[:place])
         elif place:
             twists = self._subspace(x[:place])
         y = x[place:place + stiff]
@@ -87,12 +87,14 @@ class JointForm:
                             start.relaxation + (float(damping[-1]) if self.viscous else 0.0))
 
     def _subspace(self, x: FloatArray) -> FloatArray:
+        """Return the twists of a moved subspace."""
         scale = np.array([1.0] * 3 + [self.length] * 3)[:, None]
         local = self.start.twists * scale
         outside = np.linalg.svd(local, full_matrices=True)[0][:, local.shape[1]:]
         return np.asarray((local + outside @ x.reshape(outside.shape[1], -1)) / scale)
 
     def _matrix(self, y: FloatArray) -> FloatArray:
+        """Return the stiffness K = C e^S C^T of a symmetric change S."""
         lower = np.linalg.cholesky(self.start.stiffness)
         change = np.zeros_like(lower)
         rows, columns = np.triu_indices(len(lower))
@@ -116,25 +118,25 @@ def diagonal_form(frame: FloatArray, ways: tuple[str, ...], stiffness: FloatArra
 
 def diagonalise(frame: FloatArray, ways: tuple[str, ...], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the frame, moved within what the free motions leave open, over whose directions a stiffness is most diagonal."""
-    inner, units = inner_moves(ways), unit_twists(ways)
+    motions, units = inner_moves(ways), unit_twists(ways)
     f = len(ways)
-    if not inner.shape[1] or np.abs(stiffness - np.diag(np.diag(stiffness))).max() == 0:
+    if not motions.shape[1] or np.abs(stiffness - np.diag(np.diag(stiffness))).max() == 0:
         return frame, np.diag(stiffness)
     upper = np.triu_indices(f, 1)
 
     def matrix_at(x: FloatArray) -> FloatArray:
         # The new directions in terms of the old ones: their span is the same.
-        turn = (tf.adjoint(tf.exponential(inner @ x)) @ units)[units.any(axis=1)]
-        return np.asarray(turn.T @ stiffness @ turn)
+        directions = (tf.adjoint(tf.exponential(motions @ x)) @ units)[units.any(axis=1)]
+        return np.asarray(directions.T @ stiffness @ directions)
 
     def coupling(x: FloatArray) -> FloatArray:
         matrix = matrix_at(x)
         size = np.sqrt(np.diag(matrix))
         return np.asarray((matrix / np.outer(size, size))[upper])
 
-    best = optimize.least_squares(coupling, np.zeros(inner.shape[1]))
+    best = optimize.least_squares(coupling, np.zeros(motions.shape[1]))
     if best.cost > 1e-3:
         rng = np.random.default_rng(0)
-        tried = [optimize.least_squares(coupling, rng.uniform(-0.7, 0.7, inner.shape[1])) for _ in range(4)]
-        best = min([best, *tried], key=lambda result: float(result.cost))
-    return frame @ tf.exponential(inner @ best.x), np.diag(matrix_at(best.x))
+        restarts = [optimize.least_squares(coupling, rng.uniform(-0.7, 0.7, motions.shape[1])) for _ in range(4)]
+        best = min([best, *restarts], key=lambda result: float(result.cost))
+    return frame @ tf.exponential(motions @ best.x), np.diag(matrix_at(best.x))

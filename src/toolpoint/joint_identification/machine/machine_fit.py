@@ -9,7 +9,7 @@ the masses with standard deviations s,
 over the numbers x of all joints (`joint_forms`) and masses; the scale of every mode is free (variable projection: Golub,
 Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), but for its size where driving points and their calibration tell it
 (`modal_scale`). The covariance of x is :math:`(J^T J)^{-1}`, times the misfit where noise does
-not explain it. An undetermined number keeps its prior width, so its interval says that nothing is known of it.
+not explain it. An undetermined number keeps its prior width, so its interval is that of no information.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.joint_forms import JointForm
-from toolpoint.joint_identification.machine.mode_pairs import match_modes, modes_of, with_crossings
+from toolpoint.joint_identification.machine.mode_pairs import exchange_crossings, match_modes, modes_of
 from toolpoint.joint_identification.machine.rigid_machine import (
     COUPLED,
-    MEASURED,
+    MEASURED_RATIOS,
     ElasticJoint,
     RigidMachine,
     modal_constants,
@@ -39,10 +39,10 @@ from toolpoint.joint_identification.machine.rigid_machine import (
 from toolpoint.joint_identification.modes.modal_data import ModalData, mac_noise
 from toolpoint.joint_identification.modes.modal_scale import MassScale, mean_scale, scale_root
 
-STEP = 1e-6
-_IMPROBABLE = 1e-3
-_PAIRINGS = 3
-_INSIDE = 1e-3  # of its prior width, by which a bounded fit begins above the bound of a number
+NUMBER_STEP = 1e-6  # of differences, in every number
+MIN_NOISE_PVALUE = 1e-3  # below, noise does not explain a misfit and intervals are widened
+_MAX_REPAIRINGS = 3  # of modes, each with a new fit
+_BOUND_MARGIN = 1e-3  # of its prior width, by which a bounded fit begins above the bound of a number
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +118,13 @@ class MachineFit(NotebookText):
 
     @property
     def probability(self) -> float:
-        """Of a misfit so large by noise alone."""
+        """p-value of the chi-squared misfit."""
         return float(stats.chi2.sf(self.chi2, max(self.freedom, 1)))
 
     @property
     def information(self) -> float:
         """Bayesian information criterion."""
-        count = len(self.x) + (len(self.ratio) if self.model.law == MEASURED else 0)
+        count = len(self.x) + (len(self.ratio) if self.model.law == MEASURED_RATIOS else 0)
         return float(self.chi2 + count * np.log(max(self.freedom + count, 2)))
 
     def __repr__(self) -> str:
@@ -146,14 +146,14 @@ def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40, *, aft
         masses = slice(model.slices[len(model.forms)].start, None)
         start[masses] = after.x[after.model.slices[len(model.forms)].start:]
     best = _fit_pairs(model, data, rounds, start, match_modes(model.machine(start), data)[0] if partner is None else partner)
-    for _ in range(_PAIRINGS):
-        likest = with_crossings(match_modes(best.model.machine(best.x), data)[0], best.frequency, data.frequency)
+    for _ in range(_MAX_REPAIRINGS):
+        likest = exchange_crossings(match_modes(best.model.machine(best.x), data)[0], best.frequency, data.frequency)
         if (likest == best.partner).all():
             break
-        again = _fit_pairs(best.model, data, rounds, best.x, likest)
-        if again.chi2 >= best.chi2:
+        repaired = _fit_pairs(best.model, data, rounds, best.x, likest)
+        if repaired.chi2 >= best.chi2:
             break
-        best = again
+        best = repaired
     return best
 
 
@@ -171,8 +171,8 @@ def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int, start: Float
     def slopes(x: FloatArray) -> FloatArray:
         if data.is_complex:
             return np.concatenate([misfit_slopes(model, x, data, partner=partner), np.diag(1 / prior)])
-        here = residual(x)
-        return np.stack([(residual(x + step) - here) / STEP for step in STEP * np.eye(len(x))], axis=1)
+        residuals_at_x = residual(x)
+        return np.stack([(residual(x + step) - residuals_at_x) / NUMBER_STEP for step in NUMBER_STEP * np.eye(len(x))], axis=1)
 
     settings: dict[str, Any] = {"jac": slopes, "method": "trf", "x_scale": "jac", "xtol": 1e-8, "ftol": 1e-8, "gtol": 1e-8,
                                 "max_nfev": rounds}
@@ -180,12 +180,13 @@ def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int, start: Float
     lower = model.lower
     if (solution.x < lower).any():
         # No joint gives energy off: only where the free fit says so is the bounded one asked, from just inside.
-        inside = np.maximum(solution.x, lower + _INSIDE * prior)
+        inside = np.maximum(solution.x, lower + _BOUND_MARGIN * prior)
         solution = optimize.least_squares(residual, inside, bounds=(lower, np.inf), **settings)
-    return _judged(model, data, partner, solution)
+    return _conclude(model, data, partner, solution)
 
 
-def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solution: optimize.OptimizeResult) -> MachineFit:
+def _conclude(model: MachineNumbers, data: ModalData, partner: IndexArray, solution: optimize.OptimizeResult) -> MachineFit:
+    """Return the fit of a solution: covariance, misfit, pairs and poles."""
     x, jacobian = np.asarray(solution.x), np.asarray(solution.jac)
     machine = model.machine(x)
     size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
@@ -195,23 +196,24 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     chi2 = float((solution.fun**2).sum())
     # Each number is also told by its prior, so rows less numbers are those of the data less the free scales.
     freedom = len(inside) - len(data.frequency) * (2 if data.is_complex else 1) - data.shares.shape[1]
-    freedom -= _told(jacobian, model.deviations)
-    freedom -= len(data.frequency) if model.law == MEASURED else 0
+    freedom -= _count_determined(jacobian, model.deviations)
+    freedom -= len(data.frequency) if model.law == MEASURED_RATIOS else 0
     widened = 1.0
-    if freedom > 0 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE:
+    if freedom > 0 and stats.chi2.sf(chi2, freedom) < MIN_NOISE_PVALUE:
         widened = chi2 / freedom
-    matched, alike = match_modes(machine, data)
-    poles = _ratios_kept(machine, modes_of(machine, data)[0][partner], data)
-    known = np.linalg.inv(np.einsum("kji,kjl->kil", data.spread, data.spread) + np.diag([0.0, 1e-12]))
+    matched, correlation = match_modes(machine, data)
+    poles = _keep_measured_ratios(machine, modes_of(machine, data)[0][partner], data)
+    pole_covariance = np.linalg.inv(np.einsum("kji,kjl->kil", data.spread, data.spread) + np.diag([0.0, 1e-12]))
     slices = model.slices
     centred = replace(model, forms=tuple(form.centred(x[part]) for form, part in zip(model.forms, slices, strict=False)))
-    rest = x.copy()
-    rest[:slices[len(model.forms) - 1].stop] = 0.0
+    mass_numbers = x.copy()
+    mass_numbers[:slices[len(model.forms) - 1].stop] = 0.0
     gain = covariance @ _frequency_rows(jacobian, data, count).T
-    return MachineFit(centred, rest, covariance * widened, chi2, freedom, partner, alike[np.arange(len(partner)), partner],
+    return MachineFit(centred, mass_numbers, covariance * widened, chi2, freedom, partner,
+                      correlation[np.arange(len(partner)), partner],
                       np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), widened,
                       bool(solution.status > 0) and bool((matched == partner).all()),
-                      _damping_excess(inside, model, data), np.sqrt(known[:, 1, 1]), gain, mac_noise(data),
+                      _damping_excess(inside, model, data), np.sqrt(pole_covariance[:, 1, 1]), gain, mac_noise(data),
                       mass_scale(machine, data, partner))
 
 
@@ -228,7 +230,7 @@ def mass_scale(machine: RigidMachine, data: ModalData, partner: IndexArray) -> M
     if data.scale is None:
         return None
     constants, motions = _constants(machine, data)
-    y = _observed(data, data.motions)
+    y = _whiten_motions(data, data.motions)
     scale = _scales(data, y, *np.linalg.qr(_columns(data, motions[:, :, partner])))
     return mean_scale(np.log(np.abs(scale) ** 2 * np.abs(constants[partner])), data.scale, data.calibration)
 
@@ -255,11 +257,11 @@ def _damping_excess(residual: FloatArray, model: MachineNumbers, data: ModalData
     free = count - sum(form.sizes[2] for form in model.forms if form.start.twists.shape[1])
     end = len(residual) - (count if data.tells_masses else 0)
     total = float((residual[end - 2 * count:end].reshape(-1, 2)[:, 1] ** 2).sum())
-    return total / free if free > 0 and stats.chi2.sf(total, free) < _IMPROBABLE else 1.0
+    return total / free if free > 0 and stats.chi2.sf(total, free) < MIN_NOISE_PVALUE else 1.0
 
 
-def _told(jacobian: FloatArray, prior: FloatArray) -> int:
-    """Return how many numbers the data tell better than their priors."""
+def _count_determined(jacobian: FloatArray, prior: FloatArray) -> int:
+    """Return the number of numbers that the data determine better than their priors."""
     scaled = jacobian[:-len(prior)] * prior
     return int((np.linalg.svd(scaled, compute_uv=False) > 1.0).sum())
 
@@ -268,25 +270,26 @@ def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> Float
     """Return the whitened residuals of shapes (scales eliminated), poles and, where told, scales of the measured modes and
     their partners."""
     poles, motions = modes_of(machine, data)
-    poles, motions = _ratios_kept(machine, poles[partner], data), motions[:, :, partner]
-    y = _observed(data, data.unmixed(poles))
+    poles, motions = _keep_measured_ratios(machine, poles[partner], data), motions[:, :, partner]
+    y = _whiten_motions(data, data.unmixed(poles))
     q, r = np.linalg.qr(_columns(data, motions))
     error = np.stack([np.log(np.abs(poles) / (2 * np.pi * data.frequency)), -poles.real / np.abs(poles) - data.ratio], axis=1)
     rows = [y - q @ (q.T @ y), np.einsum("kij,kj->ki", data.spread, error).ravel()]
     if data.tells_masses:
         constants = _constants(machine, data)[0][partner]
-        rows.append(_told_root(data) @ np.log(np.abs(_scales(data, y, q, r)) ** 2 * np.abs(constants)))
+        rows.append(_scale_root(data) @ np.log(np.abs(_scales(data, y, q, r)) ** 2 * np.abs(constants)))
     return np.concatenate(rows)
 
 
-def _ratios_kept(machine: RigidMachine, poles: ComplexArray, data: ModalData) -> ComplexArray:
+def _keep_measured_ratios(machine: RigidMachine, poles: ComplexArray, data: ModalData) -> ComplexArray:
     """Return poles (k,) of the measured modes; where no joint explains their damping ratios, with those that were measured."""
-    if machine.law != MEASURED:
+    if machine.law != MEASURED_RATIOS:
         return poles
     return np.asarray(np.abs(poles) * (-data.ratio + 1j * np.sqrt(np.maximum(1 - data.ratio**2, 0.0))))
 
 
-def _told_root(data: ModalData) -> FloatArray:
+def _scale_root(data: ModalData) -> FloatArray:
+    """Return the inverse Cholesky factor of the scales' covariance."""
     assert data.scale is not None and data.calibration is not None
     return scale_root(data.scale, data.calibration)
 
@@ -296,11 +299,11 @@ def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, part
     machine = model.machine(x)
     poles, motions, _ = machine.solve()
     q, r = np.linalg.qr(_columns(data, motions[:, :, partner]))
-    d_poles, d_motions, d_constants = pole_slopes(machine, _neighbours(model, x, machine), STEP)
-    p, d = _ratios_kept(machine, poles[partner], data), d_poles[:, partner]
-    if machine.law == MEASURED:
+    d_poles, d_motions, d_constants = pole_slopes(machine, _neighbours(model, x, machine), NUMBER_STEP)
+    p, d = _keep_measured_ratios(machine, poles[partner], data), d_poles[:, partner]
+    if machine.law == MEASURED_RATIOS:
         d = p * (poles[partner].conj() * d).real / np.abs(p) ** 2
-    k, scale = len(data.frequency), _scales(data, _observed(data, data.unmixed(p)), q, r)
+    k, scale = len(data.frequency), _scales(data, _whiten_motions(data, data.unmixed(p)), q, r)
     moved = d_motions[..., partner] * scale
     moved = moved if data.mixing is None else moved + data.mixed_by(d)
     flat = np.concatenate([moved.real, moved.imag], axis=3) if data.is_complex else moved.real
@@ -313,7 +316,7 @@ def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, part
         d_scale = np.linalg.lstsq(r, q.T @ shapes, rcond=1e-12)[0]
         d_scale = d_scale[:k] + 1j * d_scale[k:2 * k] if data.is_complex else d_scale[:k]
         d_log = 2 * (d_scale / scale[:, None]).real + d_constants[:, partner].real.T
-        rows.append(_told_root(data) @ d_log)
+        rows.append(_scale_root(data) @ d_log)
     return np.concatenate(rows)
 
 
@@ -321,9 +324,9 @@ def _neighbours(model: MachineNumbers, x: FloatArray, machine: RigidMachine) -> 
     """Return the machines a step further in every number; only what the number touches is made anew."""
     result = []
     for i, part in enumerate(model.slices):
-        for at in range(part.start, part.stop):
+        for number in range(part.start, part.stop):
             y = x.copy()
-            y[at] += STEP
+            y[number] += NUMBER_STEP
             if i < len(model.forms):
                 joints = list(machine.joints)
                 joints[i] = model.forms[i].joint(y[part])
@@ -334,7 +337,7 @@ def _neighbours(model: MachineNumbers, x: FloatArray, machine: RigidMachine) -> 
     return result
 
 
-def _observed(data: ModalData, motions: Array) -> FloatArray:
+def _whiten_motions(data: ModalData, motions: Array) -> FloatArray:
     """Return whitened motions, and the zeros that shares of other shapes are expected to be."""
     return np.concatenate([data.whitened(motions), np.zeros(data.shares.shape[1])])
 

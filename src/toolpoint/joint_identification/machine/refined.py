@@ -1,4 +1,4 @@
-"""Joints as the fit of the whole machine tells them: place, stiffness and damping with their uncertainty."""
+"""Joints refined by the fit of the whole machine: place, stiffness and damping with their uncertainty."""
 
 from __future__ import annotations
 
@@ -12,94 +12,97 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate, axis_o
 from toolpoint.joint_identification.joints.kinds import idle_translations
 from toolpoint.joint_identification.machine.joint_forms import JointForm
 from toolpoint.joint_identification.machine.machine_fit import MachineFit
-from toolpoint.joint_identification.machine.rigid_machine import MEASURED
+from toolpoint.joint_identification.machine.rigid_machine import MEASURED_RATIOS
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
-_WIDE = 0.2
-_FAR = 0.02  # of a measured frequency, by which the machine of a fit that explains the test never misses it
-_MOVED = 0.01  # share of a stiffness that bending components leave open, from which it is doubted
+_MAX_STIFFNESS_DEVIATION = 0.2  # relative standard deviation: above, a stiffness is doubted
+_MAX_FREQUENCY_ERROR = 0.02  # of a measured frequency, by the machine of a fit that explains the test
+_MAX_BENDING_SHIFT = 0.01  # relative standard deviation of a stiffness by bending components: above, it is doubted
 
 
-def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
+def refine_joint(joint: JointEstimate, machine: WholeMachine) -> JointEstimate:
     """Return a joint with the numbers of the machine's fit in place of those of its motions alone."""
-    i = whole.names.index(joint.child)
-    form, part = whole.fit.model.forms[i], whole.fit.model.slices[i]
-    spread = whole.fit.covariance[part, part]
+    i = machine.names.index(joint.child)
+    form, part = machine.fit.model.forms[i], machine.fit.model.slices[i]
+    covariance = machine.fit.covariance[part, part]
     place, stiff, _ = form.sizes
-    result = replace(_placed(joint, form, spread[:place, :place]), screws=form.start.basis)
+    result = replace(_refine_place(joint, form, covariance[:place, :place]), screws=form.start.basis)
     if form.lossy:
         result = replace(result, loss_factor=form.start.loss_factor,
-                         loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])))
-    elif whole.fit.model.law != MEASURED:
+                         loss_factor_deviation=float(np.sqrt(covariance[place + stiff, place + stiff])))
+    elif machine.fit.model.law != MEASURED_RATIOS:
         result = replace(result, loss_factor=0.0)
     if form.viscous:
-        result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(spread[-1, -1])))
-    moved = whole.moved.get(joint.child, 0.0)
-    if moved > _MOVED:
+        result = replace(result, relaxation=form.start.relaxation, relaxation_deviation=float(np.sqrt(covariance[-1, -1])))
+    shift = machine.moved.get(joint.child, 0.0)
+    if shift > _MAX_BENDING_SHIFT:
         result = replace(result, doubts=(*result.doubts, Doubt(
-            "stiffness", f"what components bend by may move it by {100 * moved:.2g} % (one standard deviation), which its "
-            "interval covers", "describe them as elastic in the machine file", figure=moved)))
-    return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
+            "stiffness", f"what components bend by may move it by {100 * shift:.2g} % (one standard deviation), which its "
+            "interval covers", "describe them as elastic in the machine file", figure=shift)))
+    return _refine_stiffness(result, form, covariance[place:place + stiff, place:place + stiff])
 
 
-def question_fit(whole: WholeMachine, frequency: FloatArray) -> Doubt | None:
+def question_fit(machine: WholeMachine, frequency: FloatArray) -> Doubt | None:
     """Return the doubt of all stiffnesses of a fit whose modes are not those measured; frequency : (n_modes,), Hz, measured."""
-    measured = frequency[list(whole.modes)]
-    away = np.abs(whole.fit.frequency / measured - 1)
-    worst = int(away.argmax())
-    if away[worst] < _FAR:
+    measured = frequency[list(machine.modes)]
+    error = np.abs(machine.fit.frequency / measured - 1)
+    mode = int(error.argmax())
+    if error[mode] < _MAX_FREQUENCY_ERROR:
         return None
-    return Doubt("stiffness", f"the machine of the fit misses the measured mode at {measured[worst]:.4g} Hz by "
-                 f"{100 * away[worst]:.2g} %: no stiffness is established, whatever its interval", "check masses, chain, "
-                 "components, and whether one bends", figure=float(away[worst]))
+    return Doubt("stiffness", f"the machine of the fit misses the measured mode at {measured[mode]:.4g} Hz by "
+                 f"{100 * error[mode]:.2g} %: no stiffness is established, whatever its interval", "check masses, chain, "
+                 "components, and whether one bends", figure=float(error[mode]))
 
 
-def _placed(joint: JointEstimate, form: JointForm, spread: FloatArray) -> JointEstimate:
+def _refine_place(joint: JointEstimate, form: JointForm, covariance: FloatArray) -> JointEstimate:
+    """Return the joint with the frame of the fit and its covariance."""
     if not form.ways:
         return joint
     axes = form.start.frame[:3, :3]
-    whole = form.moves @ spread @ form.moves.T
+    frame_covariance = form.frame_motions @ covariance @ form.frame_motions.T
     axis = axis_of(axes, form.ways, joint.kind)
     cross = np.cross(axis, np.eye(3)).T
-    turned = axes @ whole[3:, 3:] @ axes.T
-    return replace(joint, position=form.start.frame[:3, 3], position_covariance=axes @ whole[:3, :3] @ axes.T, frame=axes,
-                   axis=axis, axis_covariance=cross @ turned @ cross.T, frame_covariance=whole,
+    axis_covariance = axes @ frame_covariance[3:, 3:] @ axes.T
+    return replace(joint, position=form.start.frame[:3, 3], position_covariance=axes @ frame_covariance[:3, :3] @ axes.T,
+                   frame=axes,
+                   axis=axis, axis_covariance=cross @ axis_covariance @ cross.T, frame_covariance=frame_covariance,
                    undetermined=(axes @ idle_translations(form.ways, form.diagonal)).T)
 
 
-def _stiffened(joint: JointEstimate, form: JointForm, spread: FloatArray) -> JointEstimate:
+def _refine_stiffness(joint: JointEstimate, form: JointForm, covariance: FloatArray) -> JointEstimate:
+    """Return the joint with the stiffness of the fit and its standard deviation."""
     doubts = list(joint.doubts)
     if form.diagonal:
         values = np.diag(form.start.stiffness).copy()
-        deviation = values * np.sqrt(np.diag(spread))
+        deviation = values * np.sqrt(np.diag(covariance))
         doubts += [Doubt(f"stiffness {name}", f"known within {200 * share:.0f} % only", figure=share) for name, share in zip(
-            form.ways, deviation / np.maximum(values, 1e-300), strict=True) if not share < _WIDE]
+            form.ways, deviation / np.maximum(values, 1e-300), strict=True) if not share < _MAX_STIFFNESS_DEVIATION]
         return replace(joint, stiffness=values, stiffness_deviation=deviation, doubts=tuple(doubts))
     lower = np.linalg.cholesky(form.start.stiffness)
     f = len(lower)
-    slopes = np.zeros((f, f, len(spread)))
+    slopes = np.zeros((f, f, len(covariance)))
     for n, (a, b) in enumerate(zip(*np.triu_indices(f), strict=True)):
         change = np.zeros((f, f))
         change[a, b] = change[b, a] = 1.0
         slopes[:, :, n] = lower @ change @ lower.T
-    variance = np.einsum("abn,nm,abm->ab", slopes, spread, slopes)
+    variance = np.einsum("abn,nm,abm->ab", slopes, covariance, slopes)
     size = np.sqrt(np.diag(form.start.stiffness))
-    weak = np.linalg.eigvalsh(spread)[-1] if len(spread) else 0.0
-    if np.sqrt(weak) > _WIDE:
-        doubts.append(Doubt("stiffness matrix", f"some of it is known within {200 * np.sqrt(weak):.0f} % only",
-                            figure=float(np.sqrt(weak))))
+    largest_variance = np.linalg.eigvalsh(covariance)[-1] if len(covariance) else 0.0
+    if np.sqrt(largest_variance) > _MAX_STIFFNESS_DEVIATION:
+        doubts.append(Doubt("stiffness matrix", f"some of it is known within {200 * np.sqrt(largest_variance):.0f} % only",
+                            figure=float(np.sqrt(largest_variance))))
     single = np.diag(form.start.stiffness).copy() if f == 1 else None
     return replace(joint, stiffness=single, stiffness_deviation=None if single is None else np.sqrt(variance[:, 0]),
                    stiffness_matrix=(form.start.stiffness + form.start.stiffness.T) / 2, doubts=tuple(doubts),
                    stiffness_matrix_deviation=np.sqrt(variance)) if size.size else joint
 
 
-def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> list[Doubt]:
-    """Return what speaks against the machine as a whole."""
+def fit_doubts(fit: MachineFit, machine: WholeMachine, frequency: FloatArray) -> list[Doubt]:
+    """Return the doubts about the machine as a whole."""
     result = list[Doubt]()
-    if whole.lonely:
-        alone = ", ".join(f"{frequency[i]:.4g}" for i in whole.lonely)
-        result.append(Doubt(f"measured modes at {alone} Hz", "look like none of the machine's: they are left out",
+    if machine.lonely:
+        frequencies = ", ".join(f"{frequency[i]:.4g}" for i in machine.lonely)
+        result.append(Doubt(f"measured modes at {frequencies} Hz", "look like none of the machine's: they are left out",
                             "check them, the components and the chain"))
     if fit.widened > 2.0:
         result.append(Doubt("fit of the machine", f"it leaves {fit.widened:.3g} times the noise unexplained (probability "
@@ -112,11 +115,11 @@ def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> l
     if fit.mass_scale is not None and fit.mass_scale.doubt:
         result.append(fit.mass_scale.doubt)
     # What noise takes from a MAC is no sign of another shape.
-    low = list(np.flatnonzero(fit.mac + fit.mac_noise < 0.95))
-    if low:
-        where = ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)
+    dissimilar = list(np.flatnonzero(fit.mac + fit.mac_noise < 0.95))
+    if dissimilar:
+        where = ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in dissimilar)
         result.append(Doubt("shapes of the machine", f"those at {where} differ from the measured ones",
-                            figure=1 - float(fit.mac[low].min())))
+                            figure=1 - float(fit.mac[dissimilar].min())))
     if not fit.converged:
         result.append(Doubt("fit of the machine", "it did not settle: its numbers are those of the last step",
                             "give more modes or check the chain"))

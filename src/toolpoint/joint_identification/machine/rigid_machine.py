@@ -1,4 +1,4 @@
-r"""A machine of rigid components on elastic joints, small enough to be solved a thousand times in a fit.
+r"""Machine of rigid components on elastic joints, small enough to be solved a thousand times in a fit.
 
 Joint j has the free twists :math:`B_j = Ad(F_j) S_j`, stiffness :math:`K_j`, loss factor :math:`\eta_j` and relaxation time
 :math:`\tau_j`; a component moves by :math:`J_c q`, the sum of :math:`B_j q_j` on its path from the ground. With
@@ -6,8 +6,8 @@ Joint j has the free twists :math:`B_j = Ad(F_j) S_j`, stiffness :math:`K_j`, lo
 Modal Testing, 2nd ed., sections 2.5 to 2.7); of every pair the upper one is taken.
 
 That is the `COUPLED` law of damping. Where shapes are real it does not hold: with the `ENERGY` law every undamped mode
-dissipates what its joints do by their share of its strain energy, with the `MEASURED` law each mode has a ratio of its own that
-no joint explains.
+dissipates what its joints do by their share of its strain energy, with the `MEASURED_RATIOS` law each mode has a ratio of its
+own that no joint explains.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.spatial import transform as tf
 
-COUPLED, ENERGY, MEASURED = "coupled", "energy", "measured"
+COUPLED, ENERGY, MEASURED_RATIOS = "coupled", "energy", "measured"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +56,23 @@ class RigidMachine:
         ends = np.cumsum([0, *sizes])
         result = np.zeros((len(self.joints), 6, int(ends[-1])))
         for i in range(len(self.joints)):
-            at = i
-            while at >= 0:
-                result[i][:, ends[at]:ends[at + 1]] = self.joints[at].basis
-                at = self.parents[at]
+            ancestor = i
+            while ancestor >= 0:
+                result[i][:, ends[ancestor]:ends[ancestor + 1]] = self.joints[ancestor].basis
+                ancestor = self.parents[ancestor]
         return result
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return (jacobians, mass, complex stiffness, damping)."""
         jacobians = self.jacobians()
         mass = np.einsum("cia,cij,cjb->ab", jacobians, self.masses, jacobians, optimize=True)
-        n, at = mass.shape[0], 0
+        n, start = mass.shape[0], 0
         stiffness, damping = np.zeros((n, n), complex), np.zeros((n, n))
         for joint in self.joints:
-            part = slice(at, at + len(joint.stiffness))
+            part = slice(start, start + len(joint.stiffness))
             stiffness[part, part] = (1 + 1j * joint.loss_factor) * joint.stiffness
             damping[part, part] = joint.relaxation * joint.stiffness
-            at = part.stop
+            start = part.stop
         return jacobians, mass, stiffness, damping
 
     def solve(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -116,9 +116,9 @@ def solve_real(machine: RigidMachine) -> tuple[ComplexArray, FloatArray, FloatAr
     squares, vectors = np.linalg.eigh(np.linalg.solve(lower, np.linalg.solve(lower, stiffness.real).T))
     vectors = np.linalg.solve(lower.T, vectors)
     omega = np.sqrt(np.maximum(squares, 1e-12))
-    lost = np.einsum("ar,ab,br->r", vectors, stiffness.imag, vectors) / (2 * omega**2)
-    lost = np.clip(lost + np.einsum("ar,ab,br->r", vectors, damping, vectors) / (2 * omega), -0.99, 0.99)
-    return omega * (-lost + 1j * np.sqrt(1 - lost**2)), np.einsum("cia,ar->cir", jacobians, vectors), vectors
+    ratio = np.einsum("ar,ab,br->r", vectors, stiffness.imag, vectors) / (2 * omega**2)
+    ratio = np.clip(ratio + np.einsum("ar,ab,br->r", vectors, damping, vectors) / (2 * omega), -0.99, 0.99)
+    return omega * (-ratio + 1j * np.sqrt(1 - ratio**2)), np.einsum("cia,ar->cir", jacobians, vectors), vectors
 
 
 def modal_constants(machine: RigidMachine, poles: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -155,16 +155,16 @@ def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step:
     d_constants = np.empty((len(neighbours), n), complex)
     modal = np.einsum("ar,ab,br->r", vectors, mass, vectors)
     for m, other in enumerate(neighbours):
-        moved, more_mass, more_stiffness, more_damping = other.matrices()
-        change = (poles[:, None, None] ** 2 * (more_mass - mass) + poles[:, None, None] * (more_damping - damping)
-                  + (more_stiffness - stiffness)) / step
+        other_jacobians, other_mass, other_stiffness, other_damping = other.matrices()
+        change = (poles[:, None, None] ** 2 * (other_mass - mass) + poles[:, None, None] * (other_damping - damping)
+                  + (other_stiffness - stiffness)) / step
         right = np.einsum("rab,br->ra", change, vectors)
         d_poles[m] = -np.einsum("ar,ra->r", vectors, right) / size
         vector = -np.einsum("rab,rb->ar", inverse[:, :n, :n], right + d_poles[m][:, None] * sides)
-        d_motions[m] = np.einsum("cia,ar->cir", (moved - jacobians) / step, vectors)
+        d_motions[m] = np.einsum("cia,ar->cir", (other_jacobians - jacobians) / step, vectors)
         d_motions[m] += np.einsum("cia,ar->cir", jacobians, vector)
-        more = (2 * poles[:, None, None] * (more_mass - mass) + (more_damping - damping)) / step
-        d_constants[m] = (2 * d_poles[m] * modal + np.einsum("ar,rab,br->r", vectors, more, vectors)) / size
+        rate_change = (2 * poles[:, None, None] * (other_mass - mass) + (other_damping - damping)) / step
+        d_constants[m] = (2 * d_poles[m] * modal + np.einsum("ar,rab,br->r", vectors, rate_change, vectors)) / size
     return d_poles, d_motions, d_constants
 
 
@@ -176,11 +176,11 @@ def _real_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step
     d_poles, d_motions = np.empty((len(neighbours), len(poles)), complex), np.empty(shape, complex)
     d_constants = np.empty_like(d_poles)
     for m, other in enumerate(neighbours):
-        moved, further, turned = solve_real(other)
-        sign = np.where(np.einsum("ar,ar->r", vectors, turned) < 0, -1.0, 1.0)
-        d_poles[m] = (moved - poles) / step
-        d_motions[m] = (sign * further - motions) / step
-        d_constants[m] = np.log(moved.imag / poles.imag) / step
+        other_poles, other_motions, other_vectors = solve_real(other)
+        sign = np.where(np.einsum("ar,ar->r", vectors, other_vectors) < 0, -1.0, 1.0)
+        d_poles[m] = (other_poles - poles) / step
+        d_motions[m] = (sign * other_motions - motions) / step
+        d_constants[m] = np.log(other_poles.imag / poles.imag) / step
     return d_poles, d_motions, d_constants
 
 

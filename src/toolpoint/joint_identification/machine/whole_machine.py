@@ -1,4 +1,4 @@
-"""From joints as the motions tell them to the machine that explains all modes: start, forms of the joints, their choice."""
+"""The machine that explains all modes, from joints as their motions determine them: start, forms of the joints, choice."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.joint_identification.joints.estimate import JointEstimate
+from toolpoint.joint_identification.joints.joint_fit import DECISIVE_INFORMATION
 from toolpoint.joint_identification.joints.kinds import inner_moves
 from toolpoint.joint_identification.joints.stiffness import ComponentMass, first_stiffness
 from toolpoint.joint_identification.machine.bending_share import BendingShare
 from toolpoint.joint_identification.machine.joint_forms import JointForm, diagonal_form
 from toolpoint.joint_identification.machine.law_choice import LawChoice, choose_law
-from toolpoint.joint_identification.machine.machine_fit import MachineFit, MachineNumbers, fit_machine
+from toolpoint.joint_identification.machine.machine_fit import MIN_NOISE_PVALUE, MachineFit, MachineNumbers, fit_machine
 from toolpoint.joint_identification.machine.mode_pairs import match_modes, rival_pairs
-from toolpoint.joint_identification.machine.rigid_machine import MEASURED, ElasticJoint, RigidMachine, tree_order
+from toolpoint.joint_identification.machine.rigid_machine import MEASURED_RATIOS, ElasticJoint, RigidMachine, tree_order
 from toolpoint.joint_identification.modes.modal_data import ModalData, covariance_roots, pole_spread
 from toolpoint.joint_identification.modes.mode_mixing import with_mixing
 from toolpoint.joint_identification.motion.measured import Component
@@ -25,11 +26,9 @@ from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 
-_ALIKE = 0.3
-_LOOSE = 3e-3
-_IMPROBABLE = 1e-3
-_VERY_STRONG = 10.0
-_RESTARTS, _FAR_OFF = 3, 30.0
+_MIN_PARTNER_CORRELATION = 0.3  # MAC of a measured mode with its partner at the start
+_LOOSE_POLE_DEVIATION = 3e-3  # relative, of poles in the first fit
+_MAX_RESTARTS, _HOPELESS_CHI2_RATIO = 3, 30.0  # starts; misfit over its degrees of freedom from which they are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ def whole_machine(
     by_child = {joint.child: joint for joint in joints}
     lengths = {joint.child: motion.size for joint, motion in zip(joints, relatives, strict=True)}
     model, full = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
-    kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
+    kept, lonely = _pair_with_machine(model, _modal_data(modes, parts, motions, names, range(modes.count)))
     data = _modal_data(modes, parts, motions, names, kept)
     if mixing is not None:
         data = with_mixing(data, mixing[np.ix_(kept, kept)])
@@ -78,16 +77,16 @@ def whole_machine(
         # With exact masses a scale has nothing to tell but that they are wrong: it must not bend the shapes.
         uncertain = any(mass.deviations[0] > 0 for mass in masses.values())
         data = replace(data, scale=scale[kept], calibration=calibration if uncertain else None)
-    fit = _settled(model, data)
+    fit = _fit_in_stages(model, data)
 
     def richer(coupled: MachineFit) -> MachineFit:
-        return _richer(coupled, start=model, full=full, data=data)
+        return _enrich(coupled, start=model, full=full, data=data)
     law = None
     if data.is_complex:
         fit, law = choose_law(fit, data, _typical_relaxation(data), richer=richer)
     else:
         fit = richer(fit)
-    fit = _with_other_damping(fit, data) if fit.model.law != MEASURED else fit
+    fit = _loosen_ratios(fit, data) if fit.model.law != MEASURED_RATIOS else fit
     if fit.mass_scale is not None:
         stated = max(mass.mass_deviation for mass in masses.values())
         fit = replace(fit, mass_scale=replace(fit.mass_scale, calibration=calibration, masses=stated))
@@ -123,91 +122,95 @@ def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[Join
 
 def _modal_data(modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], names: Sequence[str],
                 kept: Sequence[int]) -> ModalData:
-    count, at = modes.count, list(kept)
+    """Return the measured data of some modes."""
+    count, indices = modes.count, list(kept)
     is_complex = motions[names[0]].twist.shape[1] > count
-    columns = at + [count + i for i in at] if is_complex else at
+    columns = indices + [count + i for i in indices] if is_complex else indices
     twists = np.stack([motions[name].twist for name in names])
-    shapes = twists[:, :, at] + 1j * twists[:, :, [count + i for i in at]] if is_complex else twists[:, :, at]
-    wholes = [motions[name].whole[columns][:, :, columns] for name in names]
-    covariance = None if modes.covariance is None else modes.covariance[at]
+    shapes = twists[:, :, indices] + 1j * twists[:, :, [count + i for i in indices]] if is_complex else twists[:, :, indices]
+    covariances = [motions[name].full_covariance[columns][:, :, columns] for name in names]
+    covariance = None if modes.covariance is None else modes.covariance[indices]
     grams = np.stack([parts[name].rows.T @ parts[name].rows for name in names])
-    frequency, ratio = modes.frequency[at], modes.damping_ratio[at]
-    return ModalData(shapes, covariance_roots(wholes, grams, shapes), grams, frequency, ratio,
+    frequency, ratio = modes.frequency[indices], modes.damping_ratio[indices]
+    return ModalData(shapes, covariance_roots(covariances, grams, shapes), grams, frequency, ratio,
                      pole_spread(frequency, ratio, covariance))
 
 
-def _explained(model: MachineNumbers, data: ModalData) -> tuple[list[int], list[int]]:
+def _pair_with_machine(model: MachineNumbers, data: ModalData) -> tuple[list[int], list[int]]:
     """Return the measured modes that some mode of the machine looks like, one each, and those without such a partner."""
     machine = model.machine(np.zeros(len(model.deviations)))
-    partner, alike = match_modes(machine, data)
-    good = [r for r in range(len(partner)) if partner[r] >= 0 and alike[r, partner[r]] >= _ALIKE]
-    return good, [r for r in range(len(partner)) if r not in good]
+    partner, correlation = match_modes(machine, data)
+    with_partner = [r for r in range(len(partner)) if partner[r] >= 0
+                    and correlation[r, partner[r]] >= _MIN_PARTNER_CORRELATION]
+    return with_partner, [r for r in range(len(partner)) if r not in with_partner]
 
 
-def _settled(model: MachineNumbers, data: ModalData) -> MachineFit:
+def _fit_in_stages(model: MachineNumbers, data: ModalData) -> MachineFit:
     """Return the fit with poles first believed within a part in some hundred, then as they are known."""
-    loose = np.linalg.inv(np.diag([_LOOSE, 10 * _LOOSE]))
+    loose = np.linalg.inv(np.diag([_LOOSE_POLE_DEVIATION, 10 * _LOOSE_POLE_DEVIATION]))
     # Far from the measured poles their errors are no small ones: mixing comes last.
-    easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape), mixing=None, unsure=None)
+    easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape), mixing=None, mixing_deviation=None)
     first = fit_machine(model, easy, 15)
     if _is_far(first):
         # Two modes close together that look half like each other's partner, in the wrong order at the start.
-        for pairs in rival_pairs(model.machine(np.zeros(len(model.deviations))), data, _RESTARTS):
-            again = fit_machine(model, easy, 15, partner=pairs)
-            first = again if again.chi2 < first.chi2 else first
+        for pairs in rival_pairs(model.machine(np.zeros(len(model.deviations))), data, _MAX_RESTARTS):
+            restarted = fit_machine(model, easy, 15, partner=pairs)
+            first = restarted if restarted.chi2 < first.chi2 else first
     rng = np.random.default_rng(0)
-    for _ in range(_RESTARTS):
+    for _ in range(_MAX_RESTARTS):
         if not _is_far(first):
             break
         # Far from any noise: a frame may lie in another valley of what only the stiffness tells.
-        again = fit_machine(replace(model, forms=tuple(_turned(form, rng) for form in model.forms)), easy, 15)
-        first = again if again.chi2 < first.chi2 else first
+        restarted = fit_machine(replace(model, forms=tuple(_rotate_randomly(form, rng) for form in model.forms)), easy, 15)
+        first = restarted if restarted.chi2 < first.chi2 else first
     return fit_machine(first.model, data, after=first)
 
 
 def _is_far(fit: MachineFit) -> bool:
-    """Whether no noise can be the reason of a misfit so large."""
-    return fit.chi2 >= _FAR_OFF * max(fit.freedom, 1)
+    """Whether noise cannot explain so large a misfit."""
+    return fit.chi2 >= _HOPELESS_CHI2_RATIO * max(fit.freedom, 1)
 
 
-def _turned(form: JointForm, rng: np.random.Generator) -> JointForm:
-    inner = inner_moves(form.ways) if form.ways and form.diagonal else np.zeros((6, 0))
-    if not inner.shape[1]:
+def _rotate_randomly(form: JointForm, rng: np.random.Generator) -> JointForm:
+    """Return a form with its frame rotated where only the stiffness orients it."""
+    motions = inner_moves(form.ways) if form.ways and form.diagonal else np.zeros((6, 0))
+    if not motions.shape[1]:
         return form
-    frame = form.start.frame @ tf.exponential(inner @ rng.uniform(-0.8, 0.8, inner.shape[1]))
+    frame = form.start.frame @ tf.exponential(motions @ rng.uniform(-0.8, 0.8, motions.shape[1]))
     return replace(form, start=replace(form.start, frame=frame))
 
 
-def _richer(fit: MachineFit, *, start: MachineNumbers, full: Sequence[JointForm], data: ModalData) -> MachineFit:
+def _enrich(fit: MachineFit, *, start: MachineNumbers, full: Sequence[JointForm], data: ModalData) -> MachineFit:
     """Return the fit with viscous damping or full stiffness matrices where the data ask for them beyond chance."""
     best = fit
-    if best.freedom > 0 and best.chi2 > _FAR_OFF * best.freedom:
+    if best.freedom > 0 and best.chi2 > _HOPELESS_CHI2_RATIO * best.freedom:
         # Far from any noise: springs that no frame makes diagonal, from where the motions and forces put them.
         # All joints begin anew: the others were drawn to where they made up for the wrong ones.
         forms = tuple(b if _is_richer(a) else c for a, b, c in zip(best.model.forms, full, start.forms, strict=True))
-        other = _settled(replace(best.model, forms=forms), data)
-        best = other if other.information < best.information - _VERY_STRONG else best
-    if best.freedom > 0 and best.probability < _IMPROBABLE:
-        tried = [_with_viscous(best.model, _typical_relaxation(data))]
-        tried += [_with_matrix(best.model, i) for i, form in enumerate(best.model.forms)
+        other = _fit_in_stages(replace(best.model, forms=forms), data)
+        best = other if other.information < best.information - DECISIVE_INFORMATION else best
+    if best.freedom > 0 and best.probability < MIN_NOISE_PVALUE:
+        tried = [_add_viscous(best.model, _typical_relaxation(data))]
+        tried += [_use_matrix(best.model, i) for i, form in enumerate(best.model.forms)
                   if _is_richer(form)]
         for change in tried:
             other = fit_machine(change, data, after=best)
-            if other.information < best.information - _VERY_STRONG:
+            if other.information < best.information - DECISIVE_INFORMATION:
                 best = other
     return best
 
 
-def _with_other_damping(fit: MachineFit, data: ModalData) -> MachineFit:
+def _loosen_ratios(fit: MachineFit, data: ModalData) -> MachineFit:
     """Return the fit with damping ratios believed only as far as damping in the joints can explain them."""
     if fit.damping_excess == 1.0:
         return fit
-    again = fit_machine(fit.model, replace(data, spread=data.spread * np.array([1.0, 1 / np.sqrt(fit.damping_excess)])),
+    refitted = fit_machine(fit.model, replace(data, spread=data.spread * np.array([1.0, 1 / np.sqrt(fit.damping_excess)])),
                         after=fit)
-    return replace(again, damping_excess=fit.damping_excess)
+    return replace(refitted, damping_excess=fit.damping_excess)
 
 
 def _is_richer(form: JointForm) -> bool:
+    """Whether a full matrix has more numbers than the diagonal form."""
     return form.diagonal and len(form.ways) > 1 and replace(form, diagonal=False).count > form.count
 
 
@@ -216,32 +219,35 @@ def _typical_relaxation(data: ModalData) -> float:
     return float(0.1 / (2 * np.pi * np.median(data.frequency)))
 
 
-def _with_viscous(model: MachineNumbers, typical: float) -> MachineNumbers:
+def _add_viscous(model: MachineNumbers, typical: float) -> MachineNumbers:
+    """Return the numbers with viscous damping in every joint."""
     return replace(model, forms=tuple(replace(form, viscous=typical) for form in model.forms))
 
 
-def _with_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
+def _use_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
+    """Return the numbers with a full matrix in one joint."""
     forms = list(model.forms)
     forms[i] = replace(forms[i], diagonal=False)
     return replace(model, forms=tuple(forms))
 
 
-def widen_softness(whole: WholeMachine, bending: BendingShare | None) -> WholeMachine:
+def widen_softness(machine: WholeMachine, bending: BendingShare | None) -> WholeMachine:
     """Return the machine with the numbers of its joints known no better than bending components leave them.
 
     The stiffnesses of a joint may be off by the share of its deflection that is bending. Bending also lowers the frequencies,
     and the fit of the frequencies passes that on to every joint that takes part in the mode.
     """
     if bending is None:
-        return whole
-    fit = whole.fit
+        return machine
+    fit = machine.fit
     covariance, slices = fit.covariance.copy(), fit.model.slices
     lowered = fit.pole_gain * (bending.lowered / 2)
     covariance += lowered @ lowered.T
-    moved = {}
-    for i, (form, name) in enumerate(zip(fit.model.forms, whole.names, strict=True)):
+    deviations = {}
+    for i, (form, name) in enumerate(zip(fit.model.forms, machine.names, strict=True)):
         place, stiff, _ = form.sizes
-        at = np.arange(slices[i].start + place, slices[i].start + place + stiff)
-        covariance[at, at] += bending.joints.get(name, 0.0) ** 2
-        moved[name] = float(np.sqrt((covariance[at, at] - fit.covariance[at, at]).max(initial=0.0)))
-    return replace(whole, fit=replace(fit, covariance=covariance), moved=moved)
+        stiffness_numbers = np.arange(slices[i].start + place, slices[i].start + place + stiff)
+        covariance[stiffness_numbers, stiffness_numbers] += bending.joints.get(name, 0.0) ** 2
+        deviations[name] = float(np.sqrt((covariance[stiffness_numbers, stiffness_numbers]
+                                          - fit.covariance[stiffness_numbers, stiffness_numbers]).max(initial=0.0)))
+    return replace(machine, fit=replace(fit, covariance=covariance), moved=deviations)

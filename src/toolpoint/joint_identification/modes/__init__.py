@@ -1,1 +1,1 @@
-"""Modes as data of a fit: scales, covariance, and what their errors mix."""
+"""Modes as data of a fit: scales, covariance, and the mixing of shapes by errors of poles."""

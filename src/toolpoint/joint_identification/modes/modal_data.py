@@ -1,4 +1,4 @@
-"""Poles and motions as they were measured, whitened by what is known of their noise."""
+"""Poles and motions as they were measured, whitened by their noise."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from scipy import stats
 from toolpoint._check import Array, ComplexArray, FloatArray
 
 # Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
-FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
-_RARE = 1e-3
+FREQUENCY_FLOOR, DAMPING_FLOOR, RIGIDITY_FLOOR = 1e-5, 6e-4, 1e-5
+_MAC_NOISE_PROBABILITY = 1e-3  # of a larger loss of MAC by noise
 
 
 @dataclass(frozen=True, eq=False)
 class ModalData:
-    """What was measured.
+    """Measured modes of the components.
 
     motions : (c, 6, k), real or complex, of the components; roots : one (6 m, 6 m) a component, inverse Cholesky factors of
     the covariance of its columns (m = k, or 2 k: real parts, then imaginary parts), column by column; grams : (c, 6, 6), sums
     over the points, by which shapes are compared; frequency (k,) Hz, ratio (k,); spread : (k, 2, 2), inverse Cholesky factors
     of the covariance of (ln frequency, ratio); scale (k,): standard deviations of the logarithms of the squared scales, None
     where shapes have no scale; calibration: standard deviation of the logarithm of the test's gain, None where not told; mixing
-    (k, k): what errors of the poles add to the shapes of others (`mode_mixing`), None where nothing is known of it; unsure
-    (k, k): standard deviation of the share of shape s in shape r that this leaves open, zero for modes apart.
+    (k, k): what errors of the poles add to the shapes of others (`mode_mixing`), None where nothing is known of it;
+    mixing_deviation (k, k): standard deviation of the share of shape s in shape r that this leaves open, zero for modes apart.
     """
 
     motions: Array
@@ -38,17 +38,17 @@ class ModalData:
     scale: FloatArray | None = None
     calibration: float | None = None
     mixing: ComplexArray | None = None
-    unsure: FloatArray | None = None
+    mixing_deviation: FloatArray | None = None
 
     @cached_property
     def shares(self) -> FloatArray:
         """Whitened columns of the shares that shapes may have of others, each times its standard deviation; none where none."""
-        unsure = np.zeros((0, 0)) if self.unsure is None else self.unsure
+        deviation = np.zeros((0, 0)) if self.mixing_deviation is None else self.mixing_deviation
         columns = []
-        for r, s in np.argwhere(unsure > 0).tolist():
+        for r, s in np.argwhere(deviation > 0).tolist():
             for turn in (1.0, 1j):
                 part = np.zeros_like(self.motions)
-                part[..., r] = unsure[r, s] * turn * self.motions[..., s]
+                part[..., r] = deviation[r, s] * turn * self.motions[..., s]
                 columns.append(self.whitened(part))
         return np.stack(columns, axis=1) if columns else np.zeros((sum(len(root) for root in self.roots), 0))
 
@@ -90,15 +90,16 @@ def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray
     """Return inverse Cholesky factors (k, 2, 2) of the covariance of (ln frequency, damping ratio), with the floors."""
     result = np.zeros((len(frequency), 2, 2))
     for r, f in enumerate(frequency):
-        known = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f], [f, 1.0]])
-        if np.linalg.eigvalsh(known)[0] < 0:
-            known = np.diag(np.maximum(np.diag(known), 1e-12))
+        covariance_of_pole = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f],
+                                                                                                             [f, 1.0]])
+        if np.linalg.eigvalsh(covariance_of_pole)[0] < 0:
+            covariance_of_pole = np.diag(np.maximum(np.diag(covariance_of_pole), 1e-12))
         floor = np.array([FREQUENCY_FLOOR, DAMPING_FLOOR * max(abs(float(ratio[r])), 1e-3)])
-        result[r] = np.linalg.inv(np.linalg.cholesky(known + np.diag(floor) ** 2))
+        result[r] = np.linalg.inv(np.linalg.cholesky(covariance_of_pole + np.diag(floor) ** 2))
     return result
 
 
-def covariance_roots(wholes: Sequence[FloatArray], grams: FloatArray, motions: Array) -> tuple[FloatArray, ...]:
+def covariance_roots(covariances: Sequence[FloatArray], grams: FloatArray, motions: Array) -> tuple[FloatArray, ...]:
     """Return the inverse Cholesky factors of covariances (m, 6, m, 6), with the floor of the shapes.
 
     No casting is perfectly rigid: a motion of every component of its own, by a share of the largest motion of a mode.
@@ -106,9 +107,9 @@ def covariance_roots(wholes: Sequence[FloatArray], grams: FloatArray, motions: A
     result = []
     power = np.einsum("cik,cij,cjk->ck", motions.conj(), grams, motions, optimize=True).real
     size = power.max(axis=0)
-    for whole, gram in zip(wholes, grams, strict=True):
-        flat = whole.reshape(6 * len(whole), -1)
-        floor = SHAPE_FLOOR**2 * np.kron(np.diag(np.tile(size, len(whole) // len(size))), np.linalg.inv(gram))
+    for covariance, gram in zip(covariances, grams, strict=True):
+        flat = covariance.reshape(6 * len(covariance), -1)
+        floor = RIGIDITY_FLOOR**2 * np.kron(np.diag(np.tile(size, len(covariance) // len(size))), np.linalg.inv(gram))
         flat = (flat + flat.T) / 2 + (floor + floor.T) / 2
         # Columns and units of very different size: scaled to ones before the factor is taken.
         scale = np.sqrt(np.maximum(np.diag(flat), 1e-300))
@@ -118,17 +119,17 @@ def covariance_roots(wholes: Sequence[FloatArray], grams: FloatArray, motions: A
 
 
 def mac_noise(data: ModalData) -> FloatArray:
-    """Return how far (k,) noise alone lowers the MAC of a measured shape with the true one, with a probability of 0.1 % more.
+    """Return the loss (k,) of MAC of a measured shape with the true one by noise alone, exceeded with a probability of 0.1 %.
 
     The mean is the noise's share of the motion's power, over 6 numbers a component (12 of complex shapes).
     """
     k = len(data.frequency)
     noise = np.zeros(k)
     for root, gram in zip(data.roots, data.grams, strict=True):
-        back = np.linalg.inv(root)
-        blocks = (back @ back.T).reshape(len(root) // 6, 6, len(root) // 6, 6)
+        factor = np.linalg.inv(root)
+        blocks = (factor @ factor.T).reshape(len(root) // 6, 6, len(root) // 6, 6)
         for column in range(len(root) // 6):
             noise[column % k] += float(np.trace(gram @ blocks[column, :, column]))
     power = np.einsum("cik,cij,cjk->k", data.motions.conj(), data.grams, data.motions, optimize=True).real
     freedom = len(data.grams) * (12 if data.is_complex else 6) - (2 if data.is_complex else 1)
-    return np.asarray(noise / power * stats.chi2.isf(_RARE, freedom) / freedom)
+    return np.asarray(noise / power * stats.chi2.isf(_MAC_NOISE_PROBABILITY, freedom) / freedom)

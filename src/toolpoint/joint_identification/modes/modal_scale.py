@@ -1,4 +1,4 @@
-r"""What the driving points tell of all masses together.
+r"""Common factor of all masses from the driving points.
 
 Shapes that were scaled by driving points (modal A, or unit modal mass) are absolute: of a machine whose modes have
 :math:`a_r = v_r^T (2 s_r M + C) v_r`, the measured shape is :math:`\alpha_r v_r` with
@@ -7,7 +7,7 @@ Shapes that were scaled by driving points (modal A, or unit modal mass) are abso
 
 where m is the factor by which all masses (and with them all stiffnesses) of the machine are too large, g the common gain error
 of force and response, and :math:`e_r` the noise of the driving points in mode r (Ewins, Modal Testing, 2nd ed., sections 2.4
-and 4.4). Poles and the ratios of shapes tell nothing of m: only this does, and no better than the calibration.
+and 4.4). Poles and the ratios of shapes do not determine m: only this does, and no better than the calibration.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.unit_factor import scale_words
 
-# Neighbours that a test did not reach share in every residue: no scale is better than this.
-_FLOOR = 3e-3
-_IMPROBABLE = 1e-3
-_UNTOLD_CALIBRATION, _OFF, _SURE = 0.05, 0.10, 3.0
+# Relative standard deviation: modes outside the tested band contribute to every residue.
+_SCALE_FLOOR = 3e-3
+_MIN_SCATTER_PVALUE = 1e-3  # below, modes scatter by more than their noise
+_DEFAULT_CALIBRATION = 0.05  # relative standard deviation of the gain where none is stated
+_MIN_MASS_ERROR, _DOUBT_DEVIATIONS = 0.10, 3.0  # logarithm of the factor without a stated calibration; standard deviations
 
 
 def scale_deviations(modes: Modes) -> FloatArray | None:
@@ -47,14 +48,17 @@ def scale_deviations(modes: Modes) -> FloatArray | None:
     total = power.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = along * (power * modes.shape_variance[rows]).sum(axis=0) / total**2
-    return np.where(total > 0, np.sqrt(noise + _FLOOR**2), np.inf)
+    return np.where(total > 0, np.sqrt(noise + _SCALE_FLOOR**2), np.inf)
 
 
 @dataclass(frozen=True, eq=False)
 class MassScale:
-    """What the driving points say: `factor` by which the masses of the machine times the gain of the test are too large, and
-    its relative standard `deviation` (noise, and the scatter between modes where that is larger); `calibration`: standard
-    deviation that was stated of the gain, None where nothing was; `masses`: the largest that was stated of a mass."""
+    """Common factor of all masses, by the driving points.
+
+    factor : by which the masses of the machine times the gain of the test are too large; deviation : its relative standard
+    deviation (noise, and the scatter between modes where that is larger); calibration : standard deviation that was stated of
+    the gain, None where none was; masses : the largest that was stated of a mass.
+    """
 
     factor: float
     deviation: float
@@ -63,11 +67,11 @@ class MassScale:
 
     @property
     def doubt(self) -> Doubt | None:
-        """What speaks against the masses or the calibration, None where they agree."""
-        gain = _UNTOLD_CALIBRATION if self.calibration is None else self.calibration
-        off = abs(np.log(self.factor))
+        """Doubt about the masses or the calibration, None where they agree."""
+        gain = _DEFAULT_CALIBRATION if self.calibration is None else self.calibration
+        log_error = abs(np.log(self.factor))
         expected = np.sqrt(self.deviation**2 + gain**2 + self.masses**2)
-        if off < _SURE * expected or (self.calibration is None and off < _OFF):
+        if log_error < _DOUBT_DEVIATIONS * expected or (self.calibration is None and log_error < _MIN_MASS_ERROR):
             return None
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
         return Doubt("masses", f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the "
@@ -75,36 +79,36 @@ class MassScale:
                      f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those"
                      f"{scale_words(self.factor)}, beyond the calibration of force and response{assumed}: stiffnesses go with "
                      "the masses",
-                     "check masses, units, sensitivities", figure=float(off))
+                     "check masses, units, sensitivities", figure=float(log_error))
 
     @property
     def note(self) -> str:
-        """What it means for the numbers."""
-        known = with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)
+        """Meaning for the masses, in words."""
+        words = with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)
         if self.calibration is None:
-            more = "; with calibration_deviation in the component file the fit takes that into account" if self.masses else ""
-            return (f"by the driving points all masses are {known} times those stated if force and response are calibrated "
-                    f"exactly{more}")
-        return (f"by the driving points all masses are {known} times those of the fit; their common factor is known as well "
+            ending = "; with calibration_deviation in the component file the fit takes that into account" if self.masses else ""
+            return (f"by the driving points all masses are {words} times those stated if force and response are calibrated "
+                    f"exactly{ending}")
+        return (f"by the driving points all masses are {words} times those of the fit; their common factor is known as well "
                 f"as the masses as stated and a calibration within {196 * self.calibration:.2g} % (95 %) tell")
 
 
 def mean_scale(logarithms: FloatArray, deviations: FloatArray, calibration: float | None) -> MassScale | None:
     """Return the mean of the modes' scales, None where no mode has one."""
-    known = np.isfinite(deviations)
-    if not known.any():
+    has_scale = np.isfinite(deviations)
+    if not has_scale.any():
         return None
-    weight = 1 / deviations[known] ** 2
-    mean = float((weight * logarithms[known]).sum() / weight.sum())
-    chi2, freedom = float((weight * (logarithms[known] - mean) ** 2).sum()), int(known.sum()) - 1
-    wider = chi2 / freedom if freedom > 0 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE else 1.0
-    return MassScale(float(np.exp(mean)), float(np.sqrt(wider / weight.sum())), calibration)
+    weight = 1 / deviations[has_scale] ** 2
+    mean = float((weight * logarithms[has_scale]).sum() / weight.sum())
+    chi2, freedom = float((weight * (logarithms[has_scale] - mean) ** 2).sum()), int(has_scale.sum()) - 1
+    widening = chi2 / freedom if freedom > 0 and stats.chi2.sf(chi2, freedom) < _MIN_SCATTER_PVALUE else 1.0
+    return MassScale(float(np.exp(mean)), float(np.sqrt(widening / weight.sum())), calibration)
 
 
 def scale_root(deviations: FloatArray, calibration: float) -> FloatArray:
     """Return the inverse Cholesky factor (k, k) of the covariance of the logarithms: noise, and the gain common to all."""
-    known = np.isfinite(deviations)
+    has_scale = np.isfinite(deviations)
     result = np.zeros((len(deviations), len(deviations)))
-    covariance = np.diag(deviations[known] ** 2) + calibration**2
-    result[np.ix_(known, known)] = np.linalg.inv(np.linalg.cholesky(covariance))
+    covariance = np.diag(deviations[has_scale] ** 2) + calibration**2
+    result[np.ix_(has_scale, has_scale)] = np.linalg.inv(np.linalg.cholesky(covariance))
     return result

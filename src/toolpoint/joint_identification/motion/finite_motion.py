@@ -31,7 +31,7 @@ class FiniteRotation:
 
     def twists(self, part: Component) -> FloatArray:
         """Return the twists (6, n_columns) about the origin, in the unit of the shapes."""
-        return _registered(part, self.amplitude, lambda a, b: rigid(a, b).transform)
+        return _register_columns(part, self.amplitude, lambda a, b: rigid(a, b).transform)
 
 
 @dataclass(frozen=True)
@@ -43,27 +43,28 @@ class ClosestPoint:
 
     def twists(self, part: Component) -> FloatArray:
         """Return the twists (6, n_columns) about the origin, in the unit of the shapes."""
-        return _registered(part, self.amplitude,
-                           lambda a, b: iterative_closest_point(a, b, iterations=self.iterations).transform)
+        return _register_columns(part, self.amplitude,
+                                 lambda a, b: iterative_closest_point(a, b, iterations=self.iterations).transform)
 
 
-def _registered(part: Component, amplitude: float, register: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
+def _register_columns(part: Component, amplitude: float,
+                      register: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
     positive("amplitude", amplitude, 1.0)
-    moves = displacements(part)
-    result = np.zeros((6, moves.shape[2]))
-    for i in range(moves.shape[2]):
-        size = float(np.sqrt((moves[:, :, i] ** 2).sum(axis=1).max()))
+    displacement = displacements(part)
+    result = np.zeros((6, displacement.shape[2]))
+    for i in range(displacement.shape[2]):
+        size = float(np.sqrt((displacement[:, :, i] ** 2).sum(axis=1).max()))
         if size > 0:
             gain = amplitude * part.size / size
-            result[:, i] = tf.logarithm(register(part.at, part.at + gain * moves[:, :, i])) / gain
+            result[:, i] = tf.logarithm(register(part.at, part.at + gain * displacement[:, :, i])) / gain
     return result
 
 
 def displacements(part: Component) -> FloatArray:
     """Return the displacement vector of every point in every column, (n_points, 3, n_columns); all three must be measured."""
     result = np.empty((len(part.points), 3, part.values.shape[1]))
-    for i, at in enumerate(part.at):
-        rows = np.flatnonzero((part.places == at).all(axis=1))
+    for i, position in enumerate(part.at):
+        rows = np.flatnonzero((part.places == position).all(axis=1))
         ways = part.ways[rows]
         if len(rows) < 3 or np.linalg.matrix_rank(ways, tol=1e-3) < 3:
             fail(f"components[{part.name!r}]", f"point {part.points[i]!r} is not measured in three directions",
@@ -84,37 +85,37 @@ class BisectorAxis(NotebookText):
         return f"BisectorAxis(direction {np.round(self.direction, 4)}, through {np.round(self.point, 4)} m)"
 
 
-def bisector_axis(rest: FloatArray, displaced: FloatArray) -> BisectorAxis:
+def bisector_axis(points: FloatArray, displaced: FloatArray) -> BisectorAxis:
     """Return the axis of a finite motion of points (n, 3): direction by registration, position where bisectors are densest.
 
     Every pair of displacements gives one crossing of their perpendicular bisectors in the plane normal to the axis; the
     densest crossing is the one whose nearest tenth of all crossings lies nearest.
     """
-    motion = rigid(rest, displaced).transform
-    turn = to_vector(motion[:3, :3])
-    angle = float(np.linalg.norm(turn))
+    motion = rigid(points, displaced).transform
+    rotation = to_vector(motion[:3, :3])
+    angle = float(np.linalg.norm(rotation))
     if angle < 1e-12:
         fail("displaced", "no rotation", "must turn about an axis", remedy="the motion is a translation or none")
-    direction = turn / angle
+    direction = rotation / angle
     plane = np.linalg.svd(direction[None])[2][1:]
-    middle, move = ((rest + displaced) / 2) @ plane.T, (displaced - rest) @ plane.T
-    crossings = _crossings(middle, move)
+    middles, move = ((points + displaced) / 2) @ plane.T, (displaced - points) @ plane.T
+    crossings = _crossings(middles, move)
     if not len(crossings):
         fail("displaced", "no two displacements with different directions", "must have some")
-    near = max(2, len(crossings) // 10)
-    distance = np.asarray(cKDTree(crossings).query(crossings, k=near)[0])
-    at = crossings[int(np.argmin(distance[:, -1]))]
-    return BisectorAxis(direction, at @ plane + direction * (direction @ rest.mean(axis=0)), angle)
+    n_nearest = max(2, len(crossings) // 10)
+    distance = np.asarray(cKDTree(crossings).query(crossings, k=n_nearest)[0])
+    densest = crossings[int(np.argmin(distance[:, -1]))]
+    return BisectorAxis(direction, densest @ plane + direction * (direction @ points.mean(axis=0)), angle)
 
 
-def _crossings(middle: FloatArray, move: FloatArray) -> FloatArray:
+def _crossings(middles: FloatArray, move: FloatArray) -> FloatArray:
     """Return the points x with (x - m_a) . r_a = 0 and (x - m_b) . r_b = 0 for all pairs a, b."""
-    a, b = np.triu_indices(len(middle), 1)
+    a, b = np.triu_indices(len(middles), 1)
     determinant = move[a, 0] * move[b, 1] - move[a, 1] * move[b, 0]
-    level = (middle * move).sum(axis=1)
+    level = (middles * move).sum(axis=1)
     length = np.linalg.norm(move, axis=1)
-    good = np.abs(determinant) > 1e-3 * length[a] * length[b]
-    a, b, determinant = a[good], b[good], determinant[good]
+    is_distinct = np.abs(determinant) > 1e-3 * length[a] * length[b]
+    a, b, determinant = a[is_distinct], b[is_distinct], determinant[is_distinct]
     x = (level[a] * move[b, 1] - level[b] * move[a, 1]) / determinant
     y = (move[a, 0] * level[b] - move[b, 0] * level[a]) / determinant
     return np.stack([x, y], axis=1)
@@ -137,8 +138,8 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
         gain = amplitude * child.size / size
         moved = child.at + gain * child_motion[:, :, i]
         if parent is not None and other is not None:
-            before = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
-            moved = tf.move(tf.inverse(before), moved)
+            parent_transform = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
+            moved = tf.move(tf.inverse(parent_transform), moved)
         result.append(bisector_axis(child.at, moved))
     return tuple(result)
 

@@ -1,4 +1,4 @@
-r"""Which points belong together: rigid clusters found from the shapes alone.
+r"""Groups of points that move together: rigid clusters found from the shapes alone.
 
 From every point and its neighbours a rigid motion is fitted in all modes, points that it predicts within their noise are
 taken in step by step, the largest set wins, and the search goes on with the rest (consensus: Fischler, Bolles, Comm. ACM
@@ -55,7 +55,7 @@ class _PointMotions:
     count: FloatArray
 
 
-def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, least: int = 5,
+def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, min_points: int = 5,
             significance: float = 1e-3) -> Grouping:
     """Return the rigid clusters of the measured points.
 
@@ -67,7 +67,7 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
         Positions, m.
     noise : float, optional
         Standard deviation of all shape entries as share of the rms of their mode.
-    least : int
+    min_points : int
         Fewest points of a cluster (4 or more).
     significance : float
         Probability that noise alone makes any of all points be refused by its own part.
@@ -77,25 +77,26 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
     ToolpointWarning
         Where points stay undecided or left out.
     """
-    if least < 4:
-        fail("least", str(least), "must be at least 4", remedy="three points always move almost rigidly")
+    if min_points < 4:
+        fail("min_points", str(min_points), "must be at least 4", remedy="three points always move almost rigidly")
     names = [name for name in dict.fromkeys(dof.point for dof in modes.dofs) if name in points]
-    if len(names) < 2 * least:
-        fail("points", f"{len(names)} measured points", f"must be at least {2 * least} to be grouped")
-    data = _prepared(modes, points, names, noise)
-    seeds = _seeds(data, least)
-    scale = _scale(data, seeds)
+    if len(names) < 2 * min_points:
+        fail("points", f"{len(names)} measured points", f"must be at least {2 * min_points} to be grouped")
+    data = _prepare_motions(modes, points, names, noise)
+    seeds = _seeds(data, min_points)
+    scale = _noise_factor(data, seeds)
     limit = np.array([stats.chi2.isf(significance / len(names), freedom) for freedom in data.count]) * scale
-    clusters = _clusters(data, seeds, limit, least)
+    clusters = _clusters(data, seeds, limit, min_points)
     if not clusters:
-        fail("modes", "no rigid cluster", f"must have some of at least {least} points",
+        fail("modes", "no rigid cluster", f"must have some of at least {min_points} points",
              remedy="group the points by hand, or give the noise that the shapes have")
     return _result(data, clusters, limit, names, modes.count)
 
 
-def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _PointMotions:
-    at = find_positions(points, names)
-    local = (at - at.mean(axis=0)) / np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
+def _prepare_motions(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _PointMotions:
+    """Return the rows, values and weights of all points."""
+    positions = find_positions(points, names)
+    local = (positions - positions.mean(axis=0)) / np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean())
     values = columns(modes.shape)
     if noise is not None:
         spread = np.broadcast_to(positive("noise", noise) * np.sqrt((values**2).mean(axis=0)), values.shape)
@@ -104,25 +105,26 @@ def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point
         spread = np.sqrt(half * np.tile(modes.shape_variance, (1, values.shape[1] // modes.count)))
     else:
         fail("noise", "none", "must be given for modes without shape_variance", remedy="give it as share of the rms, e.g. 0.02")
-    where = {name: i for i, name in enumerate(names)}
-    rows, shown = np.zeros((len(names), 3, 6)), np.zeros((len(names), 3, values.shape[1]))
-    weights, used = np.zeros_like(shown), np.zeros(len(names), int)
+    index_of = {name: i for i, name in enumerate(names)}
+    rows, values_by_point = np.zeros((len(names), 3, 6)), np.zeros((len(names), 3, values.shape[1]))
+    weights, used = np.zeros_like(values_by_point), np.zeros(len(names), int)
     for i, dof in enumerate(modes.dofs):
-        p = where.get(dof.point)
+        p = index_of.get(dof.point)
         if p is None or dof.is_rotation or used[p] == 3:
             continue
         rows[p, used[p]] = dof.unit[:3] @ tf.point_velocity(local[p])
-        shown[p, used[p]], weights[p, used[p]] = values[i], 1 / spread[i] ** 2
+        values_by_point[p, used[p]], weights[p, used[p]] = values[i], 1 / spread[i] ** 2
         used[p] += 1
     normal = np.einsum("pri,prk,prj->pkij", rows, weights, rows)
-    right = np.einsum("pri,prk,prk->pki", rows, weights, shown)
-    return _PointMotions(local, rows, shown, weights, normal, right, used * values.shape[1])
+    right = np.einsum("pri,prk,prk->pki", rows, weights, values_by_point)
+    return _PointMotions(local, rows, values_by_point, weights, normal, right, used * values.shape[1])
 
 
-def _seeds(data: _PointMotions, least: int) -> list[IndexArray]:
+def _seeds(data: _PointMotions, min_points: int) -> list[IndexArray]:
+    """Return the neighbourhoods that determine a rigid motion."""
     seeds = []
-    _, near = cKDTree(data.at).query(data.at, k=least)
-    for members in np.asarray(near):
+    _, neighbours = cKDTree(data.at).query(data.at, k=min_points)
+    for members in np.asarray(neighbours):
         spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
         if spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10:
             seeds.append(members)
@@ -131,8 +133,8 @@ def _seeds(data: _PointMotions, least: int) -> list[IndexArray]:
     return seeds
 
 
-def _scale(data: _PointMotions, seeds: list[IndexArray]) -> float:
-    """Return by how much the noise exceeds its stated variance, from the better half of the neighbourhoods, at least 1."""
+def _noise_factor(data: _PointMotions, seeds: list[IndexArray]) -> float:
+    """Return the factor of the noise over its stated variance, from the better half of the neighbourhoods, at least 1."""
     ratio = []
     for members in seeds:
         chi2 = _misfit(data, members)[0][members].sum()
@@ -153,7 +155,7 @@ def _misfit(data: _PointMotions, members: IndexArray) -> tuple[FloatArray, Float
     return (error**2 * data.weights / widened).sum(axis=(1, 2)), extra.max(axis=(1, 2))
 
 
-def _grown(data: _PointMotions, seed: IndexArray, limit: FloatArray, free: BoolArray) -> IndexArray:
+def _grow_cluster(data: _PointMotions, seed: IndexArray, limit: FloatArray, free: BoolArray) -> IndexArray:
     """Return the points that move with a seed: step by step those predicted well enough to be tested."""
     members = np.asarray(seed)
     for _ in range(60):
@@ -170,20 +172,21 @@ def _grown(data: _PointMotions, seed: IndexArray, limit: FloatArray, free: BoolA
     return np.sort(members)
 
 
-def _clusters(data: _PointMotions, seeds: list[IndexArray], limit: FloatArray, least: int) -> list[IndexArray]:
+def _clusters(data: _PointMotions, seeds: list[IndexArray], limit: FloatArray, min_points: int) -> list[IndexArray]:
+    """Return the clusters, the largest first, each grown from the best seed among the points left."""
     free, clusters = np.ones(len(data.at), bool), []
-    while free.sum() >= least:
+    while free.sum() >= min_points:
         best = np.zeros(0, int)
         covered = np.zeros(len(data.at), bool)
         for seed in seeds:
             # A seed inside a set already grown would grow the same set again.
             if not free[seed].all() or covered[seed].all():
                 continue
-            grown = _grown(data, seed, limit, free)
+            grown = _grow_cluster(data, seed, limit, free)
             covered[grown] = True
             if len(grown) > len(best):
                 best = grown
-        if len(best) < least:
+        if len(best) < min_points:
             break
         clusters.append(best)
         free[best] = False
@@ -191,6 +194,7 @@ def _clusters(data: _PointMotions, seeds: list[IndexArray], limit: FloatArray, l
 
 
 def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
+    """Return the grouping, with doubts about points of several clusters or of none."""
     size = [float(np.sqrt((data.values[members] ** 2).mean())) for members in clusters]
     clusters = [clusters[i] for i in np.argsort(size)]
     labels = [f"part {i + 1}" for i in range(len(clusters))]

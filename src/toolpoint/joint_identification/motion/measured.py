@@ -70,9 +70,9 @@ class Component(NotebookText):
 
 def find_positions(points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> FloatArray:
     """Return the positions (n, 3) of points, m; an unknown point is an error."""
-    missing = [name for name in labels if name not in points]
-    if missing:
-        fail("points", f"no position for {missing[:5]}", "must have a position for every point of a component")
+    without_position = [name for name in labels if name not in points]
+    if without_position:
+        fail("points", f"no position for {without_position[:5]}", "must have a position for every point of a component")
     return floats("points", np.array([np.asarray(points[name], float) for name in labels]).reshape(-1, 3), (None, 3))
 
 
@@ -92,7 +92,7 @@ def about(centre: FloatArray, size: float) -> FloatArray:
 
 
 def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, labels: Sequence[Point]) -> Component:
-    """Return the measured motion of the points `labels`, after checking that it can tell a rigid motion.
+    """Return the measured motion of the points `labels`, after checking that it determines a rigid motion.
 
     Raises
     ------
@@ -101,44 +101,46 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, lab
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
-    at = find_positions(points, labels)
-    _check_points(name, labels, at)
-    where = {point: i for i, point in enumerate(labels)}
-    kept = [i for i, dof in enumerate(modes.dofs) if dof.point in where and not dof.is_rotation]
-    owner = np.array([where[modes.dofs[i].point] for i in kept], int)
-    places = at[owner].reshape(-1, 3)
+    positions = find_positions(points, labels)
+    _check_points(name, labels, positions)
+    index_of = {point: i for i, point in enumerate(labels)}
+    kept = [i for i, dof in enumerate(modes.dofs) if dof.point in index_of and not dof.is_rotation]
+    owner = np.array([index_of[modes.dofs[i].point] for i in kept], int)
+    places = positions[owner].reshape(-1, 3)
     ways = np.array([modes.dofs[i].unit[:3] for i in kept]).reshape(-1, 3)
     rows = np.einsum("ni,nij->nj", ways, tf.point_velocity(places))
-    _check_rows(name, rows, ways, places, at)
+    _check_rows(name, rows, ways, places, positions)
     shape = modes.shape[kept]
     variance = None
     if modes.shape_variance is not None:
-        half = 0.5 if np.iscomplexobj(shape) else 1.0
-        spread = modes.shape_variance[kept] * half
+        real_fraction = 0.5 if np.iscomplexobj(shape) else 1.0
+        spread = modes.shape_variance[kept] * real_fraction
         variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
         if (variance <= 0).any():
             fail("modes.shape_variance", "a value of zero", "must be above zero", remedy="leave it out if it is not known")
-    return Component(name, tuple(labels), at, rows, places, ways, owner, columns(shape), variance)
+    return Component(name, tuple(labels), positions, rows, places, ways, owner, columns(shape), variance)
 
 
-def _check_points(name: str, labels: Sequence[Point], at: FloatArray) -> None:
+def _check_points(name: str, labels: Sequence[Point], positions: FloatArray) -> None:
+    """Refuse repeated points, fewer than three, and points on one line."""
     if len(set(labels)) != len(labels):
         fail(f"components[{name!r}]", "a point appears twice", "points must differ")
     if len(labels) < 3:
         fail(f"components[{name!r}]", f"{len(labels)} points", "must have at least 3 points not on one line",
              remedy="measure more points on it, or make it part of its neighbour")
-    singular = np.linalg.svd(at - at.mean(axis=0), compute_uv=False)
+    singular = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
     if singular[1] <= 1e-3 * singular[0]:
         fail(f"components[{name!r}]", "its points are on one line (within 0.1 % of its length)", "must span a plane",
              remedy="a rotation about that line cannot be seen; add a point off the line")
 
 
-def _check_rows(name: str, rows: FloatArray, ways: FloatArray, places: FloatArray, at: FloatArray) -> None:
+def _check_rows(name: str, rows: FloatArray, ways: FloatArray, places: FloatArray, positions: FloatArray) -> None:
+    """Refuse too few displacements, and directions that leave a motion undetermined."""
     if len(rows) < 7:
         fail(f"components[{name!r}]", f"{len(rows)} measured displacements", "must have at least 7",
              remedy="six tell the motion; only more can tell whether the component is rigid")
-    size = np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
-    local = np.einsum("ni,nij->nj", ways, tf.point_velocity((places - at.mean(axis=0)) / size))
+    size = np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean())
+    local = np.einsum("ni,nij->nj", ways, tf.point_velocity((places - positions.mean(axis=0)) / size))
     singular = np.linalg.svd(local, compute_uv=False)
     if singular[-1] <= 1e-3 * singular[0]:
         fail(f"components[{name!r}]", "the measured directions leave a motion unseen", "must see all six",

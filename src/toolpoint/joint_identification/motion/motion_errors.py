@@ -23,11 +23,11 @@ from toolpoint.joint_identification.motion.measured import Component, about
 from toolpoint.joint_identification.motion.point_places import PlacedComponent
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 
-_ROWS_PER_COLUMN = 10
-_SIGNIFICANT = 2.0
-_LARGEST = 0.95
-_UNLIKE = 0.01
-_LEAST = 0.5
+_MIN_FREEDOM_PER_COLUMN = 10  # degrees of freedom of the residuals, below which columns count as independent
+_CORRELATION_DEVIATIONS = 2.0  # standard errors below which a correlation counts as zero
+_MAX_CORRELATION = 0.95
+_MAX_POOLED_PVALUE = 0.01  # of an F-test, below which a component keeps its own noise
+_MIN_VARIANCE_FACTOR = 0.5  # on a stated variance
 
 
 def coordinate_variance(part: Component, twist: FloatArray, deviation: float) -> FloatArray:
@@ -43,21 +43,21 @@ def with_common_noise(parts: Mapping[str, Component], motions: Mapping[str, Rigi
     beyond chance (F-test, 1 %) keeps its own. Less than half of a stated variance is not believed. Motions of components
     without a stated variance stay as they are.
     """
-    known = [name for name, part in parts.items() if part.variance is not None]
-    if not known:
+    with_variance = [name for name, part in parts.items() if part.variance is not None]
+    if not with_variance:
         return dict(motions)
-    total = sum(motions[name].freedom for name in known)
-    pooled = np.sum([motions[name].freedom * motions[name].excess for name in known], axis=0) / total
+    total = sum(motions[name].freedom for name in with_variance)
+    pooled = np.sum([motions[name].freedom * motions[name].excess for name in with_variance], axis=0) / total
     result = dict(motions)
-    for name in known:
+    for name in with_variance:
         motion = motions[name]
         ratio = motion.excess / np.maximum(pooled, 1e-300)
-        unlike = stats.f.sf(ratio, motion.freedom, max(total - motion.freedom, 1)) < _UNLIKE
-        factor = np.maximum(np.where(unlike, motion.excess, pooled), _LEAST)
+        unlike = stats.f.sf(ratio, motion.freedom, max(total - motion.freedom, 1)) < _MAX_POOLED_PVALUE
+        factor = np.maximum(np.where(unlike, motion.excess, pooled), _MIN_VARIANCE_FACTOR)
         change = factor / np.maximum(motion.excess, 1.0)
         root = np.sqrt(change)
         result[name] = replace(motion, variance=motion.variance * change, covariance=motion.covariance * change[:, None, None],
-                               whole=motion.whole * root[:, None, None, None] * root[:, None])
+                               full_covariance=motion.full_covariance * root[:, None, None, None] * root[:, None])
     return result
 
 
@@ -77,21 +77,21 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
         cross += error.T @ error
         auto += motion.freedom / len(error) * noise.T @ noise
         freedom += motion.freedom
-    if freedom < _ROWS_PER_COLUMN * columns:
+    if freedom < _MIN_FREEDOM_PER_COLUMN * columns:
         return np.eye(columns)
-    cross[np.abs(cross) < _SIGNIFICANT * np.sqrt(freedom)] = 0.0
-    result = np.clip(cross / np.where(auto > 0, auto, 1.0), -_LARGEST, _LARGEST)
+    cross[np.abs(cross) < _CORRELATION_DEVIATIONS * np.sqrt(freedom)] = 0.0
+    result = np.clip(cross / np.where(auto > 0, auto, 1.0), -_MAX_CORRELATION, _MAX_CORRELATION)
     np.fill_diagonal(result, 1.0)
-    least = float(np.linalg.eigvalsh(result)[0])
+    smallest = float(np.linalg.eigvalsh(result)[0])
     # Cutting small values may leave the matrix indefinite; it is drawn towards the identity as far as it takes.
-    share = max(0.0, (1e-3 - least) / (1 - least)) if least < 1e-3 else 0.0
+    share = max(0.0, (1e-3 - smallest) / (1 - smallest)) if smallest < 1e-3 else 0.0
     return np.asarray((1 - share) * result + share * np.eye(columns))
 
 
 def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
     """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
     noise = _maps(part) * np.sqrt(motion.variance).T[:, None, :]
-    return _with_whole(motion, np.einsum("rs,rin,sjn->risj", correlation, noise, noise))
+    return _set_covariance(motion, np.einsum("rs,rin,sjn->risj", correlation, noise, noise))
 
 
 def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
@@ -100,14 +100,14 @@ def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation
     `motion` is that of the placed component with its variance as all components together tell it.
     """
     noise = placed.noise_maps * np.sqrt(motion.variance)
-    whole = np.einsum("riat,tu,sjau->risj", noise, correlation, noise, optimize=True)
+    covariance = np.einsum("riat,tu,sjau->risj", noise, correlation, noise, optimize=True)
     place = placed.deviation * placed.place_maps
-    return _with_whole(motion, whole + np.einsum("rip,sjp->risj", place, place))
+    return _set_covariance(motion, covariance + np.einsum("rip,sjp->risj", place, place))
 
 
-def _with_whole(motion: RigidMotion, whole: FloatArray) -> RigidMotion:
-    each = np.arange(len(whole))
-    return replace(motion, whole=whole, covariance=whole[each, :, each])
+def _set_covariance(motion: RigidMotion, covariance: FloatArray) -> RigidMotion:
+    columns = np.arange(len(covariance))
+    return replace(motion, full_covariance=covariance, covariance=covariance[columns, :, columns])
 
 
 def with_bending(part: Component, motion: RigidMotion, significance: float, *, floor: float) -> RigidMotion:
@@ -118,17 +118,18 @@ def with_bending(part: Component, motion: RigidMotion, significance: float, *, f
     bends = np.flatnonzero(motion.bends(significance, floor))
     if not bends.size:
         return motion
-    whole = motion.whole.copy()
-    way = np.linalg.inv(part.rows.T @ part.rows)
+    covariance = motion.full_covariance.copy()
+    motion_covariance = np.linalg.inv(part.rows.T @ part.rows)
     for column in bends:
-        whole[column, :, column] += motion.bending[column] ** 2 * float((part.values[:, column] ** 2).sum()) * way
-    return _with_whole(motion, whole)
+        covariance[column, :,
+                   column] += motion.bending[column] ** 2 * float((part.values[:, column] ** 2).sum()) * motion_covariance
+    return _set_covariance(motion, covariance)
 
 
 def _maps(part: Component) -> FloatArray:
     """Return A_r, (n_columns, 6, n_rows), of the weighted least squares of every column."""
-    back = about(part.centre, part.size)
-    local = part.rows @ back
+    to_origin = about(part.centre, part.size)
+    local = part.rows @ to_origin
     weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
     q, r = np.linalg.qr(local[None] * weights.T[:, :, None])
-    return np.asarray(back @ np.linalg.solve(r, np.swapaxes(q, 1, 2)) * weights.T[:, None, :])
+    return np.asarray(to_origin @ np.linalg.solve(r, np.swapaxes(q, 1, 2)) * weights.T[:, None, :])

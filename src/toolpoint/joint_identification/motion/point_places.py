@@ -1,4 +1,4 @@
-r"""Where the points of a component really are, as far as its motions tell: coordinates told with a standard deviation.
+r"""Places of the points of a component by its motions: coordinates with a stated standard deviation are corrected.
 
 A point that is really at :math:`p + \delta` moves by :math:`u_r = v_r + w_r \times (p + \delta)` in every mode r, with the
 same :math:`\delta` in all of them. Twists and offsets minimise
@@ -22,12 +22,16 @@ from toolpoint.joint_identification.motion.measured import Component, about
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.spatial import transform as tf
 
-_ROUNDS, _REPEATS, _SMALL, _LIKE, _QUIET, _IMPROBABLE = 20, 6, 1e-4, 0.02, 1e-3, 1e-3
+_MAX_GAUSS_NEWTON_STEPS, _MAX_VARIANCE_ROUNDS = 20, 6
+_OFFSET_TOLERANCE = 1e-4  # of the stated deviation: a step below it is the last
+_VARIANCE_TOLERANCE = 0.02  # change of the logarithm of the noise between rounds
+_FIRST_VARIANCE_FRACTION = 1e-3  # of the residual's variance, at the start where none is stated
+_MIN_OFFSET_PVALUE = 1e-3  # below, offsets are larger than the stated deviation
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedComponent:
-    """A component with its points where its motions place them.
+    """Component with its points at the places that its motions determine.
 
     part : at the shifted places; motion : its rigid motion there; deviation : standard deviation of a coordinate that was
     used, m, larger than the stated one where the offsets are; noise_maps : (m, 6, n_rows, m), from the noise of the
@@ -43,20 +47,20 @@ class PlacedComponent:
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of twists (about the centre: `back` leads to the origin) and offsets.
+    """Normal equations of twists (about the centre: `to_origin` leads to the origin) and offsets.
 
     weight : (n_rows, m); local : (n_rows, 6), turned : (n_rows, m, 3), slopes to twists and to offsets; alone : (n, 3, 3),
     covariance of a point's offset where the twists are known; pulled : (6 m, n, 3), the coupling times it; left : (6 m, 6 m),
     information of the twists once every point may shift.
     """
 
-    back: FloatArray
+    to_origin: FloatArray
     weight: FloatArray
     local: FloatArray
-    turned: FloatArray
-    alone: FloatArray
-    pulled: FloatArray
-    left: FloatArray
+    offset_slopes: FloatArray
+    offset_covariance: FloatArray
+    coupling: FloatArray
+    information: FloatArray
 
 
 def place_points(part: Component, deviation: float) -> PlacedComponent:
@@ -69,106 +73,112 @@ def place_points(part: Component, deviation: float) -> PlacedComponent:
     deviation : float
         Standard deviation of each stated coordinate, m. Where the offsets are larger beyond chance (0.1 %), theirs is used.
     """
-    placed, absorbed = _settle(part, deviation)
-    for _ in range(_REPEATS):
+    placed, absorbed = _place_with_noise(part, deviation)
+    for _ in range(_MAX_VARIANCE_ROUNDS):
         offset = float(((placed.part.at - part.at) ** 2).sum())
-        if absorbed <= 1 or stats.chi2.sf(offset / placed.deviation**2, absorbed) >= _IMPROBABLE:
+        if absorbed <= 1 or stats.chi2.sf(offset / placed.deviation**2, absorbed) >= _MIN_OFFSET_PVALUE:
             break
-        placed, absorbed = _settle(part, float(np.sqrt(offset / absorbed)))
+        placed, absorbed = _place_with_noise(part, float(np.sqrt(offset / absorbed)))
     return placed
 
 
-def _settle(part: Component, deviation: float) -> tuple[PlacedComponent, float]:
-    """Return the placed component and how many offsets its motions tell."""
+def _place_with_noise(part: Component, deviation: float) -> tuple[PlacedComponent, float]:
+    """Return the placed component and the number of offsets that its motions determine."""
     # Begun with no more noise than is stated, or next to none: with what wrong places leave counted as noise, no motion would
     # outweigh the stated coordinates, and the points would stay there.
-    variance = _QUIET * rigid_motion(part).variance if part.variance is None else part.variance
+    variance = _FIRST_VARIANCE_FRACTION * rigid_motion(part).variance if part.variance is None else part.variance
     offset = np.zeros_like(part.at)
-    for _ in range(_REPEATS):
-        offset, normal = _placed(part, variance, offset, deviation=deviation)
-        shifted, absorbed = _shifted(part, offset), _absorbed(normal, deviation)
-        motion = _no_quieter(shifted, rigid_motion(shifted, absorbed=absorbed / part.values.shape[1]))
+    for _ in range(_MAX_VARIANCE_ROUNDS):
+        offset, normal = _solve_offsets(part, variance, offset, deviation=deviation)
+        shifted, absorbed = _shift_points(part, offset), _count_determined_offsets(normal, deviation)
+        motion = _equalise_noise(shifted, rigid_motion(shifted, absorbed=absorbed / part.values.shape[1]))
         change = float(np.abs(np.log(motion.variance.sum(axis=0) / variance.sum(axis=0))).max())
         variance = motion.variance
-        if change < _LIKE:
+        if change < _VARIANCE_TOLERANCE:
             break
     return PlacedComponent(shifted, motion, deviation, *_maps(normal, shifted, deviation)), absorbed
 
 
-def _placed(part: Component, variance: FloatArray, offset: FloatArray, *, deviation: float) -> tuple[FloatArray, _Normal]:
+def _solve_offsets(part: Component, variance: FloatArray, offset: FloatArray, *, deviation: float) -> tuple[FloatArray,
+                                                                                                            _Normal]:
     """Return the offsets (n, 3) of a given noise and the normal equations there."""
-    shifted = _shifted(part, offset)
-    for _ in range(_ROUNDS):
+    shifted = _shift_points(part, offset)
+    for _ in range(_MAX_GAUSS_NEWTON_STEPS):
         twist = SmallMotion().twists(replace(shifted, variance=variance))
         normal = _normal(shifted, twist, variance, deviation=deviation)
         step = _step(normal, shifted, twist, pull=-offset / deviation**2)
         offset = offset + step
-        shifted = _shifted(part, offset)
-        if np.abs(step).max() < _SMALL * deviation:
+        shifted = _shift_points(part, offset)
+        if np.abs(step).max() < _OFFSET_TOLERANCE * deviation:
             break
     return offset, normal
 
 
-def _no_quieter(part: Component, motion: RigidMotion) -> RigidMotion:
-    """Return the motion with every mode as noisy, in its own size, as all are together, where nobody stated the noise.
+def _equalise_noise(part: Component, motion: RigidMotion) -> RigidMotion:
+    """Return the motion with every mode as noisy, relative to its size, as all are together, where no noise was stated.
 
     Few rows tell the noise of a single mode poorly, and the offsets would follow the mode that seems the quietest.
     """
     if part.variance is not None:
         return motion
     power = part.motion**2
-    least = power * (motion.variance[0].sum() / max(float(power.sum()), 1e-300))
-    return replace(motion, variance=np.maximum(motion.variance, least))
+    min_variance = power * (motion.variance[0].sum() / max(float(power.sum()), 1e-300))
+    return replace(motion, variance=np.maximum(motion.variance, min_variance))
 
 
-def _shifted(part: Component, offset: FloatArray) -> Component:
-    at = part.at + offset
-    places = at[part.owner]
-    return replace(part, at=at, places=places, rows=np.einsum("ni,nij->nj", part.ways, tf.point_velocity(places)))
+def _shift_points(part: Component, offset: FloatArray) -> Component:
+    """Return the component with its points shifted."""
+    positions = part.at + offset
+    places = positions[part.owner]
+    return replace(part, at=positions, places=places, rows=np.einsum("ni,nij->nj", part.ways, tf.point_velocity(places)))
 
 
 def _normal(part: Component, twist: FloatArray, variance: FloatArray, *, deviation: float) -> _Normal:
-    back = about(part.centre, part.size)
-    local, weight = part.rows @ back, 1 / variance
-    turned = np.cross(part.ways[:, None], twist[3:].T[None])
-    count, many = part.values.shape[1], len(part.points)
-    alone, cross = np.zeros((many, 3, 3)), np.zeros((count, 6, many, 3))
-    for p in range(many):
-        at = part.owner == p
-        alone[p] = np.linalg.inv(np.einsum("ir,irx,iry->xy", weight[at], turned[at], turned[at]) + np.eye(3) / deviation**2)
-        cross[:, :, p] = np.einsum("ir,ij,irx->rjx", weight[at], local[at], turned[at])
-    pulled = np.einsum("rjpx,pxy->rjpy", cross, alone).reshape(6 * count, many, 3)
-    left = -pulled.reshape(6 * count, -1) @ cross.reshape(6 * count, -1).T
-    each = np.arange(count)
-    left.reshape(count, 6, count, 6)[each, :, each] += np.einsum("ir,ij,ik->rjk", weight, local, local)
-    return _Normal(back, weight, local, turned, alone, pulled, left)
+    """Return the normal equations at these twists and offsets."""
+    to_origin = about(part.centre, part.size)
+    local, weight = part.rows @ to_origin, 1 / variance
+    offset_slopes = np.cross(part.ways[:, None], twist[3:].T[None])
+    count, n_points = part.values.shape[1], len(part.points)
+    offset_covariance, cross = np.zeros((n_points, 3, 3)), np.zeros((count, 6, n_points, 3))
+    for p in range(n_points):
+        rows = part.owner == p
+        offset_covariance[p] = np.linalg.inv(np.einsum("ir,irx,iry->xy", weight[rows], offset_slopes[rows],
+                                                       offset_slopes[rows]) + np.eye(3) / deviation**2)
+        cross[:, :, p] = np.einsum("ir,ij,irx->rjx", weight[rows], local[rows], offset_slopes[rows])
+    coupling = np.einsum("rjpx,pxy->rjpy", cross, offset_covariance).reshape(6 * count, n_points, 3)
+    information = -coupling.reshape(6 * count, -1) @ cross.reshape(6 * count, -1).T
+    columns = np.arange(count)
+    information.reshape(count, 6, count, 6)[columns, :, columns] += np.einsum("ir,ij,ik->rjk", weight, local, local)
+    return _Normal(to_origin, weight, local, offset_slopes, offset_covariance, coupling, information)
 
 
 def _step(normal: _Normal, part: Component, twist: FloatArray, *, pull: FloatArray) -> FloatArray:
     """Return the change (n, 3) of the offsets; `pull` is what draws them back to the stated coordinates."""
     force = normal.weight * (part.values - part.rows @ twist)
     pull = pull.copy()
-    np.add.at(pull, part.owner.astype(int), np.einsum("ir,irx->ix", force, normal.turned))
-    flat = normal.pulled.reshape(len(normal.left), -1)
-    turn = np.linalg.solve(normal.left, np.einsum("ir,ij->rj", force, normal.local).ravel() - flat @ pull.ravel())
-    return np.asarray(np.einsum("pxy,py->px", normal.alone, pull) - (flat.T @ turn).reshape(pull.shape))
+    np.add.at(pull, part.owner.astype(int), np.einsum("ir,irx->ix", force, normal.offset_slopes))
+    flat = normal.coupling.reshape(len(normal.information), -1)
+    twist_change = np.linalg.solve(normal.information,
+                                   np.einsum("ir,ij->rj", force, normal.local).ravel() - flat @ pull.ravel())
+    return np.asarray(np.einsum("pxy,py->px", normal.offset_covariance, pull) - (flat.T @ twist_change).reshape(pull.shape))
 
 
-def _absorbed(normal: _Normal, deviation: float) -> float:
-    """Return how many of the offsets the motions tell: three a point, less what their prior alone tells."""
-    flat = normal.pulled.reshape(len(normal.left), -1)
-    through = float((flat * np.linalg.solve(normal.left, flat)).sum())
-    return 3 * len(normal.alone) - (float(np.trace(normal.alone, axis1=1, axis2=2).sum()) + through) / deviation**2
+def _count_determined_offsets(normal: _Normal, deviation: float) -> float:
+    """Return the number of offsets that the motions determine: three a point, less those of the prior."""
+    flat = normal.coupling.reshape(len(normal.information), -1)
+    through = float((flat * np.linalg.solve(normal.information, flat)).sum())
+    return 3 * len(normal.offset_covariance) - (float(np.trace(normal.offset_covariance, axis1=1, axis2=2).sum())
+                                                + through) / deviation**2
 
 
 def _maps(normal: _Normal, part: Component, deviation: float) -> tuple[FloatArray, FloatArray]:
     """Return `noise_maps` and `place_maps`: the estimate is linear in both errors near the solution."""
     count = normal.weight.shape[1]
-    slopes = -np.einsum("kix,isx->kis", normal.pulled[:, part.owner], normal.turned)
+    slopes = -np.einsum("kix,isx->kis", normal.coupling[:, part.owner], normal.offset_slopes)
     each = np.arange(count)
     slopes.reshape(count, 6, -1, count)[each, :, :, each] += normal.local.T
-    root = np.linalg.inv(normal.left)
+    root = np.linalg.inv(normal.information)
     noise = root @ (slopes * normal.weight).reshape(6 * count, -1)
-    place = root @ normal.pulled.reshape(6 * count, -1) / deviation**2
-    return (np.einsum("kj,rjis->rkis", normal.back, noise.reshape(count, 6, -1, count), optimize=True),
-            np.einsum("kj,rjp->rkp", normal.back, place.reshape(count, 6, -1)))
+    place = root @ normal.coupling.reshape(6 * count, -1) / deviation**2
+    return (np.einsum("kj,rjis->rkis", normal.to_origin, noise.reshape(count, 6, -1, count), optimize=True),
+            np.einsum("kj,rjp->rkp", normal.to_origin, place.reshape(count, 6, -1)))

@@ -23,7 +23,7 @@ class RelativeMotion(NotebookText):
     """Twists (6, n_columns) about the origin of `child` relative to `parent`, their covariance, and the scale of both.
 
     `motion` (n_columns,) is the larger of the two components' rms motions; `centre` (3,) a point between the two (m),
-    `size` (m) the extent of the larger one; `freedom` the degrees of freedom behind the covariance; `whole`
+    `size` (m) the extent of the larger one; `freedom` the degrees of freedom behind the covariance; `full_covariance`
     (n_columns, 6, n_columns, 6) is the covariance of all columns together.
     """
 
@@ -35,7 +35,7 @@ class RelativeMotion(NotebookText):
     centre: FloatArray
     size: float
     freedom: int
-    whole: FloatArray
+    full_covariance: FloatArray
 
     @property
     def axes(self) -> tuple[ScrewAxis, ...]:
@@ -73,18 +73,18 @@ def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:
     """
     axis = screw(twist)
     v, w = twist[:3], twist[3:]
-    turn = float(w @ w)
+    rotation_square = float(w @ w)
     statistic = float(w @ np.linalg.lstsq(covariance[3:, 3:], w, rcond=None)[0])
     chance = float(stats.chi2.sf(statistic, 3))
     if np.isinf(axis.pitch):
         spread = np.sqrt(np.diag(covariance)[:3]) / max(axis.magnitude, 1e-300)
         return ScrewAxis(axis, spread, np.full(3, np.inf), np.inf, chance)
-    size = np.sqrt(turn)
-    direction = np.hstack([np.zeros((3, 3)), (np.eye(3) - np.outer(w, w) / turn) / size])
+    size = np.sqrt(rotation_square)
+    direction = np.hstack([np.zeros((3, 3)), (np.eye(3) - np.outer(w, w) / rotation_square) / size])
     point = np.empty((3, 6))
-    point[:, :3] = _skew(w) / turn
-    point[:, 3:] = -_skew(v) / turn - 2 * np.outer(axis.point, w) / turn
-    pitch = np.concatenate([w, v - 2 * axis.pitch * w]) / turn
+    point[:, :3] = _skew(w) / rotation_square
+    point[:, 3:] = -_skew(v) / rotation_square - 2 * np.outer(axis.point, w) / rotation_square
+    pitch = np.concatenate([w, v - 2 * axis.pitch * w]) / rotation_square
     turned, shifted = (np.sqrt(np.clip(np.diag(j @ covariance @ j.T), 0, None)) for j in (direction, point))
     return ScrewAxis(axis, turned, shifted, float(np.sqrt(np.clip(pitch @ covariance @ pitch, 0, None))), chance)
 
@@ -102,8 +102,8 @@ def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, *
     motion, centre, size = scale
     if parent is None:
         return RelativeMotion(parent_name, child.component, child.twist, child.covariance, motion, centre, size,
-                              child.freedom * child.twist.shape[1], child.whole)
+                              child.freedom * child.twist.shape[1], child.full_covariance)
     twist, covariance = child.twist - parent.twist, child.covariance + parent.covariance
     freedom = (child.freedom + parent.freedom) * child.twist.shape[1]
     return RelativeMotion(parent_name, child.component, twist, covariance, motion, centre, size, freedom,
-                          child.whole + parent.whole)
+                          child.full_covariance + parent.full_covariance)

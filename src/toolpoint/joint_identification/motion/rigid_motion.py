@@ -41,7 +41,7 @@ class RigidMotion(NotebookText):
         Degrees of freedom of the residual of one column.
     variance : (n_rows, n_columns) floats
         Of the measured displacements by noise, as they are judged: known or taken from the residual, times the excess.
-    whole : (n_columns, 6, n_columns, 6) floats
+    full_covariance : (n_columns, 6, n_columns, 6) floats
         Covariance of all twists together, see `motion_errors`; its diagonal blocks are `covariance`.
     """
 
@@ -54,10 +54,10 @@ class RigidMotion(NotebookText):
     bending_p: FloatArray
     freedom: int
     variance: FloatArray
-    whole: FloatArray
+    full_covariance: FloatArray
 
     def bends(self, significance: float = 1e-4, floor: float = 1e-3) -> BoolArray:
-        """Return for every column whether the component bends: bending_p < significance and bending > floor."""
+        """Whether the component bends in each column: bending_p < significance and bending > floor."""
         return (self.bending_p < significance) & (self.bending > floor)
 
     def __repr__(self) -> str:
@@ -71,7 +71,7 @@ class SmallMotion:
 
     def twists(self, part: Component) -> FloatArray:
         """Return the twists (6, n_columns) about the origin."""
-        return _solved(part)[0]
+        return _solve_twists(part)[0]
 
 
 def rigid_motion(part: Component, twist: FloatArray | None = None, *, absorbed: float = 0.0) -> RigidMotion:
@@ -85,42 +85,44 @@ def rigid_motion(part: Component, twist: FloatArray | None = None, *, absorbed: 
     absorbed : float
         Degrees of freedom of every column that were spent before, on the places of the points.
     """
-    best, covariance, weights = _solved(part)
-    twist = best if twist is None else twist
+    least_squares, covariance, weights = _solve_twists(part)
+    twist = least_squares if twist is None else twist
     error = (part.values - part.rows @ twist) * weights
     freedom = max(len(part.rows) - 6 - round(absorbed), 1)
     excess = (error**2).sum(axis=0) / freedom
-    known = part.variance is not None
-    factor = np.maximum(excess, 1.0) if known else excess
+    is_known = part.variance is not None
+    factor = np.maximum(excess, 1.0) if is_known else excess
     power = (part.values**2).sum(axis=0)
     power = np.where(power > 0, power, 1.0)
-    rest = ((part.values - part.rows @ twist) ** 2).sum(axis=0)
+    misfit = ((part.values - part.rows @ twist) ** 2).sum(axis=0)
     share, chance = _bending(part, weights)
-    blind, residual = np.isnan(share), np.sqrt(rest / power)
-    share = np.where(blind, residual, share)
-    chance = np.where(blind, stats.chi2.sf(excess * freedom, freedom) if known else np.nan, chance)
+    has_no_share, residual = np.isnan(share), np.sqrt(misfit / power)
+    share = np.where(has_no_share, residual, share)
+    chance = np.where(has_no_share, stats.chi2.sf(excess * freedom, freedom) if is_known else np.nan, chance)
     covariance = covariance * factor[:, None, None]
-    whole, each = np.zeros((len(factor), 6, len(factor), 6)), np.arange(len(factor))
-    whole[each, :, each] = covariance
-    return RigidMotion(part.name, twist, covariance, residual, excess if known else np.ones_like(excess), share, chance,
-                       freedom, factor / weights**2, whole)
+    full, columns = np.zeros((len(factor), 6, len(factor), 6)), np.arange(len(factor))
+    full[columns, :, columns] = covariance
+    return RigidMotion(part.name, twist, covariance, residual, excess if is_known else np.ones_like(excess), share, chance,
+                       freedom, factor / weights**2, full)
 
 
 def _weights(part: Component) -> FloatArray:
+    """Return one over the standard deviation of every displacement."""
     return np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
 
 
-def _solved(part: Component) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _solve_twists(part: Component) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return twists, covariances and weights of the least-squares fits of all columns."""
     weights = _weights(part)
-    back = about(part.centre, part.size)
-    local = part.rows @ back
+    to_origin = about(part.centre, part.size)
+    local = part.rows @ to_origin
     count = part.values.shape[1]
     twist, covariance = np.empty((6, count)), np.empty((count, 6, 6))
     for i in range(count):
         q, r = np.linalg.qr(local * weights[:, i, None])
         root = np.linalg.solve(r, np.eye(6))
-        twist[:, i] = back @ (root @ (q.T @ (part.values[:, i] * weights[:, i])))
-        covariance[i] = back @ root @ root.T @ back.T
+        twist[:, i] = to_origin @ (root @ (q.T @ (part.values[:, i] * weights[:, i])))
+        covariance[i] = to_origin @ root @ root.T @ to_origin.T
     return twist, covariance, weights
 
 
@@ -133,29 +135,30 @@ def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArr
         w = weights[:, i, None]
         y = part.values[:, i] * w[:, 0]
         rigid = np.linalg.qr(part.rows * w / np.abs(part.rows * w).max(axis=0).clip(1e-300))[0]
-        rest, extra = y - rigid @ (rigid.T @ y), shapes * w
-        left, values, _ = np.linalg.svd(extra - rigid @ (rigid.T @ extra), full_matrices=False)
-        left = left[:, values > 1e-6 * values.max(initial=0.0)] if values.size else left[:, :0]
-        free = len(y) - 6 - left.shape[1]
-        if left.shape[1] == 0 or free < 3:
+        residual, extra = y - rigid @ (rigid.T @ y), shapes * w
+        directions, values, _ = np.linalg.svd(extra - rigid @ (rigid.T @ extra), full_matrices=False)
+        directions = directions[:, values > 1e-6 * values.max(initial=0.0)] if values.size else directions[:, :0]
+        free = len(y) - 6 - directions.shape[1]
+        if directions.shape[1] == 0 or free < 3:
             share[i] = np.nan
             continue
-        explained = left @ (left.T @ rest)
-        inside, outside = float(explained @ explained), float(((rest - explained) ** 2).sum())
+        explained = directions @ (directions.T @ residual)
+        explained_power, remaining_power = float(explained @ explained), float(((residual - explained) ** 2).sum())
         power = float((part.values[:, i] ** 2).sum())
-        if power <= 0 or inside + outside <= 1e-24 * float(y @ y):
+        if power <= 0 or explained_power + remaining_power <= 1e-24 * float(y @ y):
             continue
         # In the unit of the motion, without the share that noise alone would explain.
-        net = max(float(((explained / w[:, 0]) ** 2).sum()) * (1 - left.shape[1] * outside / free / max(inside, 1e-300)), 0)
+        net = max(float(((explained / w[:, 0]) ** 2).sum())
+                  * (1 - directions.shape[1] * remaining_power / free / max(explained_power, 1e-300)), 0)
         share[i] = np.sqrt(net / power)
-        ratio = inside / left.shape[1] / max(outside / free, 1e-300)
-        chance[i] = stats.f.sf(ratio, left.shape[1], free)
+        ratio = explained_power / directions.shape[1] / max(remaining_power / free, 1e-300)
+        chance[i] = stats.f.sf(ratio, directions.shape[1], free)
     return share, chance
 
 
 def deformations(part: Component) -> FloatArray:
     """Return the smooth deformations seen by the measured displacements: six strains, bending along the longest axis."""
-    centred, along = _lengthwise(part)
+    centred, along = _places_along(part)
     strains = []
     for i in range(3):
         for j in range(i, 3):
@@ -165,16 +168,18 @@ def deformations(part: Component) -> FloatArray:
 
 
 def beam_deformations(part: Component, order: int) -> FloatArray:
-    """Return what the measured displacements see of a beam along the longest axis, (n_rows, 6 order): its sections shift and
-    turn by powers of the place, shifts to one power above that of the turns, as those of a slender beam do."""
-    centred, along = _lengthwise(part)
+    """Return the displacements by beam deformations along the longest axis, (n_rows, 6 order).
+
+    Sections shift and rotate by powers of the place, shifts to one power above that of the rotations, as in a slender beam.
+    """
+    centred, along = _places_along(part)
     shifts = [part.ways[:, i] * along**power for power in range(2, order + 2) for i in range(3)]
     turned = np.cross(centred, part.ways)
     turns = [turned[:, i] * along**power for power in range(1, order + 1) for i in range(3)]
     return np.stack(shifts + turns, axis=1)
 
 
-def _lengthwise(part: Component) -> tuple[FloatArray, FloatArray]:
+def _places_along(part: Component) -> tuple[FloatArray, FloatArray]:
     """Places from the centre, and along the longest axis, in units of the component's size."""
     centred = (part.places - part.centre) / part.size
     return centred, centred @ np.linalg.svd(part.at - part.centre, full_matrices=False)[2][0]

@@ -19,9 +19,8 @@ from toolpoint._check import BoolArray, FloatArray
 from toolpoint.joint_identification.motion.measured import Component, Point, about
 from toolpoint.joint_identification.motion.rigid_motion import beam_deformations, deformations, rigid_motion
 
-# Median of the absolute value of a standard normal variable.
-_MEDIAN = 0.6744898
-_ORDER, _ROWS_EACH = 3, 2.5  # of smooth deformations, and the rows for each of them that are needed to ask for them
+_NORMAL_ABSOLUTE_MEDIAN = 0.6744898  # of a standard normal variable
+_DEFORMATION_ORDER, _MIN_ROWS_PER_DEFORMATION = 3, 2.5  # of smooth deformations; rows for each of them, to test them
 
 
 def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) -> tuple[Point, ...]:
@@ -33,37 +32,39 @@ def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) 
     if len(part.points) < 5:
         return ()
     rigid = part.rows @ about(part.centre, part.size)
-    outside = _outside(part, rigid, significance, floor)
-    if outside.any() and len(rigid) >= _ROWS_EACH * 6 * (_ORDER + 2) and _rest_bends(part, outside, significance):
-        basis, size, _ = np.linalg.svd(np.concatenate([rigid, deformations(part), beam_deformations(part, _ORDER)], axis=1),
+    outside = _is_outlier(part, rigid, significance, floor)
+    if outside.any() and len(rigid) >= _MIN_ROWS_PER_DEFORMATION * 6 * (_DEFORMATION_ORDER + 2) and _others_bend(part, outside,
+                                                                                                                 significance):
+        basis, size, _ = np.linalg.svd(np.concatenate([rigid, deformations(part), beam_deformations(part, _DEFORMATION_ORDER)],
+                                                      axis=1),
                                        full_matrices=False)
         smooth = basis[:, size > 1e-6 * size[0]]
-        outside &= _outside(part, smooth, significance, floor)
+        outside &= _is_outlier(part, smooth, significance, floor)
     return tuple(part.points[i] for i in np.flatnonzero(outside))
 
 
-def _rest_bends(part: Component, outside: BoolArray, significance: float) -> bool:
+def _others_bend(part: Component, outside: BoolArray, significance: float) -> bool:
     """Whether the component bends without these points too: points of another component leave a rigid one behind."""
     rows = ~outside[part.owner]
     owner = (np.cumsum(~outside) - 1)[part.owner[rows]]
-    rest = replace(part, points=tuple(point for point, out in zip(part.points, outside) if not out), at=part.at[~outside],
+    others = replace(part, points=tuple(point for point, out in zip(part.points, outside) if not out), at=part.at[~outside],
                    rows=part.rows[rows], places=part.places[rows], ways=part.ways[rows], owner=owner, values=part.values[rows],
                    variance=None if part.variance is None else part.variance[rows])
-    return bool(rigid_motion(rest).bends(significance).any())
+    return bool(rigid_motion(others).bends(significance).any())
 
 
-def _outside(part: Component, rows: FloatArray, significance: float, floor: float) -> BoolArray:
+def _is_outlier(part: Component, rows: FloatArray, significance: float, floor: float) -> BoolArray:
     """Whether each point stands out of the robust fit of these rows."""
     weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
     error = _robust_error(part, rows, weights)
-    scale = np.median(np.abs(error), axis=0) / _MEDIAN
+    scale = np.median(np.abs(error), axis=0) / _NORMAL_ABSOLUTE_MEDIAN
     scale = np.where(scale > 0, scale, 1.0)
     square = _per_point(part, (error / scale) ** 2)
-    many = _per_point(part, np.ones_like(error))
+    rows_of_point = _per_point(part, np.ones_like(error))
     motion = np.where(part.motion > 0, part.motion, 1.0)
-    size = np.sqrt(_per_point(part, (error / weights / motion) ** 2) / many)
+    size = np.sqrt(_per_point(part, (error / weights / motion) ** 2) / rows_of_point)
     # The scale itself is uncertain: an F-distribution with the rows of one column as its degrees of freedom.
-    chance = stats.f.sf(square / many, many, max(0.37 * (len(error) - rows.shape[1]), 1))
+    chance = stats.f.sf(square / rows_of_point, rows_of_point, max(0.37 * (len(error) - rows.shape[1]), 1))
     return np.asarray((chance < significance / len(part.points)) & (size > floor))
 
 
@@ -91,4 +92,5 @@ def _robust_error(part: Component, rows: FloatArray, weights: FloatArray) -> Flo
 
 
 def _per_point(part: Component, values: FloatArray) -> FloatArray:
+    """Return sums over the rows of each point."""
     return np.asarray(np.bincount(part.owner, values.sum(axis=1), len(part.points)), float)

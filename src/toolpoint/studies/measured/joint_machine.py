@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.joint_identification import ComponentMass, JointIdentification
-from toolpoint.joint_identification.machine.rigid_machine import COUPLED, ENERGY, MEASURED
+from toolpoint.joint_identification.machine.rigid_machine import COUPLED, ENERGY, MEASURED_RATIOS
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 from toolpoint.machine.components import Components
 from toolpoint.machine.description import (
@@ -107,7 +107,7 @@ def describe_fit(whole: WholeMachine, x: FloatArray, components: Components, *, 
     masses = dict(zip(whole.names, model.changed_masses(x), strict=True))
     bodies = {name: _body(components.bodies[name], masses[name]) for name in whole.names}
     law = model.law if whole.law is not None else COUPLED
-    damped = "energy" if law == ENERGY else _mode_ratios(whole)[0] if law == MEASURED else ""
+    damped = "energy" if law == ENERGY else _mode_ratios(whole)[0] if law == MEASURED_RATIOS else ""
     lossless = not damped and not any(j.loss_factor or j.damping or j.damping_matrix for j in described.values())
     return MachineDescription(
         components.name, bodies, described, axes, dict(components.places), tool=components.tool, table=components.table,
