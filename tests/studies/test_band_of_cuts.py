@@ -22,6 +22,13 @@ def test_a_low_mode_without_noise_stays_whatever_part_of_the_range_it_is_in():
     assert np.abs(frf.values - response().values).max() == 0
 
 
+def test_a_sharp_low_mode_is_no_noise():
+    """Third differences of a peak of few lines are as large as those of noise; between resonances they are not."""
+    modes = Modes([20.0, 60.0], [0.002, 0.03], [[0.1, 0.03]], [TIP])
+    frf = frequency_response.modal(modes, LINES)
+    assert take_band(frf, None).frequency[0] == 1.0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_low_lines_that_hold_nothing_but_noise_of_the_accelerometer_go_with_a_note(seed):
     accelerance = response((250.0, 300.0)).converted_to("accelerance")
