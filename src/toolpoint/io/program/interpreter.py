@@ -13,8 +13,9 @@ from toolpoint.io.program.words import WordFault
 
 # Lines that loops may run beside twenty times the program's own; passes of a loop that changes no variable: it never ends.
 MOST_STEPS, OFTEN, STANDSTILL, DEEPEST = 100_000, 20, 1000, 20
-# Characters of the lines that loops may run beside twenty times the program's own: long expressions take 2 to 4 us each.
-MOST_CHARACTERS = 1_000_000
+# Characters of the lines that loops may run beside twenty times the program's own: long expressions take 2 to 4 us each, and
+# lines of 20 reach the bound of lines first.
+MOST_CHARACTERS = 2_000_000
 MOST_FAULTS = 1000  # of a run; behind them nothing is told that helps
 # What a block asks of the run: where to go on ("call 100 3", "return", "end"), or nothing.
 Request = tuple[str, str, int] | None
