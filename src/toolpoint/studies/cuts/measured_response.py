@@ -16,7 +16,7 @@ from toolpoint.studies.cuts.example_cut import EXAMPLE_CUT
 from toolpoint.studies.cuts.lobes_study import end_words
 from toolpoint.studies.cuts.tip_doubts import question_tip, withheld_words
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
-from toolpoint.studies.cuts.tool_dynamics import take_band
+from toolpoint.studies.cuts.tool_dynamics import lines_to_judge, take_band
 from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Frf, Modes
@@ -87,19 +87,19 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
         notes.append(f"No cut was given; the lobes are those of an {used.source}.")
     chart: StabilityChart | None = None
     try:
-        chart = _chart(frf, used, notes)
+        chart = _chart(frf, used, notes, band=band)
         notes += [*end_words(chart, *used.depth_end), *chart.notes]
     except ToolpointError as error:  # unequal pitch, process damping and the like need modes
         notes.append(f"No stability chart from the measured lines: {error}")
     return MeasuredResponse(frf, modes, chart, used, tuple(dict.fromkeys(notes)))
 
 
-def _chart(frf: Frf, cut: CuttingDescription, notes: list[str]) -> StabilityChart:
+def _chart(frf: Frf, cut: CuttingDescription, notes: list[str], *, band: tuple[float, float] | None) -> StabilityChart:
     ways = tool_directions(check_driving_points(frf, "the measurement"), what="the measurement")
     notes.append(f"The lobes take the response of {ways.x} to {ways.x} as driving-point response of the tool tip, "
                  + ("and the same across." if ways.y == "same" else f"and that of {ways.y} across."))
     labels = [ways.x] if ways.y in (None, "same") else [ways.x, str(ways.y)]
     tip = frf.selected(labels, labels)
-    notes[:] = [*question_tip(tip), *notes]
+    notes[:] = [*question_tip(lines_to_judge(tip, band)), *notes]
     problem = milling_problem(cut, tip, ways.x, y=ways.y)
     return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=min(depth_limit(problem), cut.depth_end[0]))

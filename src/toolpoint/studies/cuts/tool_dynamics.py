@@ -20,6 +20,7 @@ from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
 LEAST_FIT = 0.9
+JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, a response is not asked which slip it has
 ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
 
@@ -74,7 +75,8 @@ def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, b
     frf = along_positive_axes(frf)
     ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
     lines = take_band(frf, band).selected(ways.labels, ways.labels)
-    doubts = question_tip(lines, names={dof: f"{what}, {dof}" for dof in lines.outputs}, sensor_mass=sensor_mass)
+    judged = lines_to_judge(lines, band)
+    doubts = question_tip(judged, names={dof: f"{what}, {dof}" for dof in lines.outputs}, sensor_mass=sensor_mass)
     across = "" if ways.y in (None, "same") else f", along y {ways.y}"
     note = f"{what}, {frf.quantity}: response along x is {ways.x}{across}"
     return ToolDynamics(lines, ways.x, ways.y, None, (*doubts, note, *ways.notes, *lines.notes), what)
@@ -102,10 +104,10 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
         _check_way(way, frf, called[way])
         notes.append(f"{ACROSS[way]}: {called[way]}, {frf.quantity}")
         parts[way] = take_band(frf, band)
-    doubts = question_directions({way: part for way, part in parts.items() if way != "xy"})
-    for way in parts.keys() - {"xy"}:
-        label = parts[way].outputs[0]
-        doubts += question_tip(parts[way], names={label: f"{called[way]}, along {way}"}, sensor_mass=sensor_mass)
+    judged = {way: lines_to_judge(part, band) for way, part in parts.items() if way != "xy"}
+    doubts = question_directions(judged)
+    for way, part in judged.items():
+        doubts += question_tip(part, names={part.outputs[0]: f"{called[way]}, along {way}"}, sensor_mass=sensor_mass)
     what = ", ".join(called[way] for way in parts)
     joined = _one_direction(parts["x"], across, notes, what) if y is None else _two_directions(parts, notes, what)
     if xy is not None and not doubts:
@@ -138,6 +140,18 @@ def _one_direction(frf: Frf, across: str | None, notes: list[str], what: str) ->
     y = None if across == "rigid" else "same"
     note = "the response across is taken as that along x" if y else "the tool is taken as rigid along y"
     return ToolDynamics(replace(frf, outputs=label, inputs=label), "tool:+x", y, None, (*notes, note, *frf.notes), what)
+
+
+def lines_to_judge(lines: Frf, band: tuple[float, float] | None) -> Frf:
+    """Return the lines by which a tip's responses are judged: all of a stated band, else those above 2 % of the range.
+
+    The chart takes lower ones too. An accelerance that is read as receptance, or the other way round, differs by a factor that
+    grows without limit towards 0 Hz: a few low lines would decide which slip explains all of them.
+    """
+    if band is not None:
+        return lines
+    frequency_min = JUDGED_FRACTION_MIN * float(lines.frequency[-1])
+    return lines.between(frequency_min, float(lines.frequency[-1])) if (lines.frequency >= frequency_min).sum() > 1 else lines
 
 
 def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
