@@ -82,7 +82,7 @@ def find_compliant_band(frf: Frf, band: UsableBand) -> UsableBand:
     starts = np.arange(first, int(np.searchsorted(lines, band.high)) - size + 1, size)
     if starts.size < 3:
         return band
-    noise_fraction, _ = _measure_windows(frf, starts, size, passes_peaks=True)
+    noise_fraction, _ = _measure_windows(frf, starts, size)
     values = np.abs(frf.values.reshape(lines.size, -1)[:, 0]) / (2 * np.pi * np.maximum(lines, lines[first])) ** (
         2 - _ACCELERANCE_POWER[frf.quantity])
     peak = np.array([values[start:start + size].max() for start in starts])
@@ -106,11 +106,9 @@ def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:
     return (f"lines above {excited:.4g} Hz are left out: the force is 20 dB down there (a harder tip excites more)",)
 
 
-def _measure_windows(frf: Frf, starts: np.ndarray, size: int, *, passes_peaks: bool = False) -> tuple[FloatArray, FloatArray]:
+def _measure_windows(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
     """Return the noise fraction of every window (median over responses, less where they are many) and its level, as
     accelerance.
-
-    passes_peaks : take the noise of the lines between resonances, not the mean over all: a sharp peak of few lines is no noise.
     """
     factor = (frf.omega ** _ACCELERANCE_POWER[frf.quantity])[:, None]
     values = frf.values.reshape(frf.frequency.size, -1) * factor
@@ -119,17 +117,15 @@ def _measure_windows(frf: Frf, starts: np.ndarray, size: int, *, passes_peaks: b
     for k, start in enumerate(starts.tolist()):
         part = values[start:start + size]
         power = np.maximum((np.abs(part) ** 2).mean(axis=0), 1e-300)
-        noise = _noise_power(part, passes_peaks) if variance is None else variance[start:start + size].mean(axis=0)
+        noise = _noise_power(part) if variance is None else variance[start:start + size].mean(axis=0)
         noise_fraction[k] = float(np.median(np.sqrt(noise / power)) / np.sqrt(max(part.shape[1] / FEW_RESPONSES, 1.0)))
         level[k] = float(np.median(np.sqrt(power)))
     return noise_fraction, level
 
 
-def _noise_power(part: np.ndarray, passes_peaks: bool) -> FloatArray:
+def _noise_power(part: np.ndarray) -> FloatArray:
     """Return the noise power of every response from third differences (1, -3, 3, -1: twenty times the power)."""
-    square = np.abs(np.diff(part, 3, axis=0)) ** 2 / 20
-    # The square of complex noise has an exponential distribution, whose median is ln 2 of its mean.
-    return np.asarray(np.median(square, axis=0) / np.log(2) if passes_peaks else square.mean(axis=0))
+    return (np.abs(np.diff(part, 3, axis=0)) ** 2).mean(axis=0) / 20
 
 
 def _drift_end(noise_fraction: FloatArray, level: FloatArray, strongest: int, limit: float) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint._doubt import Doubt, grave_among
 from toolpoint.machine import Machine
-from toolpoint.signals.usable_band import find_compliant_band, usable_band
+from toolpoint.signals.usable_band import usable_band
 from toolpoint.studies.cuts.tip_doubts import question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
@@ -21,6 +21,7 @@ from toolpoint.vibration import Dof, Frf, Modes
 
 LEAST_FIT = 0.9
 JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, a response is not asked which slip it has
+DRIFT_FRACTION_MAX = 0.02  # of the highest line: above, no line is left out as drift
 ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
 
@@ -175,8 +176,8 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
             inside &= frf.frequency > 0  # a line at 0 Hz cannot be integrated
         lines = frf.frequency[inside]
         return frf.between(float(lines[0]), float(lines[-1])).converted_to("receptance")
-    # Lines at 0 Hz cannot be integrated; the others go by what they show.
-    frequency_min = find_compliant_band(frf, usable_band(frf)).low
+    # Lines at 0 Hz cannot be integrated; the others go by what they show, up to the part of the range where drift can be.
+    frequency_min = min(usable_band(frf).low, DRIFT_FRACTION_MAX * float(frf.frequency[-1]))
     low_lines = [line for line in frf.frequency if 0 < line < frequency_min]
     kept = frf.between(max(frequency_min, float(np.nextafter(0, 1))), float(frf.frequency[-1])).converted_to("receptance")
     if not low_lines:

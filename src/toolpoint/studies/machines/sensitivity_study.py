@@ -26,6 +26,7 @@ from toolpoint.machine.derivatives import has_derivative, matrix_derivatives
 from toolpoint.machine.description import parameters
 from toolpoint.machine.pose.placement import body_coordinates, place_machine
 from toolpoint.studies.machines.energy_law import warn_of_energy_law
+from toolpoint.updating.models.damped_modes import is_skew
 from toolpoint.updating.models.prediction import Prediction, ShapeSlopes
 from toolpoint.updating.models.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
@@ -143,7 +144,9 @@ def study_sensitivity(
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
     assert prediction.modes is not None and isinstance(prediction.shape_slopes, ShapeSlopes)
-    is_structural = system.damping is None and system.structural_damping is not None
+    # The skew part of the damping matrix of a machine that spins is gyroscopic: the modes are those at standstill.
+    is_viscous = system.damping is not None and not is_skew(system.damping)
+    is_structural = not is_viscous and system.structural_damping is not None
     hertz, frequency, damping = _poles(prediction, is_structural=is_structural)
     parts = tuple(".".join(n.split(".")[:2]) for n in names)
     return SensitivityStudy(names, parts, values, hertz, values[:, None] * frequency, values[:, None] * damping, _turn(

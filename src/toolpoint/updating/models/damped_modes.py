@@ -17,6 +17,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import scipy.linalg
 
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.updating.models.prediction import Prediction, ShapeSlopes
@@ -31,12 +32,23 @@ MAX_STATE_MODES = 160
 MAX_CLUSTER_CONDITION = 1e7
 # Distance of two poles over their size up to which they are one: their vectors turn with a parameter in jumps.
 REPEATED_POLE_TOLERANCE = 1e-9
+SKEW_TOLERANCE = 1e-12  # symmetric part over a matrix up to which the matrix is skew
 
 
 def has_damping(system: SecondOrderSystem, factors: Weighted) -> bool:
     """Whether a matrix of damping is not zero, or a parameter moves one: the first damper already makes shapes complex."""
-    return any(name in factors or ((matrix := getattr(system, name)) is not None and bool(matrix.any()))
-               for name in ("damping", "structural_damping"))
+    for name in ("damping", "structural_damping"):
+        matrix = getattr(system, name)
+        if name in factors:
+            return True
+        if matrix is not None and not is_skew(matrix):
+            return True
+    return False
+
+
+def is_skew(matrix: FloatArray) -> bool:
+    """Whether a damping matrix is zero or gyroscopic, (n, n): it takes no energy."""
+    return bool(np.abs(matrix + matrix.T).max() <= SKEW_TOLERANCE * np.abs(matrix).max())
 
 
 def predict_damped_modes(system: SecondOrderSystem, undamped: UndampedModes, keep: int) -> Prediction:
@@ -68,7 +80,8 @@ class _DampedModes:
 
     def __init__(self, system: SecondOrderSystem, undamped: UndampedModes, keep: int) -> None:
         self.undamped = undamped
-        modal = {name: undamped.vectors.T @ matrix @ undamped.vectors
+        # The skew part of a damping matrix is gyroscopic: these are the modes at standstill, as the matrices' slopes are.
+        modal = {name: undamped.vectors.T @ (matrix + matrix.T) @ undamped.vectors / 2
                  for name in ("damping", "structural_damping") if (matrix := getattr(system, name)) is not None}
         self.subspace = _subspace(undamped.squares, modal)
         size = self.subspace.shape[1]
@@ -152,15 +165,26 @@ def _scaled_pairs(damping: FloatArray, stiffness: FloatArray | ComplexArray) -> 
     poles, states = poles[order], states[:, order]
     for cluster in clusters(poles):
         part = states[:, cluster]
+        if len(cluster) > 1:
+            part = _aligned(part, size)
         gram = part[:size].T @ damping @ part[:size] + part[:size].T @ part[size:] + part[size:].T @ part[:size]
         if len(cluster) > 1 and np.linalg.cond(gram) < MAX_CLUSTER_CONDITION:
-            values, turns = np.linalg.eig((gram + gram.T) / 2)
-            # A complex symmetric matrix: its root is taken by eigenvectors of unit bilinear length.
-            turns = turns / np.sqrt((turns * turns).sum(axis=0))
-            states[:, cluster] = part @ (turns / np.sqrt(values)) @ turns.T
+            states[:, cluster] = part @ np.linalg.inv(scipy.linalg.sqrtm((gram + gram.T) / 2))
         else:
             states[:, cluster] = part / np.sqrt(np.diagonal(gram) + 1e-300)
     return poles, states[:size]
+
+
+def _aligned(states: ComplexArray, size: int) -> ComplexArray:
+    """Return vectors of a repeated pole, each along one undamped mode as far as they can be.
+
+    The solver returns any basis of them, another one for every rounding; undamped modes are the same for the same matrices.
+    """
+    _, _, order = scipy.linalg.qr(states[:size].T, pivoting=True, mode="economic")
+    rows = np.sort(order[:states.shape[1]])
+    if np.linalg.cond(states[rows]) > MAX_CLUSTER_CONDITION:
+        return states
+    return states @ np.linalg.inv(states[rows])
 
 
 def _lowest(poles: ComplexArray, keep: int) -> np.ndarray:
