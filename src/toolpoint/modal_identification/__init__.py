@@ -12,6 +12,10 @@ from toolpoint.modal_identification.judgement.indicators import Indicator, cmif,
 from toolpoint.modal_identification.judgement.relative_motion import Significance, significance
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.window import without_window
+from toolpoint.modal_identification.operational.band_modes import OPERATIONAL_METHODS, Subspace
+from toolpoint.modal_identification.operational.harmonics import Harmonic
+from toolpoint.modal_identification.operational.identify import identify_operational
+from toolpoint.modal_identification.operational.result import OperationalIdentification
 from toolpoint.modal_identification.poles.choice import AddedPole, PoleChoice
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
@@ -23,7 +27,8 @@ from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.modal_identification.residues import Residues, residues
 
 __all__ = [
-    "METHODS", "AddedPole", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram", "Identification", "Indicator",
-    "PoleChoice", "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Resonance", "Significance",
-    "cmif", "complexity_factor", "identify", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature", "real_modes",
-    "residues", "significance", "without_window"]
+    "METHODS", "OPERATIONAL_METHODS", "AddedPole", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram",
+    "Harmonic", "Identification", "Indicator", "OperationalIdentification", "PoleChoice", "PolyReference", "Quadrature",
+    "RationalFraction", "Realization", "Residues", "Resonance", "Significance", "Subspace", "cmif", "complexity_factor",
+    "identify", "identify_operational", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature",
+    "real_modes", "residues", "significance", "without_window"]

@@ -46,5 +46,5 @@ class Realization:
             roots, right = np.linalg.eig(matrix)
             keep = np.abs(roots) > 1e-8
             orders.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
-        diagram = Diagram.collected(orders, frf)
+        diagram = Diagram.collected(orders, (frf.omega[0], frf.omega[-1]))
         return drop_end_poles(select_poles(diagram, self.share), diagram, frf)

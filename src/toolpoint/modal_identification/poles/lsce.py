@@ -46,7 +46,7 @@ class ComplexExponential:
         for m in range(self.step, order + 1, self.step):
             roots, vectors = roots_of_order(factor, m, inputs)
             orders.append((m, -np.log(roots) / interval, vectors))
-        diagram = Diagram.collected(orders, frf)
+        diagram = Diagram.collected(orders, (frf.omega[0], frf.omega[-1]))
         return drop_end_poles(select_poles(diagram, self.share), diagram, frf)
 
 

@@ -56,7 +56,7 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatAr
     for m in range(step, order + 1, step):
         roots, vectors = roots_of_order(factor, m, inputs)
         orders.append((m, -np.log(roots) / interval, vectors / reference_scale[:, None]))
-    return Diagram.collected(orders, frf)
+    return Diagram.collected(orders, (frf.omega[0], frf.omega[-1]))
 
 
 def _apply_weights(values: ComplexArray, weight: FloatArray | None) -> tuple[ComplexArray, FloatArray]:

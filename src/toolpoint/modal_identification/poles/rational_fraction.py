@@ -62,7 +62,7 @@ class RationalFraction:
         highest = min(self.order, frf.frequency.size // 4)
         basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA_NUMERATOR_TERMS)
         orders = [(n, poles_of_order(values, basis, upper, n=n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
-        diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], as_one_reference(frf))
+        diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], (frf.omega[0], frf.omega[-1]))
         choice = drop_repeated(select_poles(diagram, self.share))
         return Start(choice.poles, _participation(frf, choice.poles), diagram, choice.support)
 

@@ -44,7 +44,7 @@ def select_poles(diagram: Diagram, share: float = 0.35) -> Selection:
     A group's pole is the median of its members in the highest orders, where the bias of noise is least; its
     participation is that of its highest order.
     """
-    members = _group_poles(diagram)
+    members = group_poles(diagram)
     orders = np.array(diagram.orders)
     kept: list[tuple[complex, ComplexArray, float]] = []
     for group in members:
@@ -77,7 +77,7 @@ def drop_repeated(choice: Selection) -> Selection:
     return Selection(choice.poles[kept], choice.participation[:, kept], choice.support[kept])
 
 
-def _group_poles(diagram: Diagram) -> list[list[int]]:
+def group_poles(diagram: Diagram) -> list[list[int]]:
     """Return the indices of the poles of every group, from the highest order down."""
     groups: list[list[int]] = []
     for order in sorted(set(diagram.order.tolist()), reverse=True):

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._check import Array, BoolArray, ComplexArray, FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint.vibration.frf import Frf
 
 MAX_POLE_DAMPING = 0.2  # ratio: above, a pole is not that of a structure
 STABLE_FREQUENCY_TOLERANCE = 0.01  # relative, between neighbouring orders
@@ -42,20 +41,25 @@ class Diagram(NotebookText):
     orders: tuple[int, ...]
 
     @classmethod
-    def collected(cls, orders: Sequence[tuple[int, Array, Array]], frf: Frf) -> Diagram:
-        """Return the diagram of (order, poles, participation) triples, kept to stable poles in the band of `frf`."""
-        omega_min, omega_max = frf.omega[0], frf.omega[-1]
+    def collected(cls, orders: Sequence[tuple[int, Array, Array]], omega_range: tuple[float, float]) -> Diagram:
+        """Return the diagram of (order, poles, participation) triples, kept to stable poles with |s| in the range (rad/s)."""
         parts, previous = [], None
         for order, poles, vectors in orders:
-            size = np.abs(poles)
-            keep = (poles.imag > 0) & (size >= omega_min) & (size <= omega_max) & (poles.real < 0)
-            keep &= -poles.real <= MAX_POLE_DAMPING * size
+            keep = cls.is_physical(poles, omega_range)
             s, v = poles[keep], vectors[:, keep]
             v = v / np.maximum(np.linalg.norm(v, axis=0), np.finfo(float).tiny)
             parts.append((np.full(s.size, order), s, v, _levels(s, v, previous)))
             previous = (s, v)
         number, s, v, level = [np.concatenate([part[i] for part in parts], axis=-1) for i in range(4)]
         return cls(number, s, v, level, tuple(item[0] for item in orders))
+
+    @staticmethod
+    def is_physical(poles: Array, omega_range: tuple[float, float]) -> BoolArray:
+        """Return whether each pole (rad/s) is an upper one, stable, of a damping that structures have, with |s| in the
+        range."""
+        size = np.abs(poles)
+        return np.asarray((poles.imag > 0) & (size >= omega_range[0]) & (size <= omega_range[1]) & (poles.real < 0)
+                          & (-poles.real <= MAX_POLE_DAMPING * size))
 
     @property
     def frequency(self) -> FloatArray:
