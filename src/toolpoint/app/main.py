@@ -23,6 +23,7 @@ _MODULES = {
     "files": ("new", "check", "convert", "schema", "doctor", "completion"),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
+    "operation": ("operational",),
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
