@@ -1,4 +1,4 @@
-"""What is asked of measured responses first: their modes by quadrature picking, lobes straight from the lines."""
+"""First study of measured responses: modes by quadrature picking, lobes straight from the lines."""
 
 from __future__ import annotations
 

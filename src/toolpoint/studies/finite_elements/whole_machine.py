@@ -1,4 +1,4 @@
-"""A whole machine of solid bodies: finite elements of every part, held together by patches with springs, solved unreduced."""
+"""Whole machine of solid bodies: finite elements of every part, joined by patches with springs, solved unreduced."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, mod
 
 GROUND = "ground"
 # Patches of one joint may stand apart by a gasket or by rounding, no more, m.
-_GAP = 2e-3
+_MAX_PATCH_GAP = 2e-3
 _DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 
 
@@ -51,8 +51,9 @@ class PatchJoint:
                  "must be given for a part, and only then")
         if self.parent_patch is not None:
             gap = float(np.linalg.norm(self.parent_patch.centre - self.child_patch.centre))
-            if gap > _GAP:
-                fail(f"PatchJoint {self.name}", f"patches {1e3 * gap:.3g} mm apart", f"must be within {1e3 * _GAP:g} mm",
+            if gap > _MAX_PATCH_GAP:
+                fail(f"PatchJoint {self.name}", f"patches {1e3 * gap:.3g} mm apart",
+                     f"must be within {1e3 * _MAX_PATCH_GAP:g} mm",
                      remedy="give both in the machine frame, where the parts touch")
 
 
@@ -105,18 +106,18 @@ class FiniteElementMachine:
 
         A name is a part, or a set of a part as ``column.layer``.
         """
-        known = {name for part, model in self.parts.items() for name in (part, *(f"{part}.{s}" for s in model.set_names))}
-        for what, given, names in (("modulus", modulus, known), ("density", density, known),
-                                   ("joints", joints, {joint.name for joint in self.joints})):
-            lost = sorted(set(given or {}) - names)
-            if lost:
-                fail(what, repr(lost[0]), f"must be of {', '.join(sorted(names))}")
-        parts = {name: _scaled_part(name, model, modulus or {}, density or {}) for name, model in self.parts.items()}
+        set_names = {name for part, model in self.parts.items() for name in (part, *(f"{part}.{s}" for s in model.set_names))}
+        for what, factors, names in (("modulus", modulus, set_names), ("density", density, set_names),
+                                     ("joints", joints, {joint.name for joint in self.joints})):
+            unknown = sorted(set(factors or {}) - names)
+            if unknown:
+                fail(what, repr(unknown[0]), f"must be of {', '.join(sorted(names))}")
+        parts = {name: _scale_part(name, model, modulus or {}, density or {}) for name, model in self.parts.items()}
         held = tuple(replace(joint, stiffness=joint.stiffness * (joints or {}).get(joint.name, 1.0)) for joint in self.joints)
         return FiniteElementMachine(parts, held, self.points)
 
     def part_alone(self, part: str) -> FiniteElementMachine:
-        """Return one part by itself, the joints through which others carry it on the ground; what it carries is gone."""
+        """Return one part by itself, its carrying joints on the ground; the parts that it carries are left out."""
         joints = tuple(replace(joint, parent=GROUND, parent_patch=None) for joint in self.joints if joint.child == part)
         if not joints:
             fail("part", repr(part), "must be carried by a joint as its child",
@@ -220,8 +221,8 @@ class FiniteElementMachine:
             rows.append(np.vstack([twist[:3] + np.cross(twist[3:].T, arm).T, twist[3:]]))
             labels += [Dof(name, direction) for direction in _DIRECTIONS]
         if {"tool", "work"} <= set(self.points):
-            at = list(self.points)
-            rows.append((rows[at.index("tool")] - rows[at.index("work")])[:3])
+            names = list(self.points)
+            rows.append((rows[names.index("tool")] - rows[names.index("work")])[:3])
             labels += [Dof("tool-work", direction) for direction in _DIRECTIONS[:3]]
         return np.vstack(rows), tuple(labels)
 
@@ -250,9 +251,9 @@ class FiniteElementMachine:
         return shares
 
 
-def _scaled_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
-    def factor(given: Mapping[str, float], name: str) -> float:
-        return given.get(part, 1.0) * given.get(f"{part}.{name}", 1.0)
+def _scale_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
+    def factor(factors: Mapping[str, float], name: str) -> float:
+        return factors.get(part, 1.0) * factors.get(f"{part}.{name}", 1.0)
 
     materials = {name: replace(model.materials[name], modulus=model.materials[name].modulus * factor(modulus, name),
                                density=model.materials[name].density * factor(density, name)) for name in model.set_names}

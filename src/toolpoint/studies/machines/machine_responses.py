@@ -1,4 +1,4 @@
-"""Frequency responses of a machine between named points at any pose, with what its identified numbers leave open."""
+"""Frequency responses of a machine between named points at any pose, with intervals from its identified numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.tool_point import seen_along, tool_axes
+from toolpoint.studies.machines.tool_point import rotate_to_axes, tool_axes
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, frequency_response
 
@@ -54,12 +54,12 @@ class MachineResponses(NotebookText):
                 (i, j) for i in range(len(frf.outputs)) for j in range(len(frf.inputs))]
             for i, j in pairs:
                 size = np.abs(frf.values[:, i, j])
-                top = int(np.argmax(size))
-                row = [pose_words(self.machine, pose), f"{frf.outputs[i]} / {frf.inputs[j]}", f"{1e6 * size[top]:.4g}",
-                       f"{frf.frequency[top]:.4g}", "", ""]
+                peak = int(np.argmax(size))
+                row = [pose_words(self.machine, pose), f"{frf.outputs[i]} / {frf.inputs[j]}", f"{1e6 * size[peak]:.4g}",
+                       f"{frf.frequency[peak]:.4g}", "", ""]
                 if self.spread is not None:
-                    row[4:] = (f"± {100 * np.expm1(self.spread.interval[k, top, i, j]):.2g} %",
-                               self.spread.main_part(k, top, i, j))
+                    row[4:] = (f"± {100 * np.expm1(self.spread.interval[k, peak, i, j]):.2g} %",
+                               self.spread.main_part(k, peak, i, j))
                 rows.append(row)
         return rows
 
@@ -131,7 +131,8 @@ def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     batch = {name: np.atleast_1d(float(value)) for name, value in pose.items()}
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")], inputs=inputs)
-    return frequency_response.direct(system if inputs is not None else seen_along(system, tool_axes(machine, batch)[0]), lines)
+    return frequency_response.direct(system if inputs is not None else rotate_to_axes(system, tool_axes(machine, batch)[0]),
+                                     lines)
 
 
 def _has_loss(machine: Machine) -> bool:

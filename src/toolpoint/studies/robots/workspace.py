@@ -1,4 +1,4 @@
-"""A machine at its described poses, with its frequencies and the stiffness of its tool over the workspace."""
+"""Study of a machine at its described poses, with its frequencies and the stiffness of its tool over the workspace."""
 
 from __future__ import annotations
 

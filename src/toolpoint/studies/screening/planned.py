@@ -1,4 +1,4 @@
-"""A screening by its plan, and the machine files' way to it: design, metrics and path from plain data."""
+"""Screening by a plan of a machine file: design, metrics and path from plain data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from toolpoint.studies.screening.improve import Improvement, improve
 from toolpoint.studies.screening.metrics import NamedMetrics
 from toolpoint.studies.screening.screen import Screening, screen
 
-_RANKED = 2  # metrics whose ranking is shown
+_MAX_RANKED_METRICS = 2  # metrics whose ranking is printed
 ANSWERS = ("response peak", "static compliance", "depth limit", "position error")
 
 
@@ -40,12 +40,12 @@ class JoinedMetrics:
 
     @property
     def identity(self) -> str:
-        """What tells these metrics from others."""
+        """Key of these metrics among others."""
         return repr((self.named, None if self.accuracy is None else self.accuracy.identity))
 
     @property
     def loads(self) -> str:
-        """For which loads they hold."""
+        """Loads for which the metrics hold, in words."""
         words = [] if self.named is None else ["named metrics: no load but the cut's own"]
         return "; ".join([*words, *([] if self.accuracy is None else ["errors: " + self.accuracy.loads])])
 
@@ -114,7 +114,8 @@ def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = N
                     rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
                     progress=progress)
     remarks = () if metric.accuracy is None else metric.accuracy.judge(machine)
-    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]), remarks)
+    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_MAX_RANKED_METRICS]),
+                            remarks)
 
 
 def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal: float) -> Improvement:

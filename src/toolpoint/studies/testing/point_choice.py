@@ -1,4 +1,4 @@
-r"""Where to measure and where to strike, by the shapes that a model expects.
+r"""Choice of points to measure and to strike, by the shapes that a model expects.
 
 Effective independence: points are taken away one by one, each time the one whose loss leaves the determinant of the Fisher
 information :math:`Q = \sum_p \Phi_p^T \Phi_p` largest, :math:`\det(Q - \Phi_p^T \Phi_p) = \det(Q) \det(I - \Phi_p Q^{-1}
@@ -17,7 +17,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.correlation import mac
 
-ALMOST = 1e-9
+INFORMATION_RANK_TOLERANCE = 1e-9  # of the largest eigenvalue of the Fisher information
 
 
 def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> list[str | int]:
@@ -37,9 +37,9 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
              remedy=f"take {-(-modes.count // 3)} points at least")
     kept = list(points)
     while len(kept) > number:
-        every = [row for point in kept for row in rows[point]]
-        information = shape[every].T @ shape[every]
-        inverse = np.linalg.pinv(information, rcond=ALMOST)
+        kept_rows = [row for point in kept for row in rows[point]]
+        information = shape[kept_rows].T @ shape[kept_rows]
+        inverse = np.linalg.pinv(information, rcond=INFORMATION_RANK_TOLERANCE)
         losses = [float(np.linalg.det(np.eye(len(rows[p])) - shape[rows[p]] @ inverse @ shape[rows[p]].T)) for p in kept]
         order = np.argsort(losses)[::-1].tolist()
         kept.pop(next(k for k in order if kept[k] not in keep))
@@ -76,9 +76,9 @@ def largest_likeness(modes: Modes, points: Sequence[str | int]) -> float:
     return float(both.max())
 
 
-def expand(modes: Modes, seen: Modes, dofs: Sequence[Dof]) -> FloatArray:
+def expand(modes: Modes, measured: Modes, dofs: Sequence[Dof]) -> FloatArray:
     """Return measured shapes at all Dofs of the model by its own shapes (SEREP; O'Callahan, Avitabile, Riemer, IMAC 7 (1989)).
 
-    `modes` the model's, `seen` the measured ones with their labels `dofs`.
+    `modes` the model's, `measured` the measured ones with their labels `dofs`.
     """
-    return np.asarray(modes.shape @ np.linalg.pinv(modes.shape_at(dofs)) @ seen.shape_at(dofs))
+    return np.asarray(modes.shape @ np.linalg.pinv(modes.shape_at(dofs)) @ measured.shape_at(dofs))

@@ -1,4 +1,4 @@
-"""One or more videos of a machine in one call: modes of each, the machine's interfaces ranked or the machine updated."""
+"""Study of one or more videos of a machine: modes of each, the machine's interfaces ranked or the machine updated."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from toolpoint.vision.view import View
 
 @dataclass(frozen=True, eq=False)
 class FilmedMachine(NotebookText):
-    """What videos of a machine tell: the study of each, and the ranking or the update of the machine, None without one."""
+    """Results of videos of a machine: the study of each, and the ranking or the update of the machine, None without one."""
 
     videos: tuple[VideoStudy, ...]
     machine: Machine | None = None
@@ -36,7 +36,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def notes(self) -> list[str]:
-        """What was done to the videos."""
+        """Processing of the videos, in words."""
         return [note for study in self.videos for note in study.notes]
 
     @property
@@ -47,7 +47,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def places(self) -> Geometry | None:
-        """Where the points of `modes` are, m: those of the machine, else the windows in the picture's plane; None without a
+        """Places of the points of `modes`, m: those of the machine, else the windows in the picture's plane; None without a
         scale."""
         first = self.videos[0]
         if self.machine is None:
@@ -89,7 +89,7 @@ def study_videos(
     record: Frf | Record | Modes | None = None, band: tuple[float, float] | None = None, progress: Progress | None = None,
     **how: Any,
 ) -> FilmedMachine:
-    """Return what one or more videos tell, two of orthogonal planes mostly.
+    """Return the results of one or more videos, two of orthogonal planes mostly.
 
     Parameters
     ----------
@@ -107,16 +107,16 @@ def study_videos(
         What `study_video` takes besides.
     """
     poles = None if record is None else poles_of(record, band)
-    shown = views or (None,)
+    view_list = views or (None,)
 
-    def report(name: str, done: int, total: int) -> None:
+    def report(name: str, finished: int, total: int) -> None:
         if progress is not None:
-            progress(name, done, max(total, done))  # a clip may say too few frames
+            progress(name, finished, max(total, finished))  # a clip may say too few frames
 
     def studied(clip: Clip, view: View | None) -> VideoStudy:
         return study_video(clip, view=view, machine=machine, band=band, poles=poles, progress=report, **how)
 
-    videos = tuple(studied(clip, shown[min(number, len(shown) - 1)]) for number, clip in enumerate(clips))
+    videos = tuple(studied(clip, view_list[min(number, len(view_list) - 1)]) for number, clip in enumerate(clips))
     if machine is None:
         return FilmedMachine(videos)
     if not update:

@@ -24,8 +24,8 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 
 HEADER = ("", "rev/min", "width mm", "")
-SPEEDS = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
-DEEPER = 4
+LATHE_SPEED_GRID = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
+MAX_WIDTH_DOUBLINGS = 4  # of a chart without limits
 
 
 @dataclass(frozen=True)
@@ -75,14 +75,14 @@ class TurningStudy(NotebookText):
                          remark + ("" if self.problem.plane.is_modal else ", of the measured band")
                          + (" (doubtful)" if self.doubts else "")])
         if self.coupling is not None:
-            least, known = self.coupling.depth, np.isfinite(self.coupling.depth)
-            width = f"above {1e3 * least:.4f}" if known else f"no width to {1e3 * chart.depth_max:.3g}"
-            remark = f"at {self.coupling.frequency:.1f} Hz" if known else "this force direction couples no modes"
+            coupling_width, is_finite = self.coupling.depth, np.isfinite(self.coupling.depth)
+            width = f"above {1e3 * coupling_width:.4f}" if is_finite else f"no width to {1e3 * chart.depth_max:.3g}"
+            remark = f"at {self.coupling.frequency:.1f} Hz" if is_finite else "this force direction couples no modes"
             rows.append(["unstable by mode coupling at any speed", "", width, remark])
-        low, high = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
-        for name, at in (("lowest limit of the chart", low), ("highest limit of the chart", high)):
-            value, error = float(chart.limit[at]), float(chart.limit_error[at])
-            rows.append([name, f"{chart.speeds[at]:.0f}",
+        lowest, highest = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
+        for name, index in (("lowest limit of the chart", lowest), ("highest limit of the chart", highest)):
+            value, error = float(chart.limit[index]), float(chart.limit_error[index])
+            rows.append([name, f"{chart.speeds[index]:.0f}",
                          f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}",
                          _error_words(value, error).rstrip(", ")])
         if self.withheld:
@@ -97,7 +97,7 @@ class TurningStudy(NotebookText):
 
     @property
     def doubts(self) -> list[Doubt]:
-        """What may be wrong with the limits."""
+        """Doubts about the limits."""
         return doubts_among(self.chart.notes)
 
     @property
@@ -108,10 +108,10 @@ class TurningStudy(NotebookText):
     def to_dict(self) -> dict[str, object]:
         """Return the result as plain numbers and text; no best cut and no width for every speed where they are withheld."""
         best, points = from_chart(self.chart), self.chart.limit_points().tolist()
-        least = None if self.limit is None or self.withheld or not np.isfinite(self.limit.width) else {
+        unconditional = None if self.limit is None or self.withheld or not np.isfinite(self.limit.width) else {
             "width_m": self.limit.width, "width_error_m": self.limit.error, "chatter_frequency_hz": self.limit.frequency,
             "least_real_part_m_per_n": self.limit.real, "speed_rpm": self.limit.tips.tolist()}
-        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least,
+        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": unconditional,
                 "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
                 "depth_max_m": self.chart.depth_max, "is_end_of_search": (~np.isfinite(self.chart.limit)).tolist(),
@@ -124,8 +124,8 @@ class TurningStudy(NotebookText):
 
     def _error_at(self, speed: float) -> float | None:
         """Return the stated error (m) of the limit at a charted speed, None where the search ended below a limit."""
-        at = int(np.argmin(np.abs(self.chart.speeds - speed)))
-        return float(self.chart.limit_error[at]) if np.isfinite(self.chart.limit[at]) else None
+        index = int(np.argmin(np.abs(self.chart.speeds - speed)))
+        return float(self.chart.limit_error[index]) if np.isfinite(self.chart.limit[index]) else None
 
     def _coupling(self) -> dict[str, float] | None:
         if self.coupling is None or not np.isfinite(self.coupling.depth):
@@ -140,9 +140,10 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     """
     problem, assumed = build_turning(dynamics, cut)
     described = None if dynamics.machine is None else dynamics.machine.description.cutting
-    n = speeds if speeds is not None else np.linspace(*(described.speeds if described else SPEEDS[:2]), SPEEDS[2])
+    n = speeds if speeds is not None else np.linspace(*(described.speeds if described else LATHE_SPEED_GRID[:2]),
+                                                      LATHE_SPEED_GRID[2])
     chart = stability.chart(problem, n, None, depth_max=width_range(problem))
-    for _ in range(DEEPER):
+    for _ in range(MAX_WIDTH_DOUBLINGS):
         if np.isfinite(chart.limit).mean() >= 0.5:
             break
         chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
@@ -153,8 +154,9 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
         assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
     doubts = [*doubts_among(kept), *doubts_among(assumed)]
-    rest = [note for note in assumed if not isinstance(note, Doubt)]
-    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *rest])), limit,
+    plain_notes = [note for note in assumed if not isinstance(note, Doubt)]
+    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *plain_notes])),
+                        limit,
                         coupling)
 
 
