@@ -27,7 +27,7 @@ GOOD_STATE, MISSING_STATE, DOUBTFUL_STATE = "good", "not there", "doubtful"
 
 @dataclass(frozen=True)
 class Finding:
-    """A part of the environment: what it is, how it stands, a word of detail, and the remedy where there is one."""
+    """Part of the environment: its name, state, detail, and the remedy where there is one."""
 
     part: str
     state: str

@@ -49,8 +49,7 @@ class AccuracyMetric:
         return replace(self, folder=folder)
 
     def judge(self, machine: Machine) -> tuple[str, ...]:
-        """Return the doubts that the cut chatters along the sides, see `judge_cut`, and a line for sides that cannot be
-        judged."""
+        """Return doubts that the cut chatters along the sides, see `judge_cut`; a line for each side that cannot be judged."""
         cut = self.cut or machine.description.cutting
         if cut is None:
             return ()

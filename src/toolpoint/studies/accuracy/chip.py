@@ -57,8 +57,7 @@ class Chip:
 
 
 def chip_kind(cut: CuttingDescription, requested: str = "") -> str:
-    """Return the kind of chip: the requested one, else as the cut says; refuses a constant chip that the cut does not
-    describe."""
+    """Return the kind of chip, the requested one or that of the cut; a constant chip needs the cut's feed per tooth."""
     kind = one_of("chip", requested or cut.chip, CHIPS)
     if kind == "constant" and cut.feed_per_tooth <= 0:
         fail("chip", "constant", "needs the cut's `feed_per_tooth`",

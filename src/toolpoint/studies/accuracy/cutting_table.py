@@ -57,7 +57,7 @@ def cutting_problem(cut: CuttingDescription) -> MillingProblem:
 
 def cutting_table(problem: MillingProblem, *, speed: float, depth: float, largest_feed: float,
                   steps: int = 100) -> CuttingTable:
-    """Return the forces of a cut at a speed (rev/min) and depth (m), so many steps in a tooth period."""
+    """Return the forces of a cut at a speed (rev/min) and depth (m), `steps` of them in a tooth period."""
     positive("speed", speed)
     positive("largest_feed", largest_feed, 0.01)
     tool, number = problem.tool, count("steps", steps, 16)

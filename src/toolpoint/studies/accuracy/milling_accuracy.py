@@ -194,7 +194,7 @@ def _duration(side: PathSide, setup: MillingSetup) -> float:
 def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: CuttingDescription | None = None,
               progress: Progress | None = None, bed: PixelBed | None = None, folder: str | Path | None = None,
               name: str = "side", judged: bool = True) -> SideAccuracy:
-    """Return the error along one side; see `mill_path`. bed : what is left of the block, from which the side is cut."""
+    """Return the error along one side; see `mill_path`. bed : the rest of the block, from which the side is cut."""
     described = _described(machine, cut)
     problem = cutting_problem(described)
     tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)

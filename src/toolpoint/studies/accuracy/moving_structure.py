@@ -119,8 +119,7 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
 
 
 def _nodes(length: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:
-    """Return the nodes of a side, at the same places whatever part of it is needed; at least `MIN_INTERVALS` lie between
-    them."""
+    """Return the nodes of a side, the same whatever part of it is needed; at least `MIN_INTERVALS` lie between them."""
     count = 4 * int(np.ceil(max(length / spacing, MIN_INTERVALS) / 4))  # every other and every fourth end at the last
     first, last = (0, count) if span is None else (int(span[0] / length * count), int(np.ceil(span[1] / length * count)))
     last = min(max(last, first + 4), count)
@@ -136,8 +135,7 @@ def _viscous(system: SecondOrderSystem) -> FloatArray:
 
 
 def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -> tuple[SecondOrderSystem, FloatArray]:
-    """Return the systems at all nodes with viscous damping, and rotations of their coordinates that make them continuous along
-    the path."""
+    """Return the systems at all nodes, viscously damped, and rotations that make their coordinates continuous."""
     description = machine.description
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, batch, [f"{point}:{way}" for way in _TIP_DIRECTIONS], modal_damping=False)

@@ -18,7 +18,7 @@ from toolpoint.vibration.simulation.varying import RunArrays
 
 @dataclass(frozen=True)
 class RunStore:
-    """Blocks of one run: files of plain arrays in a folder, by name and first step; `identity` tells what was run."""
+    """Blocks of one run: files of plain arrays in a folder, by name and first step; `identity` is the digest of its inputs."""
 
     folder: Path
     name: str
@@ -37,8 +37,10 @@ class RunStore:
         return self.folder / f"{self.name}-{self.identity}-{first_step:010d}.npz"
 
     def load(self, first_step: int, carried: RunArrays) -> tuple[FloatArray, FloatArray] | None:
-        """Return motion and base of the block from a step, and put the state after it into `carried`; None where it is not
-        there. Raises ToolpointError for a file that cannot be read."""
+        """Return motion and base of the block from a step; None where it is not there.
+
+        The state after the block goes into `carried`. Raises ToolpointError for a file that cannot be read.
+        """
         path = self._path(first_step)
         if not path.exists():
             return None

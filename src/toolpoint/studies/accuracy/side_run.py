@@ -150,7 +150,7 @@ class SideAccuracy:
 
 
 def time_shares(time: FloatArray, begin: float, end: float) -> FloatArray:
-    """Return the share of the time between two ends that every sample stands for, (n,): the trapezoidal rule, to the very ends.
+    """Return the weight of every sample in a mean over time, (n,): the trapezoidal rule between two ends.
 
     A plain mean of samples at the ends of steps is half a step late, and counts a last step beyond the end whole: on a side of
     10 000 steps that is 0.01 %, of first order, and may hide in what half the step changes.
@@ -168,7 +168,7 @@ def time_shares(time: FloatArray, begin: float, end: float) -> FloatArray:
 
 @dataclass
 class _SideSteps:
-    """The steps of a side, block by block: kept rows of what the tool does (`out`) and of what the base carries (`base`)."""
+    """Steps of a side, block by block: kept rows of the tool's motion (`out`) and of the base's load (`base`)."""
 
     structure: MovingStructure
     system: VaryingSystem
@@ -195,7 +195,7 @@ class _SideSteps:
         self.base_rows(first_row)[:] = base
 
     def advance(self, first_step: int) -> None:
-        """Advance the block that begins at step `first_step`: by whole periods where nothing asks for single steps."""
+        """Advance the block that begins at step `first_step`, by whole periods unless single steps are needed."""
         from toolpoint.vibration.simulation.varying_kernel import advance
 
         setup, dt = self.setup, self.cut.step
@@ -308,8 +308,7 @@ def _between(length: FloatArray, places: FloatArray) -> tuple[np.ndarray, FloatA
 
 def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: StepNodes, cut: CuttingTable, *,
                     motion: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the state at the beginning of a revolution that repeats after it, and the tip's way in cutter axes over its last
-    tooth period."""
+    """Return the state at the start of a revolution that repeats after it, and the tip's way over its last tooth period."""
     share = float(cut.feed_shares(motion[1:2])[0])
     force = cut.table[0] + share * (cut.table[-1] - cut.table[0])
     loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
@@ -341,8 +340,7 @@ def _energy(system: VaryingSystem, state: FloatArray, length: float) -> float:
 
 
 def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArray) -> FloatArray:
-    """Return the reaction of the base: rate of momentum of the elastic motion less the force on the tip, plus the reaction at
-    rest."""
+    """Return the reaction of the base: rate of elastic momentum less the force on the tip, plus the reaction at rest."""
     if not len(base):
         return np.zeros((0, 6))
     node, share = _between(structure.system.length, motion[:, 0])

@@ -16,7 +16,7 @@ from toolpoint.studies.machines.tool_point import STUDY_LINES, pose_problem, too
 
 
 def judge_cut(machine: Machine, structure: MovingStructure, setup: MillingSetup, *, cut: CuttingDescription) -> tuple[str, ...]:
-    """Return the doubt that a side's cut chatters, or why it could not be judged; nothing where it is stable.
+    """Return the doubt that a side's cut chatters, or the reason why it cannot be judged; nothing for a stable cut.
 
     The largest multiplier of the described cut in the side's feed direction at its first, middle and last pose; motors held.
     """

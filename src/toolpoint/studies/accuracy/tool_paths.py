@@ -116,8 +116,9 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
 
 def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None = None, law: str = "quintic",
              limits: JerkLimits | None = None) -> tuple[PathSide, ...]:
-    """Return the smooth pieces of a path of segments (a program's, say): it is cut at corners and stops, each from rest to
-    rest.
+    """Return the smooth pieces of a path of segments, cut at corners and stops, each from rest to rest.
+
+    The path may be that of a program.
 
     Positioning (G0) is left out: nothing is cut there. feed : m/s, the program's where left out; limits : speed, acceleration
     and jerk along the path (5 m/s^2 and 100 m/s^3 where left out).

@@ -69,7 +69,7 @@ class ChatterMap(NotebookText):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """The doubt that the stated errors give, where they are more than a tenth of a limit."""
+        """Doubt about limits whose stated error is more than a tenth of them."""
         if self.error is None:
             return ()
         has_limit = np.isfinite(self.limit) & (self.limit > 0)
@@ -140,7 +140,7 @@ class ChatterMap(NotebookText):
         return lines
 
     def table(self) -> str:
-        """Return the least depth of every feed direction, the worst place, and what failed, as text."""
+        """Return the least depth of every feed direction, the worst place, and the failures, as text."""
         title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
         return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
                           *mark_notes(self.doubts), f"Worst: {self.worst()}",

@@ -137,8 +137,7 @@ class _Places:
 
 @dataclass(frozen=True)
 class _ChainLimits:
-    """Limits in all feed directions at the poses of a chain, each chart warm from the one before; values have one row a
-    pose."""
+    """Limits in all feed directions at the poses of a chain, each chart warm from the one before; a row a pose."""
 
     machine: Machine
     names: tuple[str, ...]

@@ -17,7 +17,7 @@ MAX_WORK_COEFFICIENT = 3e10  # Pa
 
 
 def cut_on(machine: Machine | None, stated: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
-    """Return the machine's cut, or the example's where there is none, with the given values in place, and what was assumed."""
+    """Return the machine's cut, or the example's without one, with the stated values in place, and the assumptions."""
     described = None if machine is None else machine.description.cutting
     base, notes = example_cut(stated) if described is None else (described, [])
     return base.with_values(stated), notes

@@ -14,7 +14,7 @@ EXAMPLE_CUT = CuttingDescription.of(
 
 
 def example_cut(stated: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
-    """Return the example's cut, and a note on which of its values stand in for those that are not given."""
+    """Return the example's cut, and a note on its values that stand in for missing ones."""
     is_slot, has_material = stated.get("direction") == "slot", "material" in stated
     cut = EXAMPLE_CUT
     tool, arc, k = cut.tool, cut.engagement, cut.coefficients

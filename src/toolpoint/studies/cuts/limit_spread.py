@@ -29,8 +29,10 @@ LIMIT_SAMPLE_COUNT = 8  # machines drawn from the covariance
 
 @dataclass(frozen=True, eq=False)
 class LimitSpread:
-    """Standard deviations of the natural logarithm of limits (not a number where there is none), from so many samples;
-    `lowest` is that of the least limit; `part` is the joint that it mostly comes from."""
+    """Standard deviations of the natural logarithm of limits, not a number where there is none.
+
+    lowest : of the least limit; samples : number of machines drawn; part : the joint that brings most of it.
+    """
 
     deviation: FloatArray
     lowest: float

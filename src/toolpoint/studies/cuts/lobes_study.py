@@ -38,7 +38,7 @@ END_OF_SEARCH = "no limit was found at"  # how the words begin that a chart ends
 
 @dataclass(frozen=True, eq=False)
 class LobesStudy(NotebookText):
-    """The stability chart of a cut, and what goes with it.
+    """Stability chart of a cut, with advice, doubts, simulated cuts and probability.
 
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
     that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for;
@@ -79,8 +79,10 @@ class LobesStudy(NotebookText):
         return text_table(title, header, rows) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers, SI: stable intervals, stated error and chatter frequency of every speed's limit (None: no
-        limit), the rows of advice, and why it is withheld where it is (then no lowest limit is given)."""
+        """Return plain numbers, SI: stable intervals, error and chatter frequency of every speed's limit, advice.
+
+        None stands where there is no limit. Where advice is withheld the reasons are given, and no lowest limit.
+        """
         chart = self.chart
         points = chart.limit_points().tolist()
         return {"speed_rpm": chart.speeds.tolist(),
@@ -157,7 +159,7 @@ def needs_long_edges(problem: MillingProblem, depth: float) -> bool:
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, end: float
                 ) -> StabilityChart:
-    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one above `end` (m)."""
+    """Return the chart, deep enough to show a limit at half of the speeds, where there is one above `end` (m)."""
     with _for_lines(problem):
         return deep_chart(problem, speeds, method, share=0.5, end=end)
 
@@ -184,7 +186,7 @@ def doubtful_limits(chart: StabilityChart) -> list[Doubt]:
 
 @contextmanager
 def _for_lines(problem: MillingProblem) -> Iterator[None]:
-    """Say how to go on where a method wants modes and the dynamics are measured lines."""
+    """Replace the error of a method that needs modes by one with a remedy, where the dynamics are measured lines."""
     try:
         yield
     except ToolpointError as error:

@@ -31,7 +31,7 @@ MAX_RUN_ON_STEPS = 20_000_000  # time steps up to which an undecided cut is run 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCut(NotebookText):
-    """The simulation; `verdict` on it; `linear`: multiplier and limit of the stability chart; `notes`: what was assumed."""
+    """Simulated cut with its verdict; linear : multiplier and limit of the stability chart; notes : assumptions."""
 
     run: Simulation
     verdict: Verdict
@@ -123,7 +123,7 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
 
 
 def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
-    """Return remarks on an undecided cut, and where simulation and chart disagree."""
+    """Return remarks on an undecided cut, and on a disagreement of simulation and chart."""
     if verdict.state == "undecided":
         return [f"undecided: {verdict.reason}; give more `revolutions`, or go by the multiplier"]
     if linear.stable is None or linear.stable != verdict.chatters:

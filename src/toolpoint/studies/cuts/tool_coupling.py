@@ -35,7 +35,7 @@ STICK_OUT_HEADER = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %",
 
 @dataclass(frozen=True, eq=False)
 class StickOut:
-    """One length of the varied segment (m): the tip in every plane, and its chart where a cut was asked for."""
+    """One length of the varied segment (m): the tip in every plane, and its chart, None without a cut."""
 
     length: float
     tips: tuple[PlaneReceptance, ...]
@@ -82,7 +82,7 @@ class ToolCoupling(NotebookText):
         return rows
 
     def stick_out_header(self) -> list[str]:
-        """Return the header of the rows: without what only a chart tells, where no cut was given."""
+        """Return the header of the rows; columns of charts are left out without a cut."""
         return list(STICK_OUT_HEADER if self.lobes is not None else STICK_OUT_HEADER[:5])
 
     def table(self) -> str:
@@ -135,8 +135,10 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
 
 def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None = None, *,
                      pose: Mapping[str, float] | None = None) -> list[PlaneReceptance]:
-    """Return the receptance of a point of a machine, deflections and rotations, in both planes; `frequency` (Hz) every hertz
-    from 20 to 6000 where left out."""
+    """Return the receptance of a point of a machine, deflections and rotations, in both planes.
+
+    frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out.
+    """
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
     lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
     frf = frequency_response.direct(assemble(machine, pose, labels), lines)
@@ -198,7 +200,7 @@ def _stick_out(length: float, tips: tuple[PlaneReceptance, ...], cut: Mapping[st
 
 
 def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[Doubt, ...]:
-    """Return what the charts themselves say against their limits."""
+    """Return the doubts of the charts about their own limits."""
     if lobes is None:
         return ()
     charts = [("lobes", lobes.chart), *((f"lobes at {1e3 * part.length:.4g} mm", part.chart) for part in parts)]

@@ -27,7 +27,7 @@ class ToolDirections:
 
     @property
     def labels(self) -> list[str]:
-        """The labels that are known, x first."""
+        """Labels of the known directions, x first."""
         return list(dict.fromkeys([self.x, *(label for label in (self.y, self.z) if label not in (None, "same"))]))
 
 
@@ -101,8 +101,10 @@ def list_labels(labels: Sequence[Dof]) -> str:
 
 
 def along_positive_axes(frf: Frf) -> Frf:
-    """Return responses with outputs and forces along negative axes turned round: a hammer from the other side gives the
-    opposite sign. Where both senses of a direction were measured, each keeps its label."""
+    """Return responses with outputs and forces along negative axes turned round.
+
+    A hammer from the other side gives the opposite sign. Where both senses of a direction were measured, each keeps its label.
+    """
     (rows, signs), (columns, turns) = _positive_directions(frf.outputs), _positive_directions(frf.inputs)
     return replace(frf, values=frf.values * np.outer(signs, turns), outputs=tuple(rows), inputs=tuple(columns))
 

@@ -201,8 +201,9 @@ def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
 
 
 def as_modes(dynamics: ToolDynamics) -> ToolDynamics:
-    """Return dynamics whose measured lines are replaced by their modes, for what steps through time; a note says what they
-    are worth. Modes stay as they are.
+    """Return dynamics whose measured lines are replaced by their modes, for simulations in time.
+
+    A note states how well the modes explain the lines. Modes stay as they are.
 
     Raises ToolpointError where the modes do not explain the lines.
     """

@@ -57,7 +57,7 @@ class Uncertainty:
 def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
                    *, method: StabilityMethod | None = None, progress: Progress | None = None
                    ) -> tuple[ProbabilityChart, list[str]]:
-    """Return the probability chart around a chart, after the cuts already made, and what was assumed."""
+    """Return the probability chart around a chart, after the tried cuts, and the assumptions."""
     parameters, notes = _parameters(problem, uncertainty)
     finite = chart.limit[np.isfinite(chart.limit)]
     depth_max = 2.5 * float(np.median(finite)) if finite.size else chart.depth_max
@@ -74,7 +74,7 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
 
 @contextmanager
 def _remarks_of_samples() -> Iterator[list[str]]:
-    """Collect what the charts of all samples warn of: each kind once, with the range of its numbers."""
+    """Collect the warnings of the charts of all samples: each kind once, with the range of its numbers."""
     lines: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ToolpointWarning)
@@ -153,7 +153,7 @@ def _row(name: str, cut: Advice, remark: str) -> list[str]:
 
 @dataclass(frozen=True)
 class SpeedProposal(NotebookText):
-    """Spindle speeds to try against chatter at a frequency (Hz) with so many teeth, fastest first."""
+    """Spindle speeds to try against chatter at a frequency (Hz) with a number of teeth, fastest first."""
 
     frequency: float
     teeth: int
@@ -179,7 +179,7 @@ class SpeedProposal(NotebookText):
 
 
 def propose_speeds(chatter: float, teeth: int, *, highest: float, lowest: float = 0.0) -> SpeedProposal:
-    """Return the spindle speeds to try against chatter of a known frequency, with nothing else known.
+    """Return the spindle speeds to try against chatter, from its frequency and the number of teeth alone.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class ProofMassActuator:
         return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, ratio=self.damping_ratio)
 
     def active(self, omega: FloatArray) -> ComplexArray:
-        """Return what a gain of 1 N s/m adds to the dynamic stiffness, N/m."""
+        """Return the dynamic stiffness that a gain of 1 N s/m adds, N/m."""
         natural = 2 * np.pi * self.frequency
         spring = self.mass * (natural**2 + 2j * self.damping_ratio * natural * omega)
         return -(omega**2) * self.mass / (spring - omega**2 * self.mass) * 1j * omega * self.electronics(omega)
@@ -139,7 +139,7 @@ def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
 
 
 def loop_margins(loop: ComplexArray) -> LoopMargins:
-    """Return the margins of a loop on lines from where it is small to where it is small again, (n,).
+    """Return the margins of a loop on lines (n,) at whose both ends it is small.
 
     Raises ToolpointError where lines are too far apart to count how the loop turns about -1, or its ends are not small.
     """

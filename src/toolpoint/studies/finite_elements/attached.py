@@ -63,7 +63,10 @@ def _check_lines(modes: Modes, lines: FloatArray) -> None:
 
 
 def damper_stiffness(omega: FloatArray, mass: float, natural: float, *, ratio: float) -> ComplexArray:
-    r"""Return :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`, of a sprung mass with its
-    own angular frequency `natural` (rad/s) and damping ratio."""
+    r"""Return the dynamic stiffness of a sprung mass at its base, N/m.
+
+    :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`; natural : its own angular frequency,
+    rad/s; ratio : its damping ratio.
+    """
     spring = mass * (natural**2 + 2j * ratio * natural * omega)
     return -(omega**2) * mass * spring / (spring - omega**2 * mass)

@@ -43,8 +43,10 @@ DAMPING = (Layer("damping", 0.003, VISCOELASTIC), Layer("plate", 0.010, STEEL))
 
 def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None = None, layers: Sequence[Layer] = (),
                  bed_wall: float = 0.03, mesh_size: float = EXAMPLE_MESH_SIZE) -> FiniteElementMachine:
-    """Return the machine; `wall` is the thickness of the column's walls (m), `ribs` the number of its inner plates; its hollow
-    may hold a `filling`, and its sides and back may carry `layers`, the first on the casting. `bed_wall` is that of the bed.
+    """Return the example machine.
+
+    wall : thickness of the column's walls, m; ribs : number of its inner plates; filling : material of its hollow; layers : on
+    its sides and back, the first on the casting; bed_wall : thickness of the bed's walls, m.
 
     Axes: x along the table, y away from the operator, z up. Nothing is published but the first frequency of such a machine
     (31.87 Hz, thesis of the University of Huddersfield, 2006), which the feet are chosen for.

@@ -143,7 +143,7 @@ def _modes_in_frame(modes: Modes, planned: PlannedNodes, frame: FloatArray) -> M
 
 
 def _struck_along_axes(planned: PlannedNodes, frame: FloatArray) -> list[Dof]:
-    """Return the struck Dofs along the nearest axis of the test's frame: one strikes along what one has drawn."""
+    """Return the struck Dofs along the nearest axis of the test's frame: a person strikes along the axes of the sketch."""
     result = []
     for dof in planned.struck:
         way = frame[:3, :3] @ dof.unit[:3]

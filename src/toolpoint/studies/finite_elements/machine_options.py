@@ -31,8 +31,10 @@ HEADER = ("option", "kg", "f1 Hz", "f2 Hz", "f3 Hz", "f1 mHz/kg", "peak x", "lea
 
 @dataclass(frozen=True, eq=False)
 class MachineOption(NotebookText):
-    """Option of a machine: name, mass (kg), first frequencies (Hz; empty where not solved again), response of the tool against
-    the work, and its limits of the cut."""
+    """Option of a machine: name, mass (kg), first frequencies, response of the tool against the work, limits of the cut.
+
+    frequency : Hz, empty where the modes were not solved again.
+    """
 
     name: str
     mass: float

@@ -90,7 +90,7 @@ class FiniteElementStudy(NotebookText):
 
     @cached_property
     def loss_bound(self) -> FloatArray:
-        """Bound of what modes left out of the losses do to frequency and damping of the first modes, relative, (2, n)."""
+        """Bound of the effect of modes left out of the losses, relative, (2, n): on frequency and damping."""
         return bound_left_out(self.machine, self.pairs)[:, :_STUDIED_MODES]
 
     @property

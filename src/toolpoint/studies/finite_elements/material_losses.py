@@ -106,8 +106,10 @@ def _largest_loss(machine: FiniteElementMachine) -> float:
 
 
 def bound_modes_alone(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArray:
-    """Return bounds of the effect of modes left out without deflections, (2, n_modes): on frequency and on damping, relative;
-    infinite for the last mode."""
+    """Return bounds of the effect of modes left out, (2, n_modes): on frequency and damping, relative.
+
+    The bound of the last mode is infinite.
+    """
     materials = modal_losses(machine, pairs)
     largest = _largest_loss(machine)
     own_loss = np.diag(materials)

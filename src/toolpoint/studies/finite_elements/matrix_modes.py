@@ -16,7 +16,7 @@ FREE_BODY_MODES = 6  # rigid motions of one body
 
 @dataclass(frozen=True, eq=False)
 class MatrixModes(NotebookText):
-    """The lowest modes of imported matrices, with what was checked."""
+    """Lowest modes of imported matrices, with notes of their checks."""
 
     matrices: ImportedMatrices
     modes: Modes

@@ -27,7 +27,7 @@ _MIN_MAC_GAIN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class FiniteElementCorrelation(NotebookText):
-    """A test beside a machine of finite elements.
+    """Correlation of a test with a machine of finite elements.
 
     correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where the point is left
     out; factors, mix : (n_measured, n_predicted) and (n_measured,), the mix of the model's neighbouring shapes that is nearest
@@ -105,7 +105,7 @@ def correlate_finite_elements(
     machine: FiniteElementMachine, pairs: EigenPairs, test: FiniteElementTest, *, furthest: float = 0.02,
     known_pairs: Mapping[str | int, str | int] | None = None, lowest_mac: float = 0.5, neighbour_range: float = 0.15,
 ) -> FiniteElementCorrelation:
-    """Return how a model agrees with a test: points to nodes, modes to modes, the coefficients, shape filters.
+    """Return the agreement of a model with a test: points to nodes, modes to modes, coefficients, shape filters.
 
     Parameters
     ----------

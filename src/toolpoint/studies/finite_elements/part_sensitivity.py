@@ -37,7 +37,7 @@ class PartSensitivity(NotebookText):
     mac: ShapeSensitivity | None = None
 
     def hertz_a_kilogram(self, part: str) -> FloatArray:
-        """Return what every frequency gains by a kilogram that thickens an element, E and mass together, (k, e), Hz/kg."""
+        """Return the gain of every frequency by a kilogram that thickens an element (E and mass), (k, e), Hz/kg."""
         slopes = self.frequency[part]
         masses = element_masses(self.machine.parts[part])
         return slopes.frequency[:, None] * (slopes.modulus + slopes.density) / masses
@@ -51,7 +51,7 @@ class PartSensitivity(NotebookText):
         return count / len(values), float(masses[order[:count]].sum() / masses.sum())
 
     def rows(self, modes: int = 3) -> list[list[str]]:
-        """Return a row for every part: its relative effect by E and by density on the first modes, and where 80 % sit."""
+        """Return a row for every part: relative effect of E and density on the first modes, and where 80 % of it lie."""
         rows = []
         for part, slopes in self.frequency.items():
             elements, mass = self.holders(part, 0)
@@ -79,7 +79,7 @@ class PartSensitivity(NotebookText):
         return text
 
     def mac_levers(self, pair: int, number: int = 4) -> list[str]:
-        """Return what raises (or by its sign lowers) a MAC most: joints by stiffness, parts by E or density, per 10 %."""
+        """Return the changes that raise or lower a MAC most: joints by stiffness, parts by E or density, per 10 %."""
         assert self.mac is not None
         effects = {f"stiffness of {name}": float(v[pair]) for name, v in self.mac.joints.items()}
         for part, (modulus, density) in self.mac.by_part().items():

@@ -65,7 +65,7 @@ class ShapeSensitivity(NotebookText):
 
 
 def accumulate(values: FloatArray) -> FloatArray:
-    """Return values added up from the largest size to the smallest, along the last axis: how many elements make most of it."""
+    """Return the values summed from the largest size to the smallest along the last axis."""
     order = np.argsort(-np.abs(values), axis=-1)
     return np.cumsum(np.take_along_axis(values, order, axis=-1), axis=-1)
 

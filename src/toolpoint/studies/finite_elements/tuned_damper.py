@@ -144,8 +144,10 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
 
 
 def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
-    """Return the logarithms of angular frequency and damping ratio with the least cost, from several starts, and a status:
-    the doubt where the search did not end."""
+    """Return logarithms of angular frequency and damping ratio of least cost, from several starts, and a status.
+
+    The status is a doubt where the search did not end.
+    """
     runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
                      options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000}) for f, ratio in starts]
     best = min(runs, key=lambda run: float(run.fun))

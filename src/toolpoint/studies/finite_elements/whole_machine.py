@@ -194,9 +194,11 @@ class FiniteElementMachine:
         return np.asarray((momentum**2).sum(axis=0))
 
     def material_damping(self, pairs: EigenPairs) -> FloatArray:
-        """Return half the loss factors of all sets by their shares in the strain energy, (n_modes,): the materials' part of
-        the damping ratio (modal strain energy; Johnson, Kienholz, AIAA J. 20 (1982)). First order: a layer that carries most of
-        a mode's energy and turns its shape needs a complex solution."""
+        """Return the materials' part of the damping ratio, (n_modes,).
+
+        Half the loss factors of all sets by their shares in the strain energy (modal strain energy; Johnson, Kienholz, AIAA J.
+        20 (1982)). First order: a layer that carries most of a mode's energy and turns its shape needs a complex solution.
+        """
         total = np.zeros(pairs.count)
         for name, slopes in self.sensitivities(pairs).items():
             for group, (modulus, _) in slopes.by_set().items():
@@ -213,7 +215,7 @@ class FiniteElementMachine:
         return Modes(pairs.frequency, damping, rows, labels, notes=(pairs.status,))
 
     def point_rows(self, vectors: FloatArray) -> tuple[FloatArray, tuple[Dof, ...]]:
-        """Return what motions (size, m) do at the points of `point_modes`, (n_dofs, m), and the labels."""
+        """Return the motions (size, m) at the points of `point_modes`, (n_dofs, m), and the labels."""
         rows, labels = [], []
         for name, (part, patch, offset) in self.points.items():
             twist = self.spread(part, patch).T @ vectors
@@ -227,7 +229,7 @@ class FiniteElementMachine:
         return np.vstack(rows), tuple(labels)
 
     def sensitivities(self, pairs: EigenPairs) -> dict[str, ElementSensitivity]:
-        """Return what E and density of every element of every part do to the frequencies."""
+        """Return the sensitivities of the frequencies to E and density of every element of every part."""
         return {name: frequency_sensitivity(model, pairs.squares, self.shape_of(name, pairs))
                 for name, model in self.parts.items()}
 

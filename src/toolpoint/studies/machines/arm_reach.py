@@ -68,7 +68,7 @@ class ArmReach:
         return dict(zip(self.names, values, strict=True)), name, ""
 
     def nearest(self, branch: ArmBranch, start_positions: FloatArray) -> FloatArray:
-        """Return the positions of a branch, each axis by whole turns to where it is nearest to a start, within its limits."""
+        """Return the positions of a branch, each axis turned by whole turns towards a start, within its limits."""
         values = []
         for value, start_value, axis in zip(branch.positions, start_positions, self.axes, strict=True):
             turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)] if axis.is_rotary else [value]
@@ -77,7 +77,7 @@ class ArmReach:
         return np.array(values)
 
     def wrist_turn(self, positions: FloatArray) -> float:
-        """Return how far the three axes of the wrist are turned from rest, rad."""
+        """Return the turn of the three axes of the wrist from rest, rad."""
         return float(np.linalg.norm((positions - self._reference_positions)[3:]))
 
     def _beyond(self, branch: ArmBranch) -> str:

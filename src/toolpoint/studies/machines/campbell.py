@@ -104,8 +104,8 @@ def _any_label(machine: Machine) -> list[str]:
 
 
 def _whirl(machine: Machine, pose: Mapping[str, float], right: ComplexArray) -> FloatArray:
-    """Return the sense in which the fastest body circles about its axis in each mode: +1 with its spin, -1 against it, 0
-    neither."""
+    """Return the sense in which the fastest body circles about its axis in each mode: +1 with its spin, -1 against it, else
+    0."""
     name, spin = max(((name, body.spin) for name, body in machine.description.bodies.items() if body.spin is not None),
                      key=lambda item: abs(item[1].speed))
     link = machine.link(name)

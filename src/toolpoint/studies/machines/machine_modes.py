@@ -62,8 +62,10 @@ class MachineModes(NotebookText):
         return "\n".join([text_table(title, header, rows), *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints, and
-        how much too high each is by reduction at most, relative (None in the list: not to be believed), and about by the mesh.
+        """Return the frequencies (Hz) as plain data, with their intervals and errors of reduction and mesh.
+
+        Half widths of 95 % intervals and their joints (None: not known); the largest relative error by reduction (None in the
+        list: not to be believed); the approximate error by the mesh.
         """
         spread, estimate = self.spread, self.reduction
         return {"frequency_hz": self.frequency.tolist(),

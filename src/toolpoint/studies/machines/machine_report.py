@@ -91,8 +91,9 @@ def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
 
 def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = lambda name: None,
                    method: StabilityMethod | None = None) -> MachineReport:
-    """Return modes at a pose, FRFs and lobes at the described poses (or at the requested pose); gaps are named with their
-    reason.
+    """Return modes at a pose, with FRFs and lobes at the described poses (or at the requested pose).
+
+    Results that cannot be computed are named with their reason.
 
     `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.
     """

@@ -150,8 +150,10 @@ def pose_map(
 
 
 def _reduction_notes(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
-    """Return the largest reduction error at the corners and the middle of a grid, as a note; poses that fail, and more corners
-    than those of `MAX_CORNER_AXES` axes, are left out."""
+    """Return the largest reduction error over corners and middle of a grid, as a note.
+
+    Poses that fail, and corners of more than `MAX_CORNER_AXES` axes, are left out.
+    """
     if not can_estimate(machine) or fastest_spin(machine.description):
         return ()
     ends = [sorted({0, len(positions) - 1}) if k < MAX_CORNER_AXES else [0] for k, positions in enumerate(grid.axes.values())]

@@ -108,8 +108,7 @@ def tool_point(
 
 
 def _modes(system: SecondOrderSystem, ratio: float | None) -> Modes:
-    """Return modes with the described damping: one ratio for all, or the damping of joints and bodies, coupled between
-    modes."""
+    """Return modes with the described damping: one ratio for all, or that of joints and bodies, coupled between modes."""
     if ratio is None:
         return solve_as_damped(system)
     if is_gyroscopic(system):
@@ -161,8 +160,11 @@ def rotate_to_axes(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSy
 
 
 def method_for(modes: Modes, method: StabilityMethod | None) -> StabilityMethod | None:
-    """Return the method of a chart: where modes are overdamped and none is asked for, `PanelArnoldi` for the first loss of
-    stability alone. Such machines (robots) have dozens of modes, and most speeds of their charts lie far above the lowest."""
+    """Return the method of a chart, by the damping of the modes where none is given.
+
+    Where modes are overdamped it is `PanelArnoldi` for the first loss of stability alone: such machines (robots) have dozens of
+    modes, and most speeds of their charts lie far above the lowest.
+    """
     return PanelArnoldi(first_only=True, tolerance=FIRST_LOSS_TOLERANCE) if method is None and is_overdamped(modes) else method
 
 
@@ -271,8 +273,10 @@ def _without_idle_modes(problem: MillingProblem, modes: Modes) -> MillingProblem
 
 
 def first_loss_depth(problem: MillingProblem) -> float:
-    """Return the largest depth (m) of a chart that looks for the first loss of stability alone: so deep that stiffer modes
-    limit the speeds whose teeth pass too fast for the softest."""
+    """Return the largest depth (m) of a chart that searches for the first loss of stability alone.
+
+    It is so deep that stiffer modes limit the speeds whose teeth pass too fast for the softest.
+    """
     return min(FIRST_LOSS_DEPTH_RATIO * depth_limit(problem), MAX_CHART_DEPTH)
 
 

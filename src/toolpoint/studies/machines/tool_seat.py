@@ -10,8 +10,11 @@ MAX_TOOL_MASS = 5.0  # kg, of a rigid body that may be a tool with its holder
 
 
 def question_tool_seat(machine: Machine) -> list[Doubt]:
-    """Return the grave doubt that nothing elastic lies between tool and table, or the doubt that the tool's tip is a point of a
-    rigid head: spindle, holder and tool, which limit most cuts, do not vibrate."""
+    """Return doubts about the bodies between tool and table.
+
+    The grave doubt is that nothing elastic lies between them. The other is that the tool's tip is a point of a rigid head:
+    spindle, holder and tool, which limit most cuts, do not vibrate.
+    """
     description = machine.description
     if description.tool is None:
         return []

@@ -123,8 +123,7 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
 
 
 def _box(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Return centre, axes (columns) and edges of a body's box: as it is drawn or described, else of the inertia of a rigid
-    one."""
+    """Return centre, axes (columns) and edges of a body's box: drawn or described, else that of a rigid body's inertia."""
     shape = body.draw or body.shape
     if shape is not None and shape.size is not None:
         return np.array(body.centre if body.draw_at is None else body.draw_at), np.eye(3), np.array(shape.size)

@@ -165,8 +165,7 @@ def _groups(record_set: RecordSet) -> dict[SetUp, list[int]]:
 def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None,
                  estimator: str,
                  rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt]]:
-    """Return the test of every set-up that has a usable hit, all with one block and one window, and doubts on the
-    others."""
+    """Return the test of every set-up with a usable hit, all with one block and window, and doubts about the others."""
     def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
         records = [record_set.records[k] for k in places]
         numbers = _numbers([record_set.names[k] for k in places], records, block, rules, decided)

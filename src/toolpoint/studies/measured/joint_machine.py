@@ -118,8 +118,10 @@ def describe_fit(whole_machine: WholeMachine, x: FloatArray, components: Compone
 
 
 def _mode_ratios(whole_machine: WholeMachine) -> tuple[tuple[float, ...], FloatArray]:
-    """Return the damping ratios of all modes of a machine by frequency, and their standard deviations: as measured; of modes
-    that the test did not show the mean, as uncertain as the ratios differ."""
+    """Return the damping ratios of all modes of a machine by frequency, and their standard deviations.
+
+    As measured; modes that the test did not show have the mean, as uncertain as the ratios differ.
+    """
     fit, count = whole_machine.fit, sum(form.start.twists.shape[1] for form in whole_machine.fit.model.forms)
     mean = float(np.mean(fit.ratio))
     ratio, deviation = np.full(count, mean), np.full(count, max(float(np.std(fit.ratio)), _MIN_UNSEEN_RATIO_DEVIATION * mean))

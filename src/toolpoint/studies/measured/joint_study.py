@@ -136,8 +136,10 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
 
 def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, components: Components
                      ) -> tuple[MachineDescription, tuple[Doubt, ...]]:
-    """Return the machine with intervals that cover the laws of damping that the test does not tell from its own, and a doubt
-    where their answers differ."""
+    """Return the machine with intervals that cover rival laws of damping, and a doubt where their answers differ.
+
+    Rivals are the laws that the test does not separate from the machine's own.
+    """
     whole_machine = joints.machine
     if whole_machine is None or whole_machine.law is None or not whole_machine.law.rivals:
         return machine, ()

@@ -66,8 +66,10 @@ def cover_rivals(machine: MachineDescription, rivals: Sequence[tuple[str, Machin
 
 
 def _answers(machine: Machine) -> FloatArray:
-    """Return the damping ratios and the most negative real parts of the tool's receptance (its depth limit goes with their
-    inverse), at the reference pose and where the axes end."""
+    """Return the answers by which laws of damping are compared, at the reference pose and at the ends of the axes.
+
+    Damping ratios, and the most negative real parts of the tool's receptance, whose inverse the depth limit follows.
+    """
     description = machine.description
     point = description.tool
     label = point if description.table is None else f"{point}-{description.table}"

@@ -101,7 +101,7 @@ class MachineCheck:
         return f"the machine was run and gives back the {int((self.partner >= 0).sum())} measured modes"
 
     def rows(self) -> list[list[str]]:
-        """Return the computed modes beside the measured ones that look like them, then the measured ones without a partner."""
+        """Return the computed modes beside their measured partners, then the measured ones without a partner."""
         rows = []
         for j, i in enumerate(self.partner):
             row = [str(j + 1), f"{self.frequency[j]:.3f}", "", "", f"{100 * self.ratio[j]:.3f}", "", ""]
@@ -144,8 +144,10 @@ def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
 
 
 def _mac_noise(modes: Modes, rows: list[int]) -> FloatArray:
-    """Return how far (k,) the stated noise of measured shapes lowers a MAC with the true shape: its share of their power, with
-    the scatter of so many numbers."""
+    """Return the decrease (k,) of a MAC with the true shape by the stated noise of measured shapes.
+
+    The share of the noise in their power, with the scatter of so many numbers.
+    """
     if modes.shape_variance is None:
         return np.zeros(modes.count)
     share = modes.shape_variance[rows].sum(axis=0) / np.maximum((np.abs(modes.shape[rows]) ** 2).sum(axis=0), 1e-300)
@@ -154,7 +156,7 @@ def _mac_noise(modes: Modes, rows: list[int]) -> FloatArray:
 
 
 def _driving_motion(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
-    """Return how far the driving points move in every computed mode, over its largest motion."""
+    """Return the motion of the driving points in every computed mode, over its largest motion."""
     driven = [dof for dof in modes.input_dofs if str(dof.point) in machine.description.points]
     if not driven or modes.participation is None:
         return np.ones(computed.count)

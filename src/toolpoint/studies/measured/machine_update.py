@@ -70,7 +70,7 @@ class MachineSystems:
 def systems(
     machine: Machine, names: Sequence[str], pose: Pose | None, *, outputs: tuple[Dof, ...], inputs: tuple[Dof, ...]
 ) -> Systems:
-    """Return the machine as a function of these parameters: affine where it is (checked at one other point), else assembled."""
+    """Return the equations of a machine as a function of parameters: affine where they are, else assembled."""
     general = MachineSystems(machine, pose, outputs, inputs)
     values = {name: machine.value(name) for name in names}
     slopes = matrix_derivatives(machine, names, pose)
@@ -94,7 +94,7 @@ def _are_equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Agreement(NotebookText):
-    """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
+    """Agreement of a machine with a measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC.
 
     candidates : all predicted modes, or None; modes : (n_measured,) which of them are paired with the measured ones;
     frac : (n_outputs, n_inputs) or None; nan where neither holds more than the measurement's noise: nothing to compare.
@@ -337,7 +337,7 @@ def _fit_leading_modes(machine: Machine, parameters: Sequence[Parameter | str], 
                        pose: Pose | Sequence[Pose | None] | None, method: LeastSquares | None, *, limit: float | None,
                        least_influence: float,
                        restarts: int) -> FloatArray | None:
-    """Return the coordinates to which modes lead, None where there are none."""
+    """Return the coordinates of a fit to the leading modes, None where there are none."""
     leading = [k for k, modes in enumerate(lead) if modes is not None and modes.count]
     if not leading:
         return None
@@ -349,7 +349,7 @@ def _fit_leading_modes(machine: Machine, parameters: Sequence[Parameter | str], 
 
 
 def agreements(task: Problem, x: FloatArray) -> tuple[Agreement, ...]:
-    """Return how the model at coordinates x agrees with every set of targets of a problem."""
+    """Return the agreement of the model at coordinates x with every set of targets of a problem."""
     return tuple(_agreement(t, p) for t, p in zip(task.targets, task.predictions(x), strict=True))
 
 

@@ -49,7 +49,7 @@ def gather_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry:
 
 @dataclass(frozen=True, eq=False)
 class Comparison(NotebookText):
-    """The correlation of a machine with a test, and that of the machine before where one was given.
+    """Correlation of a machine with a test, and that of an earlier machine where one was given.
 
     machine : with the points that the test was paired with.
     """

@@ -48,8 +48,11 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUpdate(NotebookText):
-    """The machine before, its update to the measurements, samples of the posterior where they were asked for, and what the
-    updated machine makes doubtful about channels of the test; `notes` : what the intervals do not hold."""
+    """Update of a machine to measurements, with the machine before it.
+
+    samples : of the posterior, None where none were requested; doubts : about channels of the test, beside the updated machine;
+    notes : what the intervals do not cover.
+    """
 
     start_machine: Machine
     update: MachineUpdate
@@ -110,7 +113,7 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
 
 def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
                     seed: int = 1, what: str = "measurement") -> MeasuredUpdate:
-    """Update a machine to measurements; parameters that the data cannot tell stay where they were.
+    """Update a machine to measurements; parameters that the data do not determine stay as they are.
 
     Parameters
     ----------

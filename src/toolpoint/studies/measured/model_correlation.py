@@ -32,7 +32,7 @@ MAX_PAIRED_FREQUENCY_RATIO = 1.4  # ratio of paired frequencies
 
 @dataclass(frozen=True, eq=False)
 class ModelCorrelation(NotebookText):
-    """A test beside a machine.
+    """Correlation of a test with a machine.
 
     points : pairing of the points; measured, predicted : Modes at the paired Dofs; mac : (n_measured, n_predicted);
     pairs : of the modes; coefficients : of the paired modes, None without any; comac, ecomac : point of the model to value;
@@ -109,7 +109,7 @@ def correlate(
     machine: Machine, modes: Modes, points: PointPairing | None = None, *, frf: Frf | None = None, pose: Pose | None = None,
     lowest_mac: float = 0.5, frequency_shift: float = np.inf, bands: Sequence[tuple[float, float]] | None = None,
 ) -> ModelCorrelation:
-    """Return how a machine agrees with measured modes and responses.
+    """Return the agreement of a machine with measured modes and responses.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def correlate(
 
 def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, *, mass: Callable[[], FloatArray],
                     lowest_mac: float = 0.5, frequency_shift: float = np.inf) -> ModelCorrelation:
-    """Return how modes agree with measured ones at the same Dofs, without responses.
+    """Return the agreement of modes with measured ones at the same Dofs, without responses.
 
     mass : called for the effective modal mass of every predicted mode, kg, (n_predicted,), where pairs are there to weigh;
     points, lowest_mac, frequency_shift : see `correlate`. Modes above 1.5 times the highest measured one are left out.
@@ -217,8 +217,7 @@ def _coordinate_mac(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict
 
 
 def _enhanced_mac(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
-    """Return the ECOMAC (Hunt, 1992) of every point: mean over modes of half the length of the difference, largest entries
-    scaled to 1."""
+    """Return the ECOMAC (Hunt, 1992) of every point: mean over modes of half the length of the scaled difference."""
     largest = np.abs(b).max(axis=0)
     difference = (a - b) / largest
     return {point: float(np.linalg.norm(difference[indices], axis=0).mean() / 2) for point, indices in rows.items()}

@@ -22,8 +22,11 @@ EQUAL_FIT_RATIO = 2.0  # residual of another placing over the best one, below wh
 
 @dataclass(frozen=True, eq=False)
 class PointPairing:
-    """Measured to model point, `distance` (m) of each, `transform` (4, 4) from test to model frame, points left single;
-    doubts of the registration."""
+    """Pairs of measured and model points.
+
+    pairs : measured to model point; distance : of each, m; transform : (4, 4) from test to model frame; single : points without
+    a partner; doubts : of the registration.
+    """
 
     pairs: Mapping[str | int, str | int]
     distance: Mapping[str | int, float]
@@ -101,7 +104,7 @@ def pair_points(
 
 def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike]
                     ) -> tuple[FloatArray, Doubt | None]:
-    """Return a start for `pair_points` without any known pair, (4, 4), and a doubt where another start fits nearly as well.
+    """Return a start (4, 4) for `pair_points` without known pairs, and a doubt where another start fits nearly as well.
 
     The 24 turns that carry axes onto axes, the middles of both boxes on each other, each followed by ICP; the least distance
     wins. It needs a frame of the test whose axes lie within about 20 degrees of axes of the model, in either order, points

@@ -38,7 +38,7 @@ def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | Non
 
 def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, *, least_influence: float, restarts: int,
                   start: FloatArray | None = None, judge: Problem | None = None) -> ParameterFit:
-    """Return the fit through modes, logarithms of responses and what is asked for, with restarts of the first stage.
+    """Return the fit through modes, logarithms of responses and the stated targets, with restarts of the first stage.
 
     judge : the problem that what is free is asked of; that of the logarithms where left out.
     """
@@ -61,7 +61,7 @@ def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | Non
 
 def _fit_from_modes(task: Problem, method: LeastSquares | None, limit: float | None, least_influence: float, start: FloatArray,
                     *, judge: Problem) -> ParameterFit | None:
-    """Return the fit from where modes have led, None where it does not explain the data.
+    """Return the fit from the coordinates to which modes led, None where it does not explain the data.
 
     So near the end the logarithm is not needed: it would let lines of noise weigh as much as resonances. What is free is
     still asked of it.
@@ -81,7 +81,7 @@ def _fit_from_modes(task: Problem, method: LeastSquares | None, limit: float | N
 def _repeat_stages(stages: Sequence[Problem], first: ParameterFit, method: LeastSquares | None, limit: float | None,
                    least_influence: float,
                    *, judge: Problem) -> tuple[ParameterFit, Identifiability | None]:
-    """Return the fit through the stages, from a first one, until what `judge` frees at its result is what was free in it."""
+    """Return the fit through the stages, repeated until `judge` frees the same parameters at the result."""
     result, evaluations, now, task = first, first.evaluations, None, stages[-1]
     free = result.free
     for _ in range(_MAX_STAGE_ROUNDS):
@@ -120,8 +120,7 @@ def _fit_first_stage(
 
 
 def _stages(task: Problem) -> list[Problem]:
-    """Return the stages: modes lead from far away; logarithms of the responses forgive shifted peaks; then the stated
-    targets."""
+    """Return the stages: modes lead from far away, logarithms of responses forgive shifted peaks, then the stated targets."""
     if all(t.frf is None for t in task.targets):
         return [task]
     result = [_logarithmic_problem(task)]

@@ -59,8 +59,10 @@ class DatasheetStudy(NotebookText):
         return self.ways[RIGID]
 
     def mode_rows(self) -> list[list[str]]:
-        """Return a row for every mode: its frequency, and those with members of other ways with their error against the most
-        detailed of them."""
+        """Return a row for every mode: its frequency as in the file, and with members modelled in other ways.
+
+        The error of each is that against the most detailed way.
+        """
         best = list(self.ways.values())[-1]
         return [[str(i + 1), f"{f:.2f}", *(f"{v[i]:.2f} ({100 * (v[i] / best[i] - 1):+.1f} %)" for v in self.ways.values())]
                 for i, f in enumerate(self.frequency)]
@@ -166,7 +168,7 @@ def _slopes(sheet: RobotDatasheet, description: MachineDescription, stretched: M
 
 def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool,
                 pose: Mapping[str, float] | None) -> dict[str, FloatArray]:
-    """Return the first natural frequencies with members rigid, as beams, and by finite elements where they can."""
+    """Return the first natural frequencies with members rigid, as beams, and by finite elements."""
     meshes, solids = _given_shapes(sheet, description)
     sheets = {RIGID: rigid_members(sheet), BEAMS: bending_members(sheet, "beam")}
     if finite_elements:

@@ -17,8 +17,10 @@ _ROUNDING_LIMITS = {"length": 1e-9, "angle": 1e-9}  # m, rad: below, a shift is 
 
 @dataclass(frozen=True, eq=False)
 class OwnCoordinates:
-    """Coordinates of a task at a pose, by their names, m or rad; shift : those that the task does not command, by kind, against
-    the reference pose; point : whose they are."""
+    """Coordinates of a task at a pose, by their names, m or rad.
+
+    shift : coordinates that the task does not command, by kind, against the reference pose; point : whose coordinates they are.
+    """
 
     values: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)

@@ -76,9 +76,11 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
 
 @dataclass(frozen=True, eq=False)
 class PoseValues:
-    """A quantity at poses: values (n_poses, n_columns), not a number where it could not be computed; the reason of each pose
-    (empty where it could); bounds (n_poses,): whether some value is but a bound from below; notes on what the values are
-    worth."""
+    """Values of a quantity at poses, (n_poses, n_columns), not a number where it could not be computed.
+
+    reasons : of each pose without a value, else empty; bounds : (n_poses,), whether some value is a lower bound only; notes :
+    on the reliability of the values.
+    """
 
     values: FloatArray
     reasons: tuple[str, ...]
@@ -104,7 +106,7 @@ class PlaceQuantity:
 
     @classmethod
     def over_feeds(cls, kind: str, modes: int = 4, number: int = 1) -> PlaceQuantity:
-        """Return a quantity with so many feed directions, evenly over half a turn."""
+        """Return a quantity with a number of feed directions, evenly over half a turn."""
         return cls(kind, modes, tuple(float(v) for v in np.pi * np.arange(number) / number))
 
     @property
@@ -129,7 +131,7 @@ class PlaceQuantity:
 
     def judge(self, machine: Machine, poses: Sequence[Pose], *, engine: Engine | None = None,
               progress: Progress | None = None) -> PoseValues:
-        """Return the values at poses with the reasons of those that failed, and what the values are worth."""
+        """Return the values at poses with the reasons of failures and the reliability of the values."""
         if not poses:
             return PoseValues(np.zeros((0, len(self.columns))), (), np.zeros(0, bool))
         if self.kind == "depth":
@@ -170,7 +172,7 @@ def _depths(charted: ChatterMap) -> PoseValues:
 
 @dataclass(frozen=True, eq=False)
 class PlaceMap(NotebookText):
-    """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be or failed; and the poses.
+    """Quantity over places: values (n_1, ..., n_columns), not a number without a pose; and the poses.
 
     reasons : of every place in turn, why it has no value; notes : on what the values are worth.
     """
@@ -207,7 +209,7 @@ class PlaceMap(NotebookText):
         return place_words(self.reach.places[number]) + (f" ({branch})" if several and branch else "")
 
     def table(self) -> str:
-        """Return the range of every column and where its ends lie as text."""
+        """Return the range of every column and the places of its ends as text."""
         flat = self.values.reshape(-1, self.values.shape[-1])
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]

@@ -30,9 +30,12 @@ _MIN_PRINTED_MISS = 1e-9  # m: below, a miss is rounding
 
 @dataclass(frozen=True, eq=False)
 class ReachedPose:
-    """A pose that reaches the place: its branch; `condition` of its Jacobian; `singular`: axis, m or rad along it to the
-    nearest singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis;
-    Hz; `miss` : m from the place; `own` : its coordinates of the task."""
+    """Pose that reaches the place.
+
+    branch : of the arm; condition : number of its Jacobian; singular : axis, distance along it to the nearest singular pose (m
+    or rad), and its kind; holding : of every axis against gravity, N, N m; inertia : of every axis, kg, kg m^2; frequency : Hz;
+    miss : from the place, m; own : its coordinates of the task.
+    """
 
     pose: Mapping[str, float]
     branch: str
@@ -96,8 +99,10 @@ class ReachStudy(NotebookText):
 
 def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, modes: int = 4,
                 branch: str = "") -> ReachStudy:
-    """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction; branch :
-    of an arm, see `reach_places`, all of them where left out."""
+    """Return all poses that bring the tool's tip to a place with its axis along a direction.
+
+    tip : m, from the table point; branch : of an arm, see `reach_places`, all of them where left out.
+    """
     target = floats("tip", tip, (3,))
     arm, reached = arm_of(machine), list[tuple[dict[str, float], str]]()
     reason = ""
@@ -122,8 +127,7 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
 
 
 def study_pose(machine: Machine, pose: Mapping[str, float], *, modes: int = 4) -> ReachStudy:
-    """Return the study of a pose, given by the axes or in the machine's own coordinates (those of its task); see
-    `study_reach`."""
+    """Return the study of a pose, given by the axes or in the coordinates of the machine's task; see `study_reach`."""
     legs = leg_pose(machine, pose)
     # The coordinates themselves say where the tool is; axes that lead to another assembly mode would show as a miss.
     tip = tool_place(machine, {name: np.array([value]) for name, value in pose.items()})[0][0]
@@ -133,8 +137,7 @@ def study_pose(machine: Machine, pose: Mapping[str, float], *, modes: int = 4) -
 
 
 def _choose_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | None, *, turn: float, branch: str) -> list[str]:
-    """Return the requested branches on which a place is reached; the one with the least turn of the wrist where that is
-    requested."""
+    """Return the requested branches on which a place is reached, or the one of the least turn of the wrist."""
     choice = BranchChoice.parsed(branch)
     if choice.is_least:
         return [name for name in reach_places(machine, tip[None], direction, turn=turn, branch=branch).branches if name]

@@ -31,8 +31,11 @@ _MAX_LISTED_SEGMENTS = 8  # in the table and in the data
 
 @dataclass(frozen=True, eq=False)
 class EvenSegment:
-    """A segment: start and end (m), values (n_samples, n_columns), their spread summed, and that over the sum of their
-    means; the branch of the arm on which it is followed (empty where the machine has none), and its poses."""
+    """Segment over which a quantity is even.
+
+    start, end : m; values : (n_samples, n_columns); branch : of the arm on which it is followed, empty where the machine has
+    none; poses : at the samples.
+    """
 
     start: FloatArray
     end: FloatArray
@@ -58,8 +61,10 @@ class EvenSegment:
 
 @dataclass(frozen=True, eq=False)
 class RegionSearch(NotebookText):
-    """Segments that can be reached whole, the most even one first; tried : how many segments there were; samples : places on
-    each; notes : on what the values are worth."""
+    """Segments that are reached whole, the most even one first.
+
+    tried : number of segments; samples : places on each; notes : on the reliability of the values.
+    """
 
     quantity: PlaceQuantity
     length: float
@@ -97,8 +102,7 @@ class RegionSearch(NotebookText):
 
 
 def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> FloatArray:
-    """Return so many directions in the plane of two vectors, evenly over half a turn, shape (number, 3): four are the
-    source's."""
+    """Return directions in the plane of two vectors, evenly over half a turn, (number, 3); the source takes four."""
     a = floats("first", first, (3,)) / np.linalg.norm(first)
     b = floats("second", second, (3,)) - a * float(np.dot(a, second))
     b = b / np.linalg.norm(b)
@@ -169,8 +173,10 @@ def _notes(judged: PoseValues, reasons: Mapping[str, int]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class RegionStudy(NotebookText):
-    """A quantity over places, and the segments over which it is most even (None where they were not searched, or none could be
-    judged: the notes of the map say which)."""
+    """Quantity over places, and the segments over which it is most even.
+
+    search : None where none were searched, or none could be judged; the notes of the map say which.
+    """
 
     map: PlaceMap
     search: RegionSearch | None = None

@@ -83,8 +83,7 @@ class SegmentFollower:
         return SegmentPoses(name, tuple(dict(zip(solver.names, row.tolist(), strict=True)) for row in path[::parts]))
 
     def _path(self, solver: ArmReach, branches: Sequence[ArmBranch]) -> FloatArray | None:
-        """Return positions (n, 6) of one branch along a segment, begun nearest to rest at either end; None where an axis
-        jumps."""
+        """Return positions (n, 6) of a branch along a segment, begun nearest to rest at either end; None for a jump."""
         for sense in (1, -1):
             last, rows = np.array(list(self.reference.values())), list[FloatArray]()
             for branch in branches[::sense]:

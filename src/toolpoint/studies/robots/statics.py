@@ -1,4 +1,4 @@
-r"""Forces of a robot on its base: at rest, and while axes stop with the power off; beside what the maker's manual states.
+r"""Forces of a robot on its base: at rest, and while axes stop with the power off; beside the maker's manual.
 
 Recursive Newton-Euler of the rigid arm, stretched out as far as it goes. Every axis brakes evenly from its largest speed to
 rest in the datasheet's stop time, in the sense that adds to gravity.

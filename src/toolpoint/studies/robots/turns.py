@@ -20,7 +20,7 @@ from toolpoint.studies.text_table import text_table
 
 @dataclass(frozen=True, eq=False)
 class TurnChoice(NotebookText):
-    """Merit over places and turns, and what was chosen.
+    """Merit over places and turns, and the chosen turns.
 
     turns : (n_turns,) rad; merit : (n_places, n_turns), the least of the quantity's columns, not a number out of reach; best :
     (n,) turn of the greatest merit at each place alone; followed : (n,) turns of the path of greatest summed merit along which
@@ -103,8 +103,9 @@ def _follow_turns(merit: FloatArray, reaches: Sequence[Reach], largest_step: flo
 
 @dataclass(frozen=True, eq=False)
 class BranchComparison(NotebookText):
-    """A quantity on each branch of an arm along places: name, how many places it reaches, means and least values (n_columns,)
-    over the places that all branches reach.
+    """Quantity on each branch of an arm along places.
+
+    rows : name, number of reached places, means and least values (n_columns,) over the places that all branches reach.
 
     shared : how many those are; where there are none every branch stands for its own places, and the one that reaches most is
     first.
@@ -140,7 +141,10 @@ class BranchComparison(NotebookText):
 
 def compare_branches(machine: Machine, places: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0,
                      quantity: PlaceQuantity | None = None, point: str = "") -> BranchComparison:
-    """Return a quantity on every branch that reaches the first place, along all places."""
+    """Return a quantity on every branch that reaches the first place, along all places.
+
+    The branch of the greatest mean over the places that all of them reach stands first.
+    """
     targets = floats("places", places, (None, 3)).reshape(-1, 3)
     measure, values_by_branch = quantity or PlaceQuantity(), dict[str, FloatArray]()
     for name in branch_names(machine, targets[0], direction, turn=turn, point=point):

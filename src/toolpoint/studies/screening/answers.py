@@ -59,8 +59,11 @@ class TipSystem:
 
 
 class Answer(Protocol):
-    """A number of the tool point; larger is better where `rises`. It is the worst of several (peaks, directions): all that are
-    near it count, for a change that helps the worst alone soon meets the next."""
+    """Number of the tool point; larger is better where `rises`.
+
+    It is the worst of several (peaks, directions). All that are near it count, for a change that helps the worst alone soon
+    meets the next.
+    """
 
     @property
     def name(self) -> str:
@@ -78,8 +81,10 @@ class Answer(Protocol):
         ...
 
     def evaluate(self, system: TipSystem, slopes: TipSystem | None) -> tuple[FloatArray, FloatArray]:
-        """Return the candidates (m,), and their slopes to all changes (m, n_p; empty without `slopes`, whose arrays have a
-        leading axis of changes)."""
+        """Return the candidates (m,), and their slopes to all changes (m, n_p).
+
+        slopes : arrays with a leading axis of changes; None for candidates alone, whose slopes are empty.
+        """
         ...
 
 
@@ -172,8 +177,10 @@ class DepthLimit:
 
 @dataclass(frozen=True)
 class PeriodicError:
-    """Mean radius of the position sphere of a cut at a pose once it is periodic, m: eqs. 21, 23 and 26 of the source, in
-    closed form."""
+    """Mean radius of the position sphere of a periodic cut at a pose, m.
+
+    Equations 21, 23 and 26 of the source, in closed form.
+    """
 
     cut: CuttingDescription
     speed: float

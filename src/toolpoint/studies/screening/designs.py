@@ -22,7 +22,7 @@ MAX_FACTORIAL_RUNS = 1_000_000  # points of a full factorial design
 
 @dataclass(frozen=True, eq=False)
 class ScreeningDesign(NotebookText):
-    """Points (n, n_changes) of a design; kind says how they were placed, labels name them where each stands for one change."""
+    """Points (n, n_changes) of a design; kind : of the sampling; labels : of points that stand for one change."""
 
     kind: str
     changes: tuple[Change, ...]
@@ -94,7 +94,7 @@ def fractional_factorial(changes: Sequence[Change], resolution: int = 4) -> Scre
 
 
 def latin_hypercube(changes: Sequence[Change], number: int, rng: np.random.Generator) -> ScreeningDesign:
-    """Return a Latin hypercube of so many points."""
+    """Return a Latin hypercube with a number of points."""
     points = qmc.LatinHypercube(len(changes), rng=rng).random(count("number", number))
     return ScreeningDesign("Latin hypercube", tuple(changes), points)
 

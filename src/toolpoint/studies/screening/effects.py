@@ -38,7 +38,7 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Ranking(NotebookText):
-    """Effects of all changes on a metric, the best first; `what` says what the numbers are, `doubt` why they may not rank."""
+    """Effects of all changes on a metric, the best first; what : meaning of the numbers; doubt : about the order."""
 
     metric: str
     what: str

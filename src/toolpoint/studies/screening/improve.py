@@ -69,7 +69,7 @@ class Improvement(NotebookText):
         return [f"{self.factors[k].name}: {self.factors[k].words(float(self.shares[k]))}" for k in moved]
 
     def table(self) -> str:
-        """Return what to change as text."""
+        """Return the changes as text."""
         unit, scale = GOAL_UNITS.get(self.answer, (self.unit, 1.0))
         rows = [[f.name, f.words(float(s)), f"{f.cost * abs(s - r):.4g}", f"{scale * g:+.4g}"] for f, s, r, g in zip(
             self.factors, self.shares, self.resting, self.slopes, strict=True)]

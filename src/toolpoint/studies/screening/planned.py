@@ -65,7 +65,7 @@ class JoinedMetrics:
 
 @dataclass(frozen=True, eq=False)
 class PlannedScreening(NotebookText):
-    """A screening with the rankings of its first metrics; remarks : doubts of the cut that is milled, as the machine stands."""
+    """Screening with the rankings of its first metrics; remarks : doubts about the milled cut."""
 
     plan: ScreeningPlan
     screening: Screening

@@ -79,7 +79,7 @@ class RobotDemo(NotebookText):
         return lines
 
     def region_lines(self) -> list[str]:
-        """Return where the most even segment lies beside the source's."""
+        """Return lines on the most even segment beside that of the source."""
         best, total = self.search.best, self.straight.sum(axis=1)
         return [f"most even vertical or slanted segment here: from {best.start.round(3).tolist()} to "
                 f"{best.end.round(3).tolist()} m, "
@@ -111,8 +111,10 @@ class RobotDemo(NotebookText):
 def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *, all_sides: bool = False,
              step: Callable[[str], None] = lambda name: None, folder: Path | None = None,
              progress: Callable[[int, int], None] | None = None) -> RobotDemo:
-    """Return the whole chain. whole : all four sides in the screening (four minutes on one core), not the first two on a
-    coarser structure."""
+    """Return all results of the demo.
+
+    all_sides : all four sides in the screening (four minutes on one core), not the first two on a coarser structure.
+    """
     step("map over the workspace")
     grid = place_grid({"x": _line(0), "z": _line(1)})
     place_map = map_places(machine, grid, PlaceQuantity(), point="wrist")

@@ -54,8 +54,10 @@ class Screening(NotebookText):
         return self.values[..., self.metrics.index(name)]
 
     def table(self) -> str:
-        """Return every point as text (at most 40), with the change against the first where the design begins with the machine
-        as it is."""
+        """Return every point as text (at most 40).
+
+        The change against the first stands beside it where the design begins with the machine as it is.
+        """
         base = self.stated[0] if self.design.labels and self.design.labels[0] == "as it is" else None
         rows = []
         for i in range(min(len(self.stated), 40)):

@@ -30,9 +30,12 @@ _UNKNOWN = (_NAN, _NAN)
 
 @dataclass(frozen=True, eq=False)
 class AxisFindings:
-    """One axis: its runs of constant speed, speed over following error (1/s: K_v where no feed-forward acts) with its 95 %
-    interval, largest following error, friction (None where the runs do not tell dry and viscous part), mean loads forward and
-    backward at the largest speed with their intervals, doubts, and notes on what the record cannot tell."""
+    """Findings of one axis.
+
+    runs : of constant speed; velocity_gain : speed over following error, 1/s (K_v where no feed-forward acts), with its 95 %
+    interval; friction : None where the runs do not separate dry and viscous part; levels : mean loads forward and backward at
+    the largest speed, with intervals; notes : what the record cannot tell.
+    """
 
     axis: str
     unit: str
@@ -74,7 +77,7 @@ class AxisFindings:
         return [[self.axis, *row] for row in rows]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the findings as plain values, SI; None where the record does not tell."""
+        """Return the findings as plain values, SI; None where the record does not determine them."""
         line = self.friction
         friction = None if line is None else {
             name: {"value": _finite_or_none(value), "interval": [_finite_or_none(end) for end in ends]} for name, value, ends in
@@ -141,7 +144,7 @@ def _question_swings(runs: ConstantRuns, load: FloatArray, time: FloatArray, *, 
 
 
 def _speed(signals: Mapping[str, AxisSignal | None], time: FloatArray) -> tuple[FloatArray | None, bool]:
-    """Return the speed, and whether it is a measured one: the set point where there is one, it has no noise."""
+    """Return the speed, and whether it is measured: the set point, which has no noise, is preferred."""
     if signals["velocity_set"] is not None:
         return signals["velocity_set"].at(time), False
     wish = signals["position_set"]
@@ -154,7 +157,7 @@ def _speed(signals: Mapping[str, AxisSignal | None], time: FloatArray) -> tuple[
 
 
 def _actual_speed(signals: Mapping[str, AxisSignal | None], time: FloatArray) -> FloatArray | None:
-    """Return the speed that the axis had, None where set points alone are recorded."""
+    """Return the actual speed of the axis, None where set points alone are recorded."""
     velocity, position = signals["velocity"], signals["position"]
     if velocity is not None:
         return velocity.at(time)
@@ -216,8 +219,10 @@ def _gain(runs: ConstantRuns, resolution: float) -> tuple[float, tuple[float, fl
 
 
 def _ratio(v: FloatArray, e: FloatArray, error: FloatArray, *, wander: FloatArray, resolution: float) -> Level:
-    """Return following error over speed of the fastest runs with its interval, the mean of both directions: an offset of the
-    error is in neither."""
+    """Return following error over speed of the fastest runs with its interval.
+
+    The mean of both directions is taken: an offset of the error is in neither.
+    """
     fast = np.abs(v) > _FAST_RUN_RATIO * np.abs(v).max()
     sides = []
     for is_side in (fast & (v > 0), fast & (v < 0)):

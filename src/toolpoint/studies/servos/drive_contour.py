@@ -96,7 +96,7 @@ def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: 
 
 
 def is_cutting(path: Path, error: ContourError) -> np.ndarray:
-    """Return at which instants the foot lies on a cutting segment, (n,) bools."""
+    """Return the mask of instants whose foot lies on a cutting segment, (n,) bools."""
     ends = np.cumsum(path.lengths)
     segment = np.minimum(np.searchsorted(ends, error.progress, side="left"), path.count - 1)
     return ~path.rapid[segment]

@@ -44,8 +44,11 @@ _MAX_RADIUS_DEVIATION = 0.02
 
 @dataclass(frozen=True, eq=False)
 class CircleTurn:
-    """One whole turn of a circular test: `points` (n, 2) at scale, table and tool (m), the nominal radius (m), and the
-    `peaks` at 0, 90, 180 and 270 deg at the tool, outward over the median radius (m)."""
+    """One whole turn of a circular test.
+
+    points : (n, 2) at scale, table and tool, m; radius : nominal, m; peaks : at 0, 90, 180 and 270 deg at the tool, outward
+    over the median radius, m.
+    """
 
     points: Mapping[str, FloatArray]
     radius: float
@@ -98,7 +101,7 @@ class DriveExperiment(NotebookText):
         return float(self.errors[place].length[judged].max()) if judged.any() else None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return quantity and value, as words, of what a person looks at first."""
+        """Return the main quantities and their values as words."""
         rows = [("duration", f"{self.result.time[-1]:.3f} s")]
         for name, error in self.errors.items():
             cut, rapid = error.length[self.cutting[name]], error.length[~self.cutting[name]]
@@ -125,8 +128,10 @@ class DriveExperiment(NotebookText):
                           *(f"{name:36s} {value}" for name, value in self.rows()), self.loops.margin_table()])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the largest contour errors of cuts and of rapids (m; None where there are none), the circular deviation (m),
-        the status and the notes as plain values."""
+        """Return the largest contour errors, the circular deviation, the status and the notes as plain values, m.
+
+        Errors of cuts and of rapids; None where there are none.
+        """
         return {"contour_error_m": {name: self.largest_error(name) for name in self.errors},
                 "contour_error_rapid_m": {name: self.largest_error(name, rapid=True) for name in self.errors},
                 "doubts": list(self.doubts), "notes": list(self.remarks),
@@ -193,7 +198,7 @@ def run_drives(
 
 
 def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
-    """Return the set points of X, Y, Z, and where along the programmed path each of them is (m)."""
+    """Return the set points of X, Y, Z, and the arc length of each along the programmed path (m)."""
     limits = JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
     plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner)
     if plan.duration > _MAX_PROGRAM_DURATION:

@@ -72,7 +72,7 @@ def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Ma
 
 def question_structure(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
                        ) -> list[Doubt]:
-    """Doubt a structure whose loss factors motion in time can take by an equivalent only, with what that errs by.
+    """Return the doubt about an equivalent damping in time of a structure with loss factors, with its error.
 
     The error is the largest over the lines about the modes of the difference to the direct solution, over the response there.
     """

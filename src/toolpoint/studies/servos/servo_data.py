@@ -114,8 +114,10 @@ def _run_doubts(data: PositioningRun) -> tuple[Doubt, ...]:
 
 
 def _loop_doubts(loop: LoopResponse) -> list[Doubt]:
-    """Return the doubt of its margins, and that a response is no closed loop from a set point to its actual value: such a
-    loop follows slow set points."""
+    """Return doubts about margins, and about a response that is no closed loop from a set point to its actual value.
+
+    A closed loop follows slow set points.
+    """
     doubts = [loop.margins.doubt] if loop.margins.doubt else []
     trusted = np.flatnonzero(coherent_lines(loop.coherence))[:5]
     if not trusted.size:

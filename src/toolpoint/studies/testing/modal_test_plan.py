@@ -81,7 +81,7 @@ class ModalTestPlan(NotebookText):
                  f"{expected.mac[i]:.4f}"] for i in range(self.modes.count)]
 
     def steps(self) -> list[list[str]]:
-        """Return the check list: what to prepare, set, strike and look at, in order."""
+        """Return the check list in order: preparation, settings, blows, checks."""
         hits = len(self.points) * len(self.struck)
         minutes = hits * (4 * self.block + 60) / 60
         rows = [

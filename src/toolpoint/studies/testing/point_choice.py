@@ -21,7 +21,7 @@ INFORMATION_RANK_TOLERANCE = 1e-9  # of the largest eigenvalue of the Fisher inf
 
 
 def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> list[str | int]:
-    """Return so many points (all directions of each) that keep the modes most independent, in the order of the labels.
+    """Return the points (all directions of each) that keep the modes most independent, in the order of the labels.
 
     `keep` : points that stay (those that are struck, as a driving point gives shapes their scale).
 
@@ -47,7 +47,7 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
 
 
 def choose_struck(modes: Modes, dofs: Sequence[Dof], number: int) -> list[Dof]:
-    """Return so many of the Dofs to strike that the least visible mode is seen best, one after the other."""
+    """Return the Dofs to strike that show the least visible mode best, one after the other."""
     size = np.abs(modes.shape_at(dofs)) / np.maximum(np.abs(modes.shape).max(axis=0), 1e-300)
     chosen: list[int] = []
     for _ in range(min(number, len(dofs))):
@@ -60,13 +60,13 @@ def choose_struck(modes: Modes, dofs: Sequence[Dof], number: int) -> list[Dof]:
 
 
 def visibility(modes: Modes, struck: Sequence[Dof]) -> FloatArray:
-    """Return for every mode how far the best struck Dof moves in it, over its largest motion, 0 .. 1."""
+    """Return the motion of the best struck Dof in every mode over its largest motion, 0 .. 1."""
     size = np.abs(modes.shape_at(struck)) / np.maximum(np.abs(modes.shape).max(axis=0), 1e-300)
     return np.asarray(size.max(axis=0))
 
 
 def largest_likeness(modes: Modes, points: Sequence[str | int]) -> float:
-    """Return the largest MAC between two different modes seen at points: near 1 they cannot be told apart there."""
+    """Return the largest MAC between two different modes at points: near 1 they cannot be separated there."""
     chosen = set(points)
     rows = [k for k, dof in enumerate(modes.dofs) if dof.point in chosen]
     if modes.count < 2:

@@ -33,9 +33,12 @@ LABELS = (Dof("tool", "+x"), Dof("tool", "+y"))
 
 @dataclass(frozen=True, eq=False)
 class TappedModes:
-    """Modes of one direction of the tip: frequency (Hz), damping ratio, residue (complex, modal A), their relative deviations
-    of size, covariance of the poles (n, 2, 2), the static part (m/N) of what is above, and the mass-like part of what is below
-    (m/N s^2); which of the identified modes these are, those that vibrate and die away."""
+    """Modes of one direction of the tip.
+
+    frequency : Hz; damping : ratios; residue : complex, modal A; size : relative deviation of each size; covariance : of the
+    poles, (n, 2, 2); upper : static part of modes above, m/N; lower : mass-like part of modes below, m/N s^2; vibrates : which
+    of the identified modes these are, those that vibrate and decay.
+    """
 
     frequency: FloatArray
     damping: FloatArray
@@ -113,7 +116,7 @@ def _sizes(tip: Frf, modes: Modes) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class TappedTip:
-    """Modes along x and, where it was struck, along y; pairs of modes that x and y may share."""
+    """Modes along x and, where it was struck, along y; pairs of modes that may be one."""
 
     x: TappedModes
     y: TappedModes | None
@@ -127,7 +130,7 @@ class TappedTip:
 
     @property
     def is_known(self) -> bool:
-        """Whether the hits tell the scatter of every direction."""
+        """Whether hits show the scatter of every direction."""
         return all(part.has_scatter for part in (self.x, self.y) if part is not None)
 
     @property

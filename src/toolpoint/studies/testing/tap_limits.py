@@ -41,8 +41,11 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class SpeedToUse:
-    """A speed (rev/min), the depth (m) that is stable there and beside it with 95 % certainty less a tenth, the chatter
-    frequency (Hz) of what is deeper, and the removal rate over that of the best."""
+    """Spindle speed to use, with its depth.
+
+    speed : rev/min; depth : stable there and beside it with 95 % certainty, less a tenth, m; chatter : frequency of deeper
+    cuts, Hz; worth : removal rate over that of the best.
+    """
 
     speed: float
     depth: float
@@ -52,8 +55,10 @@ class SpeedToUse:
 
 @dataclass(frozen=True, eq=False)
 class TapLimits:
-    """The exact chart and the rough one of more speeds, the ends of the 95 % interval of the exact limits over them (ratios),
-    the speeds to use, and notes."""
+    """Limits of a tapped tool, and speeds to use.
+
+    chart : exact; rough : of more speeds; low, high : ends of the 95 % interval of the exact limits over them, ratios.
+    """
 
     chart: StabilityChart
     rough: StabilityChart
@@ -133,8 +138,11 @@ def _draw_limit_ratios(tip: TappedTip, problem: MillingProblem, rough: Stability
 
 def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, lower: FloatArray, depth: float
                    ) -> tuple[tuple[SpeedToUse, ...], int]:
-    """Return up to three speeds of the largest removal rate, each checked by the exact method at itself and beside it, and how
-    many others that check took away: a speed does not serve where it carries less than what is stable at every speed."""
+    """Return up to three speeds of the largest removal rate, and the number of speeds that the exact check refused.
+
+    Each is checked by the exact method at itself and beside it: a speed is of no use where its depth is below that which is
+    stable at every speed.
+    """
     speeds = middle.speeds
     sure = np.minimum(middle.limit, middle.depth_max) * lower
     is_beside = np.abs(speeds[:, None] / speeds[None, :] - 1) <= SPEED_MARGIN

@@ -1,5 +1,4 @@
-"""Tap test of a tool in one call: responses, modes, limits, three speeds to use, what to strike again, a light for each
-step."""
+"""Tap test of a tool in one call: responses, modes, limits, speeds to use, what to strike again, a light for each step."""
 
 from __future__ import annotations
 
@@ -41,7 +40,7 @@ SPEED_COLUMNS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
 
 @dataclass(frozen=True)
 class Light:
-    """A light: the step, ``green`` ``amber`` or ``red``, what is so, and what to do about it (empty: nothing)."""
+    """Verdict on a step: the step, ``green`` ``amber`` or ``red``, the finding, and the remedy (empty: none)."""
 
     step: str
     colour: str
@@ -51,8 +50,11 @@ class Light:
 
 @dataclass(frozen=True, eq=False)
 class TappedDirection:
-    """One direction of a tap test: its name, all responses, that of the tip, the band to believe, modes, and the hits'
-    study."""
+    """One direction of a tap test.
+
+    frf : all responses; tip : that of the tip; band : to be believed; modes : identified in it; hits : study of the hits, None
+    for responses without records.
+    """
 
     name: str
     frf: Frf

@@ -23,8 +23,11 @@ MODE_FREQUENCY_TOLERANCE = 0.02  # relative distance within which a mode counts 
 
 @dataclass(frozen=True, eq=False)
 class VirtualOutcome:
-    """Outcome of a virtual test: for every mode of the model its errors (relative frequency, relative damping; not a number
-    where it was not found) and the MAC of the measured shape, expanded to all points, with the model's."""
+    """Outcome of a virtual test, for every mode of the model.
+
+    frequency_error, damping_error : relative, not a number where the mode was not found; mac : of the measured shape, expanded
+    to all points, with the model's.
+    """
 
     points: tuple[str | int, ...]
     frequency_error: FloatArray

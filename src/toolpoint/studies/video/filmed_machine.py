@@ -47,8 +47,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def places(self) -> Geometry | None:
-        """Places of the points of `modes`, m: those of the machine, else the windows in the picture's plane; None without a
-        scale."""
+        """Places of the points of `modes`, m: the machine's, else the windows in the picture's plane; None without a scale."""
         first = self.videos[0]
         if self.machine is None:
             return first.places
@@ -56,7 +55,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def nouns(self) -> dict[str, Modes | Geometry]:
-        """The modes and, where they are known, the places of their points: what a file of modes keeps."""
+        """Modes and, where they are known, the places of their points: the contents of a file of modes."""
         places = self.places
         return {"modes": self.modes} if places is None else {"modes": self.modes, "places": places}
 
@@ -69,13 +68,13 @@ class FilmedMachine(NotebookText):
 
     @property
     def updated_file(self) -> MachineDescription:
-        """The updated machine to be written, marked with what is doubted of it."""
+        """Description of the updated machine, marked with its doubts."""
         if not isinstance(self.answer, VideoUpdate):
             fail("updated_file", "the machine was not updated", "study the videos with update=True")
         return self.answer.machine_file
 
     def table(self) -> str:
-        """Return the modes of every video, and what they say of the machine, as text."""
+        """Return the modes of every video, and the answer for the machine, as text."""
         return "\n".join([*(study.table() for study in self.videos), *([] if self.answer is None else [self.answer.table()])])
 
     def to_dict(self) -> dict[str, Any]:
@@ -136,8 +135,11 @@ def shape_warp(video: VideoStudy) -> ShapeWarp:
 
 def magnify_motion(video: VideoStudy, factor: float = 20.0, *, mode: int = 1, band: tuple[float, float] | None = None,
                    attenuation: float = 0.5) -> Iterator[Frames]:
-    """Return the frames of a video with the motion of a mode (1 is the first) magnified by its shape, or that in a band (Hz)
-    by phase; `attenuation` of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a tenth."""
+    """Return the frames of a video with the motion of a mode magnified by its shape, or that in a band by phase.
+
+    mode : 1 is the first; band : Hz; attenuation : of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a
+    tenth.
+    """
     if band is not None:
         return PhaseMagnification(*band, factor, attenuation).frames(video.scan)
     if not 1 <= mode <= video.poles.count:

@@ -18,7 +18,7 @@ INSET_PIXELS = 2  # from the edge of a body's box inwards
 
 def body_regions(machine: Machine, view: View, shape: tuple[int, int], *, pose: Mapping[str, float] | None = None
                  ) -> dict[str, Region]:
-    """Return where the boxes of a machine's bodies are seen in a picture of (rows, columns), from back to front."""
+    """Return the regions of the boxes of a machine's bodies in a picture of (rows, columns), from back to front."""
     regions = []
     for name, corners in body_corners(machine, pose).items():
         pixels = view.project(corners)

@@ -361,7 +361,7 @@ def _motion_sigma(shapes: PointShapes) -> FloatArray:
 
 
 def _advice(identification: Identification | None, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the advice that holds for a decay: not what is meant for responses, and not for poles that are no modes."""
+    """Return the advice that holds for a decay: not that for responses, nor that for poles that are no modes."""
     if identification is None:
         return ()
     skipped = [f"mode {i + 1} " for i, name in enumerate(names) if name]

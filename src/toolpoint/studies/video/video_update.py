@@ -31,7 +31,7 @@ MIN_SHAPE_DEVIATION = 0.005
 
 @dataclass(frozen=True, eq=False)
 class VideoUpdate(NotebookText):
-    """The ranking of the interfaces and, where any of them moves, the machine updated to the videos.
+    """Ranking of the interfaces and, where any of them moves, the machine updated to the videos.
 
     stated : doubts of what was stated of the views, where others explain the videos (`question_views`).
     """
@@ -69,7 +69,7 @@ class VideoUpdate(NotebookText):
         return replace(self.machine.description, doubts=self.doubts)
 
     def rows(self) -> list[list[str]]:
-        """Return the fitted values with their 95 % intervals, and which of them rest on what was assumed of them."""
+        """Return the fitted values with their 95 % intervals; values that rest on assumptions are marked."""
         fit, assumed = self.update.fit, name_undetermined(self.update.fit)
         result = []
         for name in fit.values:

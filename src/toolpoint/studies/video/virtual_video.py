@@ -23,7 +23,7 @@ TEXTURE_CONTRAST, TEXTURE_BLUR, WALL_GREY = 14.0, 1.3, 215.0  # grey levels; pix
 
 @dataclass(frozen=True, eq=False)
 class VirtualVideo:
-    """The clip, the scene it is of (with its true motion), where it was filmed from and where the bodies are seen."""
+    """Virtual video: the clip, its scene with the true motion, the view, and the regions of the bodies."""
 
     clip: Clip
     scene: Scene2D

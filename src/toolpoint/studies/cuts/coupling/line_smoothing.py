@@ -67,7 +67,7 @@ def smooth_tip(tip: PlaneReceptance) -> PlaneReceptance:
 
 
 def _tails(error: ComplexArray) -> FloatArray:
-    """Return how much larger the mean square of draws (n, n_f) is than their median says, as a logarithm: 0 where normal."""
+    """Return the mean square of draws (n, n_f) over that of normal draws of the same median, as a logarithm."""
     size = np.abs(error) ** 2
     return np.asarray(np.log(np.maximum(size.mean(axis=0), 1e-300) * CIRCULAR_NOISE_MEDIAN / np.maximum(np.median(size, axis=0),
                                                                                                         1e-300)))
@@ -119,8 +119,7 @@ def _combination(frequency: FloatArray, values: ComplexArray, draws: ComplexArra
 
 def _local_fit(frequency: FloatArray, values: ComplexArray, weight: FloatArray, half_width: int
                ) -> tuple[IndexArray, FloatArray, FloatArray]:
-    """Return, for windows of `half_width` lines to each side: their lines, the weights of a parabola's value at the line, and
-    the weighted sum of squared residuals."""
+    """Return lines and weights of a parabola's value in windows of `half_width` lines to each side, and the sum of squares."""
     n = values.size
     window_lines = np.clip(np.arange(n) - half_width, 0, n - 2 * half_width - 1)[:, None] + np.arange(2 * half_width + 1)
     x = frequency[window_lines] - frequency[:, None]

@@ -25,8 +25,11 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class TipPeak:
-    """A peak of the deflection per force: Hz, m/N; `intervals` of both (95 %), None where nothing is known of the uncertainty;
-    `lines` within its half-power width; `line` nearest to it."""
+    """Peak of the deflection per force: frequency, Hz, and height, m/N.
+
+    intervals : of both (95 %), None where the uncertainty is not known; lines : number within its half-power width; line :
+    nearest to it.
+    """
 
     frequency: float
     height: float

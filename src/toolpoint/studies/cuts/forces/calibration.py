@@ -91,7 +91,7 @@ class CalibrationStudy(NotebookText):
 
     @property
     def is_named_by_fit(self) -> bool:
-        """Whether only the fit says which tooth is tooth 0."""
+        """Whether the fit alone decides which tooth is tooth 0."""
         return self.test.angle is None and "runout" in self.fit.names and tool_of(self.description).is_regular
 
     def table(self) -> str:
@@ -206,7 +206,7 @@ def _fit_forces(problem: MillingProblem, cut: CuttingDescription, test: CuttingT
 
 def _fit_means(problem: MillingProblem, test: CuttingTest, feeds: FloatArray, turned: Sequence[TurnedForces],
                fit: Calibration) -> Calibration | None:
-    """Return the fit of mean forces of a tool without run-out; what the fitted run-out would change is in its intervals."""
+    """Return the fit of mean forces of a tool without run-out; its intervals cover the effect of the fitted run-out."""
     if np.unique(feeds).size < 2:
         return None
     means = np.array([each.mean_turn()[0] for each in turned])

@@ -1,5 +1,4 @@
-"""Consistency of measured forces with the stated cut: speed by the drift of their harmonics, scatter between turns, tools that
-fit better."""
+"""Consistency of measured forces with the stated cut: speed by harmonics, scatter between turns, tools that fit better."""
 
 from __future__ import annotations
 
@@ -25,8 +24,10 @@ TRIAL_HELIX_ANGLES = (0, 10, 20, 30, 40, 50)  # degrees
 
 @dataclass(frozen=True)
 class RecordSpeed:
-    """Spindle speed in a force record and its standard error, rev/min; drift of the tooth passing against the stated speed
-    over the record, rad."""
+    """Spindle speed in a force record and its standard error, rev/min.
+
+    drift : of the tooth passing against the stated speed over the record, rad.
+    """
 
     speed: float
     error: float
@@ -75,7 +76,7 @@ def record_speed(turns: FloatArray, speed: float, teeth: int) -> RecordSpeed | N
 
 
 def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[Doubt]:
-    """Return a doubt on every record whose harmonics say another speed."""
+    """Return a doubt about every record whose harmonics belong to another speed."""
     lines: list[Doubt] = []
     for _, part, name in records:
         measured = record_speed(split_turns(part, speed), speed, teeth)
@@ -87,7 +88,7 @@ def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, tee
 
 
 def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float, *, cause: Doubt) -> Calibration:
-    """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise.
+    """Return the fit marked doubtful, its intervals widened by the misfit and by the difference to the average forces.
 
     The intervals hold the misfit once, as if it were noise of single samples; what all samples share does not average out.
     """
@@ -134,7 +135,7 @@ def _other_tools(cut: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]
 
 
 def resample_courses(angle: FloatArray, forces: Array, max_count: int) -> tuple[FloatArray, FloatArray]:
-    """Return equal steps of angle from zero, at most so many, and the forces there."""
+    """Return at most `max_count` equal steps of angle from zero, and the forces there."""
     count = min(max_count, angle.size)
     coarse = 2 * np.pi * np.arange(count) / count
     columns = [[np.interp(coarse, angle, course[:, k], period=2 * np.pi) for k in range(forces.shape[2])] for course in forces]

@@ -110,8 +110,10 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
 
 
 def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
-    """Return the error of the least real part as a share of it: noise of its line (95 %), and what a parabola through it and
-    its neighbours adds; zero for modes."""
+    """Return the error of the least real part as a share of it; zero for modes.
+
+    It holds the noise of its line (95 %) and the difference to a parabola through it and its neighbours.
+    """
     if plane.is_modal:
         return 0.0
     f, values = plane.lines

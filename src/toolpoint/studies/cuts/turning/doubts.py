@@ -47,7 +47,7 @@ def doubt_lines(plane: PlaneDynamics) -> list[Doubt]:
 
 
 def _question_edges(f: FloatArray, real: FloatArray, size: FloatArray) -> list[Doubt]:
-    """Return that the response goes on to fall or to grow beyond the measured band."""
+    """Return doubts about a response that falls or grows on beyond the measured band."""
     edge_min, edge_max = f[0] * (1 + _TURNING_EDGE_FRACTION), f[-1] * (1 - _TURNING_EDGE_FRACTION)
     least_frequency, largest_frequency = float(f[int(np.argmin(real))]), float(f[int(np.argmax(size))])
     if not edge_min < least_frequency < edge_max:

@@ -47,9 +47,12 @@ class TurningCut:
 
 @dataclass(frozen=True, eq=False)
 class TurningStudy(NotebookText):
-    """The cut and its problem, the chart (its notes say what was assumed), the unconditional limit (None with process
-    damping, where it depends on the speed), and the width of mode coupling alone, without regeneration, that no choice of speed
-    avoids (None of a measured FRF or with process damping)."""
+    """Turning cut with its problem, chart and limits.
+
+    limit : unconditional limit, None with process damping, where it depends on the speed; coupling : width of mode coupling
+    alone, without regeneration, which no choice of speed avoids, None of a measured FRF or with process damping. The notes of
+    the chart hold the assumptions.
+    """
 
     cut: TurningCut
     problem: TurningProblem
@@ -161,7 +164,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
 
 
 def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
-    """Return the turning problem of a cut on these dynamics, and what was assumed."""
+    """Return the turning problem of a cut on these dynamics, and the assumptions."""
     labels, notes = _labels(dynamics)
     normal = unit_vector("`direction`", cut.normal or _axis(next(iter(labels))))
     force, notes = normal, list(notes)
@@ -178,7 +181,7 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
 
 
 def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
-    """Return axis to label of the directions that are known at the point that cuts; a lone response is that of its axis."""
+    """Return axis to label of the known directions at the cutting point; a lone response is that of its axis."""
     if Dof.parse(dynamics.x).direction[1:] != "x":
         return {"x": dynamics.x}, [f"{dynamics.x} is taken as x"]
     z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z

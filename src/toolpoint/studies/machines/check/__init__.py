@@ -1,1 +1,1 @@
-"""Check of a machine file: what was understood, in words, and doubts about its numbers."""
+"""Check of a machine file: the machine in words, and doubts about its numbers."""

@@ -54,7 +54,7 @@ def _question_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[
 
 
 def _question_mechanisms(machine: Machine) -> Iterator[Doubt]:
-    """Doubt motions at 0 Hz, named by what moves, of machines with elastic bodies at their reference pose."""
+    """Doubt motions at 0 Hz of machines with elastic bodies at their reference pose, named by their joint."""
     if not any(body.modal_count for body in machine.bodies):
         return
     try:

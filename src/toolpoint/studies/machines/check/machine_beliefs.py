@@ -61,8 +61,7 @@ def _shape_density(body: BodyDescription, density: float) -> float:
 
 
 def _box_size(body: BodyDescription, mass: np.ndarray) -> np.ndarray:
-    """Return the size of the box that the body's mass is in: its own shape, else the uniform box with its moments of
-    inertia."""
+    """Return the size of the box of a body's mass: its own shape, else the uniform box with its moments of inertia."""
     return equal_box(mass) if body.shape is None or body.inertia is not None else shape_size(body.shape)
 
 

@@ -26,8 +26,10 @@ from toolpoint.studies.machines.check.travel_doubts import describe_signs, quest
 
 @dataclass(frozen=True)
 class CheckedMachine(NotebookText):
-    """A checked machine: doubts first, then its chain, travel, motion, what reduction does to it, and cut in words, then its
-    assumptions."""
+    """Checked machine: doubts first, then the machine in words, then its assumptions.
+
+    chain, travel, motion : in words; cutting : the described cut, None without one; reduction : its errors.
+    """
 
     machine: str
     coordinates: int
@@ -57,8 +59,10 @@ class CheckedMachine(NotebookText):
 
 
 def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedMachine:
-    """Return the machine in words with all doubts; those that its file states come first, then `further` (a robot's
-    inertias)."""
+    """Return the machine in words with all doubts.
+
+    Doubts that its file states come first, then `further` (a robot's inertias).
+    """
     cut = machine.description.cutting
     reduction_doubts, reduction = question_reduction(machine)
     stated = dict.fromkeys((*machine.description.doubts, *question_reference(machine)))

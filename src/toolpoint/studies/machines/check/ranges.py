@@ -20,8 +20,10 @@ def question_range(path: str, value: float | None, bounds: tuple[float, float, s
 
 
 def odd_among(values: Mapping[str, float], max_factor: float, bounds: tuple[float, float, str]) -> Iterator[Doubt]:
-    """Doubt the value, by path, that is so many times apart from all others; of two, that farther from the middle of its
-    bounds."""
+    """Doubt the value, by path, that differs from all others by more than a factor.
+
+    Of two values, the one farther from the middle of its bounds is doubted.
+    """
     rows = {path: abs(value) for path, value in values.items() if value}
     lower, upper, unit = bounds
     # Of two values alone neither is odd by the other: the middle of the usual range decides.

@@ -1,5 +1,4 @@
-"""Doubts about places and sizes: points off the machine, screws of odd proportions, carriages in machine coordinates, angles in
-the other unit."""
+"""Doubts about places and sizes: points off the machine, odd screws, carriages in machine coordinates, angles in degrees."""
 
 from __future__ import annotations
 

@@ -20,8 +20,10 @@ KINDS = ((WAYS_ALONG, "N/m"), (WAYS_ABOUT, "N m/rad"))
 
 
 def question_springs(machine: Machine) -> list[Doubt]:
-    """Return doubts about stiffness and damping far from their neighbours; the odd one of two is the one farther from all
-    others."""
+    """Return doubts about stiffness and damping far from their neighbours.
+
+    Of two values, the one farther from all others is doubted.
+    """
     joints = machine.description.joints
     lines = list[Doubt]()
     for ways, unit in KINDS:

@@ -89,8 +89,7 @@ def _question_signs(machine: Machine) -> Iterator[Doubt]:
 
 
 def _tool_directions(machine: Machine) -> list[tuple[str, FloatArray, bool]]:
-    """Return name, unit direction in the machine frame of the tool's motion relative to the work, and whether it is a
-    rotation."""
+    """Return name, unit direction of the tool's motion relative to the work (machine frame), and whether it is a rotation."""
     description = machine.description
     if description.tool is None or not _moves_alone(machine):
         return []
