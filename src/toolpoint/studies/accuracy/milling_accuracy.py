@@ -166,8 +166,11 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     if setup.window is not None:
         positive("window", setup.window)
     described = _described(machine, cut)
+    # The result states the chip that was taken, also where the cut chose it.
     setup = replace(setup, chip=chip_kind(described, setup.chip))
+    # One block for all sides: each side mills what those before it left.
     bed = None if setup.work is None else setup.work.bed()
+    # Progress goes by the time that is simulated.
     total = sum(_duration(side, setup) for side in sides)
     results, elapsed = [], 0.0
     for number, side in enumerate(sides):
@@ -223,6 +226,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
         plain_setup, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
         coarse = run(steps, structure.system, plain_setup, what="coarse")
         coarsest = run(max(setup.steps // 4, 16), structure.system, plain_setup, what="coarsest")
+        # Every second node gives twice the spacing, without another reduction of the machine.
         thinned = structure.system.thinned()
         rough, roughest = (run(steps, system, plain_setup, what=what) for system, what in ((thinned, "rough"),
                                                                                            (thinned.thinned(), "roughest")))
@@ -263,6 +267,7 @@ def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None,
     if setup.work is None:
         return None
     side = structure.side
+    # Of a tool that points against the normal of the path's plane left and right are exchanged.
     up = float(structure.axes[0][:, 2] @ side.place[:3, 2])
     if abs(up) < 0.99:
         fail("work", "a tool that leans to the plane of the path", "must stand upright on it for pixels",
@@ -273,6 +278,7 @@ def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None,
 def _arc_words(arcs: list[tuple[float, Arc]], length: float) -> str:
     ends = [*(begin for begin, _ in arcs[1:]), length]
     air = sum(end - begin for (begin, arc), end in zip(arcs, ends, strict=True) if arc is None)
+    # An arc of half a turn is a slot.
     slot = sum(end - begin for (begin, arc), end in zip(arcs, ends, strict=True) if arc is not None and arc[1] - arc[0] > 3.1)
     return (f"engagement from pixels, to a degree: {1e3 * slot:.4g} of {1e3 * length:.4g} mm in the full slot, "
             f"{1e3 * air:.4g} mm in the air")

@@ -145,6 +145,7 @@ class SideAccuracy:
         """Return frequencies (Hz) and amplitudes (n_f, 6) of the unbiased error."""
         rate = 1 / float(self.time[1] - self.time[0])
         window = np.hanning(len(self.time))
+        # Divided by the window's sum, so that a steady sine shows its own amplitude.
         amplitude = 2 * np.abs(np.fft.rfft(self.error * window[:, None], axis=0)) / window.sum()
         return np.arange(len(amplitude)) * rate / len(self.time), amplitude
 
@@ -200,6 +201,7 @@ class _SideSteps:
 
         setup, dt = self.setup, self.cut.step
         stepwise = setup.regenerative or setup.with_energy or setup.with_base
+        # Loads of a step are those of its middle.
         motion = self.structure.side.law.sample(self.begin + (np.arange(first_step, min(first_step + _SIDE_BLOCK_STEPS,
                                                                                         self.steps)) + 0.5) * dt)
         node, share = _between(self.system.length, motion[:, 0])
@@ -250,9 +252,11 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
         if progress:
             progress(min(first_step + _SIDE_BLOCK_STEPS, steps), steps)
     kept, out, base = run.kept, run.out, run.base
+    # The model is linear: motion of 100 mm means that the regenerative vibration grows.
     if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
         fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
              remedy="the cut chatters: take it below the stable depth (toolpoint lobes)")
+    # A kept row is the state at the end of its step.
     time = begin + (np.arange(kept) * keep + 1) * dt
     travelled = law.sample(time)
     after = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0]))
@@ -325,10 +329,12 @@ def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: St
     def revolve(state: FloatArray) -> FloatArray:
         states = [state]
         for row in loads:
+            # Exact for a load held over the step: the state decays about the static deflection.
             states.append(static @ row + phi @ (states[-1] - static @ row))
         return np.array(states)
 
     end = revolve(np.zeros(len(phi)))[-1]
+    # A revolution from x ends in Phi^n x plus the end of one from rest; the periodic x comes back to itself.
     state = np.linalg.solve(np.eye(len(phi)) - np.linalg.matrix_power(phi, len(force)), end)
     way = revolve(state)[-cut.per_tooth - 1:-1, :system.size] @ blend(nodes.load_map)[:3].T
     return state, way

@@ -101,6 +101,7 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
     step = np.linalg.norm(np.diff(places, axis=0), axis=1)
     if step.min() < 1e-9:
         fail("points", f"point {int(step.argmin()) + 2} repeats the one before", "must move")
+    # With fewer points the median says little about what is usual.
     if len(step) > 4 and step.max() > _MAX_DISTANCE_RATIO * np.median(step):
         k = int(step.argmax())
         fail("points",
@@ -131,6 +132,7 @@ def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None 
     turns = path.turns()
     groups: list[list[int]] = []
     for k in cutting:
+        # A side ends at a corner, a stop, a rapid between, and where the program changes the feed.
         goes_on = groups and groups[-1][-1] == k - 1 and turns[k - 1] < _MIN_CORNER_ANGLE and not path.stop[k - 1]
         if goes_on and (feed is not None or path.feed[k] == path.feed[k - 1]):
             groups[-1].append(int(k))
@@ -183,6 +185,7 @@ def lay_path(*, square_side: float | None = None, ends: Sequence[ArrayLike] = ()
 
 def _law(law: str, length: float, feed: float, limits: JerkLimits | None) -> MotionLaw:
     bounds = limits or JerkLimits(feed, 5.0, 100.0)
+    # The feed is the programmed speed: limits of the machine may lower it only.
     bounds = JerkLimits(min(feed, bounds.speed), bounds.acceleration, bounds.jerk)
     return Quintic.fastest(length, bounds) if law == "quintic" else seven_phase(length, bounds)
 
@@ -191,6 +194,7 @@ def plane_frame(centre: ArrayLike, first: ArrayLike, second: ArrayLike) -> Float
     """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second."""
     a, b = floats("first", first, (3,)), floats("second", second, (3,))
     x = a / np.linalg.norm(a)
+    # The second direction is made perpendicular to the first.
     y = b - x * float(x @ b)
     if np.linalg.norm(y) < 1e-9:
         fail("second", str(b.tolist()), "must not be along the first direction")

@@ -73,10 +73,12 @@ class ChatterMap(NotebookText):
         if self.error is None:
             return ()
         has_limit = np.isfinite(self.limit) & (self.limit > 0)
+        # A share of no limit, or of a limit of zero, is none.
         share = np.where(has_limit, self.error / np.where(has_limit, self.limit, 1.0), 0.0)
         doubtful_count = int((share > DOUBTFUL_ERROR_FRACTION).sum())
         if not doubtful_count:
             return ()
+        # Position in the grid, feed direction, speed: the axes of the limits.
         *place, way, speed_index = (int(k) for k in np.unravel_index(int(share.argmax()), share.shape))
         where = (f"{pose_words(self.pose(place), self.angles)}, feed at {angle_words(self.feed_angles[way])}, "
                  f"{self.speeds[speed_index]:.0f} rev/min")
@@ -87,12 +89,14 @@ class ChatterMap(NotebookText):
     @property
     def lowest(self) -> FloatArray:
         """Depth that is stable at every speed, m, shape (n_1, ..., n_directions); not a number where it failed."""
+        # The minimum keeps not-a-number: a pose that failed at one speed has no depth for all.
         return np.asarray(self.limit.min(axis=-1))
 
     @property
     def everywhere(self) -> FloatArray:
         """Depth that is stable at every pose and in every direction that did not fail, m, shape (n_speeds,)."""
         flat = self.limit.reshape(-1, self.speeds.size)
+        # Poses that failed say nothing; they are listed with the failures.
         return np.asarray(flat[~np.isnan(flat).any(axis=1)].min(axis=0))
 
     def pose(self, index: Sequence[int]) -> dict[str, float]:
@@ -107,6 +111,7 @@ class ChatterMap(NotebookText):
         if np.isnan(limit).all():
             fail("worst", "every pose failed", f"the first because: {next(iter(self.failures.values()), '')}")
         *place, way, speed_index = (int(i) for i in np.unravel_index(int(np.nanargmin(limit)), limit.shape))
+        # Of one direction the slice has a single column, whose index is 0.
         way = way if direction is None else direction
         index = (*place, way, speed_index)
         return WorstCut(self.pose(place), float(self.feed_angles[way]), float(self.speeds[speed_index]),
@@ -134,6 +139,7 @@ class ChatterMap(NotebookText):
             by_place.setdefault(tuple(index), {})[way] = reason
         lines = []
         for place, reasons in by_place.items():
+            # A pose that failed in every direction is named once, without them.
             ways = "" if len(reasons) == self.feed_angles.size else ", feed at " + ", ".join(
                 angle_words(self.feed_angles[way]) for way in reasons)
             lines.append(f"{pose_words(self.pose(place), self.angles)}{ways}: {next(iter(reasons.values()))}")
@@ -170,6 +176,7 @@ class ChatterMap(NotebookText):
 
 def _finite(values: FloatArray) -> Any:
     """Return nested lists with None in place of infinite and undefined numbers."""
+    # JSON has neither infinity nor not-a-number.
     cells = np.asarray(values).astype(object)
     cells[~np.isfinite(values)] = None
     return cells.tolist()

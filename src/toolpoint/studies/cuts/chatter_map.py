@@ -158,6 +158,7 @@ class _ChainLimits:
         method = method_for(studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
         end = self.cut.depth_end[0]
+        # One depth for the whole chain, wide enough for its stiffest pose.
         depth = min(max((first_loss_depth if first_only else depth_limit)(problem) for problem in problems), end)
         rows: tuple[ChartRow, ...] = ()
         for _ in range(1 if first_only else MAX_DEPTH_DOUBLINGS + 1):
@@ -197,6 +198,7 @@ def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, 
                 progress: Progress | None) -> list[Outcome]:
     """Return the outcome of every pose, in the order of the places' shape."""
     order = list(places.rows)
+    # Long chains start warm more often, several keep all processes busy.
     length = min(MAX_CHAIN_LENGTH, -(-len(order) // MIN_CHAIN_COUNT))
     chains = [order[i:i + length] for i in range(0, len(order), length)]
 
@@ -209,6 +211,7 @@ def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, 
         return {place: _pose_outcome(outcome, row) for part, outcome in zip(parts, outcomes) for row, place in enumerate(part)}
 
     outcomes = run(chains, folder, 0)
+    # One failed pose takes its chain with it: the poses of such chains are run again one by one.
     broken = [[place] for part in chains if len(part) > 1 and outcomes[part[0]].values is None for place in part]
     if broken:
         outcomes |= run(broken, folder and folder / "alone", len(order) - len(broken))

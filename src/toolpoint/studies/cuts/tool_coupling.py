@@ -77,6 +77,7 @@ class ToolCoupling(NotebookText):
         rows = []
         for part in self.stick_outs:
             peak = peaks_of(part.tips[0])[0]
+            # A chart behind a grave doubt recommends nothing: dashes in its columns.
             chart = [] if part.chart is None else ["-"] * 3 if self.withheld else _chart_words(part.chart)
             rows.append([f"{1e3 * part.length:.4g}", *_peak_words(peak), *chart])
         return rows
@@ -139,6 +140,7 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
 
     frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out.
     """
+    # A tool is coupled by deflection and rotation in each plane: bending along x turns about y.
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
     lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
     frf = frequency_response.direct(assemble(machine, pose, labels), lines)
@@ -183,6 +185,7 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     lobes = None if cut is None else _lobes(tips, cut, speeds, grave)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
+        # The spindle stays as it is: another length changes the tool alone.
         held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
         parts.append(_stick_out(length, held, cut, speeds))
         progress("stick-outs", k + 1, len(lengths))
@@ -219,6 +222,7 @@ def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
         values[:, k, k] = tip.values[:, 0, 0]
         if tip.draws is not None:
             variance[:, k, k] = tip.draws[:, :, 0, 0].var(axis=0)
+    # One plane without draws leaves the whole matrix without a variance: its zeros would say that the response is exact.
     has_variance = all(tip.draws is not None for tip in tips)
     return Frf(tips[0].frequency, values, labels, labels, variance=variance if has_variance else None, notes=tuple(notes))
 
@@ -249,6 +253,7 @@ def _chart_words(chart: StabilityChart) -> list[str]:
     limit = np.where(np.isfinite(chart.limit), chart.limit, chart.depth_max)
     best = int(np.argmax(limit))
     least_limit = _least_limit(chart)
+    # The best speed may have no limit: then the end of the search is printed, marked as such.
     is_end = not np.isfinite(chart.limit[best])
     deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else f"{1e3 * limit[best]:.4f}"
     shallowest = f"above {1e3 * chart.depth_max:.3g}" if least_limit is None else f"{1e3 * least_limit:.4f}"
@@ -267,6 +272,7 @@ def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> lis
         lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
     lines.append(f"the tool is {1e3 * tool.length:.4g} mm long from the plane of the base: nothing in a test of a "
                  "gauge tells another stick-out")
+    # Any value that the file leaves out comes from the handbook.
     usual = [name for name, part in tool.segments.items() if None in (part.modulus, part.density, part.poisson)]
     if usual:
         lines.append(f"handbook values of the material: {', '.join(usual)}")

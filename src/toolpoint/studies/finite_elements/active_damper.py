@@ -135,6 +135,7 @@ def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
     """Return lines with more below and above them, so that a loop is small at both ends, Hz."""
     frequency_min, frequency_max = 0.01 * min(actuator.frequency, float(lines[0])), 40 * max(actuator.bandwidth,
                                                                                              float(lines[-1]))
+    # The lines of the cut are among them, so that its response can be taken out again.
     return np.unique(np.concatenate([np.geomspace(frequency_min, frequency_max, 4000), lines]))
 
 
@@ -146,6 +147,7 @@ def loop_margins(loop: ComplexArray) -> LoopMargins:
     ends = np.abs(loop[[0, -1]]).max()
     if ends > 0.5:
         fail("loop", f"{ends:.2g} at an end of its lines", "must be below 0.5 there", remedy="take lines further down and up")
+    # Turns are counted by small steps between lines; the ends, where L is small, belong to a closed curve.
     turn = np.angle((1 + loop)[1:] / (1 + loop)[:-1])
     if np.abs(turn).max() > _MAX_LOOP_TURN:
         fail("loop", f"1 + L turns by {np.abs(turn).max():.2g} rad between two lines", f"must be below {_MAX_LOOP_TURN:g}",
@@ -169,7 +171,7 @@ def tune_gain(place: FittingPlace, actuator: ProofMassActuator, *, factors: Floa
 
     Parameters
     ----------
-    at : FittingPlace
+    place : FittingPlace
         Lines from well below the actuator's own frequency, close enough about the modes.
     actuator : ProofMassActuator
     factors : (2, 2) floats
@@ -191,6 +193,7 @@ def tune_gain(place: FittingPlace, actuator: ProofMassActuator, *, factors: Floa
     def depth(gain: float) -> float:
         return least_depth(place.with_device(passive + gain * active), factors, place.lines)[0]
 
+    # A bounded search never returns its ends, which are candidates too.
     best = minimize_scalar(lambda g: -depth(g), bounds=(0.0, allowed), method="bounded", options={"xatol": 1e-5 * allowed})
     gain = max((0.0, float(best.x), allowed), key=depth)
     values = place.with_device(passive + gain * active)

@@ -57,6 +57,7 @@ def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[l
              "1", "1", f"{base.limit.frequency:.1f}"]]
     for option in options:
         change = [f - g for f, g in zip(option.frequency[:3], base.frequency[:3], strict=False)]
+        # A change per kilogram needs a change of mass, and modes that were solved again.
         kilograms = option.mass - base.mass
         each = f"{1e3 * change[0] / kilograms:+.2f}" if change and abs(kilograms) > 1e-6 else ""
         rows.append([option.name, f"{kilograms:+.1f}", *([f"{c:+.2f}" for c in change] or [""] * 3), each,
@@ -96,11 +97,13 @@ def fit_dampers(base: MachineOption, modes: Modes, place: str, *, mass: float, c
                 actuator: ProofMassActuator | None = None) -> FittedDampers:
     """Return a tuned damper and an active one of the same moving mass (kg) at a place, each judged by the cut."""
     lines = np.asarray(base.response.frequency)
+    # Both dampers are tuned for the mean cut, then judged by the chart.
     factors = mean_factors(face_problem(base.response, cut))
     tuned = tune_damper_for_cut(modes, place, mass, lines=lines, factors=factors)
     device = actuator or ProofMassActuator(mass)
     loop_frequencies = loop_lines(lines, device)
     active = tune_gain(fitting_place(modes, place, loop_frequencies), device, factors=factors)
+    # The loop is judged on more lines than the cut, whose own lines are kept for the chart.
     inside = np.isin(loop_frequencies, lines)
     response_on_lines = Frf(loop_frequencies[inside], active.response.values[inside], active.response.outputs,
                             active.response.inputs)

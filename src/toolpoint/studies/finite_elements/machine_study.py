@@ -53,8 +53,8 @@ _TEST_TURN, _TEST_ORIGIN, _TEST_PLACE_DEVIATION, _CHANNEL_NOISE, _TEST_POINTS, _
 class FiniteElementStudy(NotebookText):
     """Results of a finite-element study of a machine.
 
-    machine, pairs; modes : at its points, with damping; joint_shares : of strain energy; coarse : frequencies on a coarser
-    mesh, Hz, empty without; whole, alone : sensitivities of the machine and of one part alone; test, correlation : a virtual
+    machine, pairs; modes : at its points, with damping; joint_shares : of strain energy; finer_frequency : Hz, of a finer mesh,
+    empty without; whole_sensitivity, part_sensitivity : of the machine and of one part alone; test, correlation : a virtual
     hammer test of another machine, None without; base, options : the cut on the machine as it is, and on machines with
     something done; dampers.
     """
@@ -130,7 +130,7 @@ class FiniteElementStudy(NotebookText):
                 *self.whole_sensitivity.motion.notes, *tested)
 
     def mode_rows(self) -> list[list[str]]:
-        """Return a row for every mode: frequency, change on the coarser mesh, main seats of energy."""
+        """Return a row for every mode: frequency, change on the finer mesh, main seats of energy."""
         shares = {**self.part_shares, **self.joint_shares}
         rows = []
         for i, f in enumerate(self.pairs.frequency[:_STUDIED_MODES]):
@@ -191,7 +191,7 @@ def study_finite_elements(
         Other sizes, layers, fillings.
     tested : FiniteElementMachine, optional
         The machine that a virtual hammer test strikes, of the same mesh with other stiffness; no test without it.
-    finer : FiniteElementMachine, optional
+    finer_machine : FiniteElementMachine, optional
         The machine on a finer mesh, to say what the mesh does.
     part : str
         The part that is also studied alone.
@@ -203,7 +203,7 @@ def study_finite_elements(
     rng : numpy.random.Generator, optional
         Of the test.
     step : function, optional
-        Told what is being done.
+        Called with the name of each step.
     """
     step("modes")
     pairs = machine.solve(_STUDIED_MODES + _EXTRA_MODES)
@@ -214,6 +214,7 @@ def study_finite_elements(
         other = tested.solve(_STUDIED_MODES + _EXTRA_MODES)
         test, correlation = _test_machine(machine, pairs, tested, other, np.random.default_rng(1) if rng is None else rng)
         now = correlation.correlation
+        # Columns of the measured shapes, and the mode of the model that each is paired with.
         measured = now.measured.dofs, now.measured.shape[:, now.pairs.pairs[:, 0]], tuple(now.pairs.pairs[:, 1].tolist())
     step("sensitivity of every element")
     highest_dof = _highest_node(machine, part)
@@ -236,9 +237,11 @@ def study_finite_elements(
 
 def _test_machine(machine: FiniteElementMachine, pairs: EigenPairs, tested: FiniteElementMachine, other: EigenPairs,
                   rng: np.random.Generator) -> tuple[FiniteElementTest, FiniteElementCorrelation]:
+    # The test is planned on the model, as it would be, and struck on the tested machine.
     planned = plan_nodes(machine, pairs, _TEST_POINTS, struck=_STRUCK_DOFS)
     c, s = np.cos(_TEST_TURN), np.sin(_TEST_TURN)
     frame = tf.transform(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.array(_TEST_ORIGIN))
+    # A real test has another damping in every mode than the model assumes.
     ratio = _JOINT_DAMPING_RATIO * rng.uniform(0.5, 1.5, other.count)
     test = run_hammer_test(tested, other, planned, rng=rng, damping_ratio=ratio, noise=_CHANNEL_NOISE, frame=frame,
                            misplaced=_TEST_PLACE_DEVIATION)
@@ -254,6 +257,7 @@ def _study_part(machine: FiniteElementMachine, tested: FiniteElementMachine | No
         corners = _corners(single.nodes)
         dofs = tuple(Dof(node, way) for node in corners for way in ("+x", "+y", "+z"))
         other = tested.part_alone(part)
+        # Shapes alone are compared, whatever their damping.
         true = other.modes_at(other.solve(_STUDIED_MODES), dofs, 0.0)
         together = pair_modes(true, single.modes_at(pairs, dofs, 0.0)).pairs
         measured = dofs, true.shape[:, together[:, 0]], tuple(together[:, 1].tolist())

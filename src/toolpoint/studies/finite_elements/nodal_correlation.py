@@ -31,8 +31,8 @@ class FiniteElementCorrelation(NotebookText):
 
     correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where the point is left
     out; factors, mix : (n_measured, n_predicted) and (n_measured,), the mix of the model's neighbouring shapes that is nearest
-    to each measured shape, and the MAC with it; node_parts : the part of every node; near : share of frequency that counts as a
-    neighbour; doubts.
+    to each measured shape, and the MAC with it; node_parts : the part of every node; neighbour_range : share of
+    frequency that counts as a neighbour; doubts.
     """
 
     correlation: ModelCorrelation
@@ -115,18 +115,20 @@ def correlate_finite_elements(
         Its truth is not looked at.
     furthest : float
         Points further from any node after registration stay single, m.
-    known : mapping of point to node number, optional
+    known_pairs : mapping of point to node number, optional
         Three pairs fix the frame; else it is searched for by `register_points`.
     lowest_mac : float
         The first shape filter: a pair below is none.
-    near : float
+    neighbour_range : float
         The second: model shapes within this share of a measured frequency may mix to make the measured one.
     """
+    # int, FloatArray] | Only nodes on the outside can carry a sensor.
     outside: dict[str | int, FloatArray] = {int(node): machine.nodes[node - 1] for node in reachable_nodes(machine)[0]}
     start, doubt = register_points(test.coordinates, outside) if known_pairs is None else (None, None)
     points = pair_points(test.coordinates, outside, furthest, known_pairs=known_pairs, start=start)
     measured = points.renamed(test.modes)
     nodes = list(dict.fromkeys(int(dof.point) for dof in measured.dofs))
+    # Shapes of undamped modes: the damping does not enter the comparison.
     predicted = machine.modes_at(pairs, measured.dofs, 0.0)
     result = correlate_modes(points, measured, predicted, mass=lambda: machine.effective_mass(pairs),
                              lowest_mac=lowest_mac)
@@ -144,6 +146,7 @@ def question_close_nodes(points: PointPairing, test: FiniteElementTest, nodes: M
     names = list(points.pairs)
     distances, _ = cKDTree(np.array(list(nodes.values()))).query(
         tf.move(points.transform, np.array([test.coordinates[name] for name in names])), k=2)
+    # The distance to the nearest nodes shows how well places were measured.
     spread = float(np.sqrt((distances[:, 0] ** 2).mean()))
     unsure = [str(name) for name, (first, second) in zip(names, distances, strict=True) if second - first < spread]
     if not unsure:

@@ -117,7 +117,7 @@ def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPair
         Some more modes than `mode_count`.
     dof : Dof
         At a node (a number from 1): the motion whose slopes are given.
-    shown : int
+    mode_count : int
         Lowest modes that are studied.
     measured : (Dofs, shapes (n_dofs, k), modes (k,)), optional
         Of a test, and the mode of the model that each shape belongs to.

@@ -96,6 +96,7 @@ def mac_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, dofs: Sequ
         cross = (measured.conj() * shape).sum(axis=0)
         norms = (np.abs(measured) ** 2).sum(axis=0), (shape**2).sum(axis=0)
         values = np.abs(cross) ** 2 / (norms[0] * norms[1])
+        # Slope of the MAC by the shape; that along the shape drops out.
         slope = 2 * (cross.conj() * measured.conj()).real / (norms[0] * norms[1]) - 2 * values * shape / norms[1]
         return values, motion @ slope
 
@@ -111,6 +112,7 @@ def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions
     """
     weights = np.column_stack([w.toarray().ravel() for w in motions.values()])
     modes = np.repeat(np.asarray(which, dtype=np.int64), len(motions))
+    # The functions are linear: their gradients are the weights, whatever the shapes.
     gradients = np.tile(weights, (1, len(which)))
 
     def functions(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -127,14 +129,17 @@ def _solve_slopes(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple
              remedy="solve for some more; it converges faster too")
     stiffness, mass = machine.matrices
     inverse = machine.inverse
+    # Adjoints need shapes that are exacter than frequencies ask for.
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
     adjoint = solve_beside(stiffness, mass, squares, vectors=vectors, which=modes, right=gradients, inverse=inverse)
     shapes, level = vectors[:, modes], squares[modes]
+    # The part of a gradient along the shape: its length follows from unit modal mass.
     along = (gradients * shapes).sum(axis=0)
     parts = {}
     for name, model in machine.parts.items():
         rows = slice(machine.starts[name], machine.starts[name] + model.size)
+        # An element's share needs its own rows of the adjoint and of the shape only.
         strain, cross = element_energies(model, adjoint[rows], shapes[rows])
         motion = element_energies(model, shapes[rows], shapes[rows])[1] if along.any() else np.zeros_like(cross)
         parts[name] = PartSlopes(-strain, level[:, None] * cross - 0.5 * along[:, None] * motion, element_sets(model))

@@ -27,8 +27,8 @@ GOALS = ("peak", "depth", "lobes")
 class TunedDamper:
     """Tuned damper and its effect.
 
-    mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; before, after : (n,) response at the
-    tool on `lines` (Hz), m/N, without and with it; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
+    mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; without_damper, with_damper : (n,)
+    response at the tool on `lines` (Hz), m/N; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
     ratio) after Den Hartog; status : whether the search ended well; depths : least depths of milling without and with it, m,
     and response : of tool against work with it, for the goal ``lobes``.
     """
@@ -88,6 +88,7 @@ def tune_damper(
         ``peak`` or ``depth`` (of a cut in one direction: 1 / -min Re G); for lobes of milling see `tune_damper_for_cut`.
     """
     one_of("goal", goal, GOALS[:2])
+    # A damper at the tool itself has one label: first and last row are then the same.
     labels = list(dict.fromkeys((tool, place)))
     frf = frequency_response.modal(modes, lines, outputs=labels, inputs=labels).values
     g_tt, g_tp, g_pp = frf[:, 0, 0], frf[:, 0, -1], frf[:, -1, -1]
@@ -100,6 +101,7 @@ def tune_damper(
 
     def cost(values: FloatArray) -> float:
         g = response(values)
+        # Logarithms, so that the search's tolerance is a relative one.
         return float(np.log(np.abs(g).max() if goal == "peak" else max(-g.real.min(), 1e-300)))
 
     x, status = _search(cost, [start])
@@ -148,6 +150,7 @@ def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, f
 
     The status is a doubt where the search did not end.
     """
+    # Logarithms of both: neither can become negative, and both steps are relative.
     runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
                      options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000}) for f, ratio in starts]
     best = min(runs, key=lambda run: float(run.fun))
@@ -162,6 +165,7 @@ def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) ->
     if modes.scaling != "unit modal mass":
         fail("modes", f"scaling {modes.scaling!r}", "must be 'unit modal mass'")
     shape_t, shape_p = modes.shape_at([tool])[0].real, modes.shape_at([place])[0].real
+    # The mode that a force at the damper's place moves the tool in most, at its resonance.
     peaks = np.abs(shape_t * shape_p) / np.maximum(modes.omega**2 * np.maximum(modes.damping_ratio, 1e-4), 1e-300)
     mode = int(np.argmax(peaks))
     ratio = mass * float(shape_p[mode]) ** 2

@@ -137,6 +137,7 @@ class FiniteElementMachine:
         mass = csc_array(block_diag([model.mass() for model in self.parts.values()], format="csc"))
         for joint in self.joints:
             motion = self.joint_motions[joint.name]
+            # A joint adds no coordinates: its springs act between the mean motions of its two patches.
             stiffness = csc_array(stiffness + motion @ diags_array(joint.stiffness) @ motion.T)
         return stiffness, mass
 
@@ -158,6 +159,7 @@ class FiniteElementMachine:
         stiffness, mass = self.matrices
         pairs = modes(stiffness, mass, number, coordinates=self.dof_places, is_counted=is_counted)
         if pairs.rigid_count:
+            # The part that moves most in the first motion without stiffness is the one that lacks a joint.
             part = max(self.parts, key=lambda name: float(np.abs(self.shape_of(name, pairs)[:, 0]).max()))
             fail("joints", f"{pairs.rigid_count} motions without stiffness, of {part} most of all", "must hold every part",
                  remedy="a drive that is missing, or a joint with a zero?")
@@ -174,6 +176,7 @@ class FiniteElementMachine:
         for k, dof in enumerate(dofs):
             if not isinstance(dof.point, int) or not 1 <= dof.point <= len(self.nodes) or dof.is_rotation:
                 fail("dofs", str(dof), f"must be a translation of a node, a number from 1 to {len(self.nodes)}")
+            # Three rows a node (x, y, z); numbers of nodes begin at 1.
             rows += [3 * (dof.point - 1) + i for i in range(3)]
             columns += [k] * 3
             values += dof.unit[:3].tolist()
@@ -190,6 +193,7 @@ class FiniteElementMachine:
 
     def effective_mass(self, pairs: EigenPairs) -> FloatArray:
         """Return the effective modal mass in translation, all three directions together, (n_modes,), kg."""
+        # Modes have unit modal mass: the squared momentum in a direction is the effective mass.
         momentum = (self.matrices[1] @ pairs.vectors).reshape(-1, 3, pairs.count).sum(axis=0)
         return np.asarray((momentum**2).sum(axis=0))
 
@@ -219,6 +223,7 @@ class FiniteElementMachine:
         rows, labels = [], []
         for name, (part, patch, offset) in self.points.items():
             twist = self.spread(part, patch).T @ vectors
+            # The mean twist of the patch is carried to the point, whose offset counts as rigid.
             arm = np.array(offset)
             rows.append(np.vstack([twist[:3] + np.cross(twist[3:].T, arm).T, twist[3:]]))
             labels += [Dof(name, direction) for direction in _DIRECTIONS]
@@ -249,6 +254,7 @@ class FiniteElementMachine:
         shares = {}
         for joint in self.joints:
             motion = self.joint_motions[joint.name]
+            # Of modes of unit modal mass twice the strain energy is the squared circular frequency.
             shares[joint.name] = (joint.stiffness[:, None] * (motion.T @ pairs.vectors) ** 2).sum(axis=0) / pairs.squares
         return shares
 

@@ -35,9 +35,9 @@ Pose = Mapping[str, float]
 class MachineReport(NotebookText):
     """Modes of a machine at a pose beside its references, with tool-point responses and stability charts.
 
-    missing : what could not be computed, and why; notes : errors of the reduction of elastic bodies at the poses, doubts as
+    gaps : what could not be computed, and why; notes : errors of the reduction of elastic bodies at the poses, doubts as
     `Doubt`.
-"""
+    """
 
     machine: Machine
     pose: Pose
@@ -78,6 +78,7 @@ class MachineReport(NotebookText):
 
 def _depth(lowest: LowestLimit) -> str:
     """Return a limit in words: rounded down to four digits where its numerical error is below them, else with its error."""
+    # Four digits are printed where the error moves none of them; never more than is stable.
     if lowest.error < 5e-4 * lowest.depth:
         return f"{text_below(1e3 * (lowest.depth - lowest.error), 4)} mm"
     return with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, "mm")
@@ -86,6 +87,7 @@ def _depth(lowest: LowestLimit) -> str:
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
     """Return the modes at a pose, without responses."""
     chosen_pose = dict(pose or {})
+    # Of 18 modes the first are printed; the drawing offers all.
     return MachineReport(machine, chosen_pose, body_shapes(machine, chosen_pose, 18).frequency, None, ())
 
 
@@ -105,6 +107,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
             "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
     notes = list[str]()
     for place in ([chosen_pose] if pose or not description.poses else [dict(p) for p in description.poses]):
+        # A note on the reduction holds at the poses of the responses only.
         if note := reduction_note(machine, place):
             notes.append(place_note(note, pose_words(machine, place)))
     study: ToolPoint | None = None
@@ -143,6 +146,7 @@ def comparison(results: MachineReport) -> tuple[list[str], list[list[object]]]:
     rows: list[list[object]] = []
     for i, value in enumerate(results.frequency[:longest]):
         row: list[object] = [i + 1, float(value)]
+        # A reference with fewer modes leaves its cells empty.
         row += [_reference(r, i) for r in references]
         row += [_difference(r, i, float(value)) for r in references]
         rows.append(row)

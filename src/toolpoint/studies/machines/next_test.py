@@ -101,9 +101,11 @@ def rank_tests(
         parts = []
         for candidate in candidates:
             modes = _modes(sample, candidate, labels[:1] or [Dof.parse(f"{next(iter(machine.description.points))}:+x")])
+            # Logarithms over their relative deviation: every measured value then has noise of one.
             parts += [np.log(modes.frequency) / frequency_deviation,
                       np.log(np.maximum(modes.damping_ratio, 1e-9)) / damping_deviation]
         if labels:
+            # Amplitudes alone: the sign and phase of a computed shape are arbitrary.
             shape = np.abs(_modes(sample, {}, labels).shape)
             parts.append((shape / reference / shape_deviation).ravel())
         return np.concatenate([_log_compliance(sample, pose or {}), *parts])
@@ -119,9 +121,11 @@ def _rank(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Seque
           machine: Machine, pose: Pose) -> NextTest:
     """Return the candidates by what Kalman's update with each of them would leave of the answer's interval."""
     size = np.sqrt(np.maximum(np.diag(uncertainty.covariance), 1e-300))
+    # Scaled to correlations, as the slopes are to standard deviations.
     unit = uncertainty.covariance / np.outer(size, size)
     g, candidate_slopes = slopes[:, 0], slopes[:, 1:]
     today = float(np.sqrt(g @ unit @ g))
+    # A pose brings frequencies and damping of every mode, a direction its shape's amplitudes.
     modes = candidate_slopes.shape[1] // max(2 * len(candidates) + len(labels), 1)
     ends = np.cumsum([0, *[2 * modes] * len(candidates), *[modes] * len(labels)])
     names = [f"frequencies and damping at {pose_words(machine, candidate)}" for candidate in candidates]
@@ -131,6 +135,7 @@ def _rank(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Seque
         h = candidate_slopes[:, ends[k]:ends[k + 1]].T
         cross = h @ unit
         narrowing = cross @ g
+        # Kalman's update: the noise of every scaled value is one, hence the unit matrix.
         after.append(float(np.sqrt(max(g @ unit @ g - narrowing @ np.linalg.solve(cross @ h.T + np.eye(len(h)), narrowing),
                                        0.0))))
     order = np.argsort(after)
@@ -149,6 +154,7 @@ def _log_compliance(machine: Machine, pose: Pose) -> FloatArray:
         fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")])
+    # Peaks lie at the natural frequencies: the compliance is looked at there alone, motions without stiffness left out.
     frequency = body_shapes(machine, pose).frequency
     values = np.abs(np.einsum("fii->fi", frequency_response.direct(system, frequency[frequency > 1e-6]).values))
     return np.log(values.max(keepdims=True)).ravel()

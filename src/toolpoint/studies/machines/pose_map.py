@@ -36,7 +36,8 @@ class PoseMap(NotebookText):
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
     failures : grid index to reason; angles : axes in rad; uncertainty : of the frequencies, Hz, where the machine was
     identified; reduction : what the reduction of elastic bodies does at the corners and the middle of the grid, in words;
-    branches : of an arm, of every pose. """
+    branches : of an arm, of every pose.
+    """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
@@ -156,6 +157,7 @@ def _reduction_notes(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...
     """
     if not can_estimate(machine) or fastest_spin(machine.description):
         return ()
+    # Both ends of so many axes, the others at their first position: eight corners at most.
     ends = [sorted({0, len(positions) - 1}) if k < MAX_CORNER_AXES else [0] for k, positions in enumerate(grid.axes.values())]
     middle = tuple(len(positions) // 2 for positions in grid.axes.values())
     worst_estimate: tuple[float, str, ReductionEstimate] | None = None

@@ -93,6 +93,7 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
         names.append(name)
         reasons.append(reason)
         if follow and pose is not None:
+            # The first place that is reached decides the branch of the whole path.
             if name and not any(names[:-1]):
                 solver = place_solver(machine, pair, goal, turn=turn, branch=name)
             last_pose = dict(pose)
@@ -125,6 +126,7 @@ def arm_of(machine: Machine) -> SphericalWrist | None:
     while link >= 0:
         path.insert(0, link)
         link = chain.parents[link]
+    # Six moving links in series to the tool, and no other axis.
     joints = [link for link in path if link in moving]
     if len(joints) != 6 or len(chain.steps) != 6 or (description.table is not None and _is_moving(machine, description.table)):
         return None

@@ -137,6 +137,7 @@ def study_sensitivity(
     names = tuple(paths) if paths is not None else _all_paths(machine)
     if not names:
         fail("paths", "none", "must be at least one parameter")
+    # A body that is scaled as a whole has no value of its own: the scale, which is 1.
     values = np.array([1.0 if _is_elastic_path(machine, n) else machine.value(n) for n in names])
     slopes = _without_gyroscopic_part(_slopes(machine, names, pose))
     warn_of_energy_law(machine, pose, dofs)
@@ -173,12 +174,14 @@ def _without_gyroscopic_part(slopes: MatrixDerivatives) -> MatrixDerivatives:
     """Return the derivatives without their gyroscopic part, which is skew: the modes of this study are those at standstill."""
     if slopes.damping is None:
         return slopes
+    # The symmetric part of the damping remains.
     return replace(slopes, damping=(slopes.damping + np.swapaxes(slopes.damping, -1, -2)) / 2)
 
 
 def _relative_turn(shape: Array, change: Array) -> Array:
     """Return the part of the change that is orthogonal to the shape, over the shape's length."""
     power = (np.abs(shape) ** 2).sum(axis=0)
+    # Change along a shape is scaling, which no MAC sees.
     along = (change * shape.conj()).sum(axis=1, keepdims=True) / power
     return np.asarray((change - along * shape) / np.sqrt(power))
 
@@ -205,6 +208,7 @@ def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> Matr
         return matrix_derivatives(machine, names, pose)
     place = place_machine(machine, pose)
     closed = loop_basis(place) if machine.loops else None
+    # With closed loops only motions that keep them closed are coordinates.
     basis = np.eye(machine.size) if closed is None else closed[0]
     slopes = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}
     plain_slopes = matrix_derivatives(machine, plain_paths, pose) if plain_paths else None
@@ -217,6 +221,7 @@ def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> Matr
         link = machine.link(name.split(".")[1])
         twist, body = body_coordinates(place, link)[0] @ basis, machine.bodies[link]
         if name.endswith(".density"):
+            # Mass scales with the density, stiffness with the modulus: the slope by the scale is the matrix itself.
             slopes[name][0] = twist.T @ body.mass @ twist
         else:
             slopes[name][2] = twist[6:].T @ body.stiffness @ twist[6:]

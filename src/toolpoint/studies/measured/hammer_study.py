@@ -78,6 +78,7 @@ class HammerStudy(NotebookText):
         if any(radius is None for _, radius in radii):
             return "; one hit tells no scatter"
         shares = []
+        # Only lines near the peaks count: of a response that is nearly zero every scatter is a large share.
         for test, radius in radii:
             size = np.abs(test.frf.values)
             inside = (test.frf.frequency >= self.band.low) & (test.frf.frequency <= self.band.high)
@@ -132,6 +133,7 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     """
     record_set = records if isinstance(records, RecordSet) else RecordSet(tuple(records), tuple(
         record.name or f"record {k}" for k, record in enumerate(records, 1)))
+    # Decisions given here prevail over those that the records bring along.
     decided = {**record_set.decisions, **(decisions or {})}
     groups = _groups(record_set)
     tests, left_out = _test_setups(record_set, groups, duration=duration, final=final, estimator=estimator, rules=rules,
@@ -140,9 +142,11 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     _check_decisions(decided, [verdict.name for verdict in verdicts])
     frf = _join_tests([test for _, test in tests])
     notes = tuple(dict.fromkeys([*record_set.notes, *(note for _, test in tests for note in test.frf.notes)]))
+    # A note that is a doubt is listed with the doubts only.
     doubted = tuple(note for note in notes if isinstance(note, Doubt))
     checks = tuple(driving_points(frf))
     doubts = (*left_out, *doubted, *question(frf))
+    # The hit that excites least far up bounds the band of all responses.
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))
@@ -177,11 +181,13 @@ def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, du
             tests.append((places, test(places, duration, final)))
         except ToolpointError as error:
             words = f"struck at {struck}: {_name_hits(str(error), [record_set.names[k] for k in places])}"
+            # Without another set-up there is nothing left to study.
             if len(groups) == 1:
                 raise ToolpointError(words) from None
             doubts.append(Doubt("left out", words))
     if not tests:
         raise ToolpointError("; ".join(doubts))
+    # All set-ups share the shortest block and the strongest window: the same lines, the same added damping.
     block = min(result.duration for _, result in tests)
     ends = [float(np.exp(-result.frf.decay * result.duration)) for _, result in tests]
     if any(result.duration > block * (1 + 1e-9) for _, result in tests) or max(ends) - min(ends) > 1e-9:
@@ -212,6 +218,7 @@ def _hit_names(names: Sequence[str], hits: Sequence[Hit]) -> list[str]:
 def _name_hits(error: str, names: Sequence[str]) -> str:
     """Return an error with the names of records for the numbers of hits, where every record holds one."""
     count = re.search(r"none of (\d+) hits", error)
+    # Where a record holds several hits their numbers are not those of records: the message stays as it is.
     if count is None or int(count[1]) != len(names):
         return error
     return re.sub(r"\bhit (\d+):", lambda number: f"{names[int(number[1]) - 1]}:", error)

@@ -15,7 +15,7 @@ from toolpoint.machine.description import AxisDescription, FrameDescription, Joi
 from toolpoint.spatial import transform as tf
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-# Sine of the angle, and length (m), up to which an axis as told and a direction as identified count as one.
+# Sine of the angle, and length (m), up to which an axis as given and a direction as identified count as one.
 _AXIS_ANGLE_TOLERANCE, _AXIS_PLACE_TOLERANCE = 4e-3, 2e-3
 
 
@@ -62,14 +62,16 @@ def _names_in(frame: FloatArray, axes: Mapping[str, DrivenAxis]) -> dict[str, st
 
 
 def _frames_of(frame: FloatArray, ways: tuple[str, ...], directions: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the frame, and where all its ways lie on one axis those turned about it that have a direction told."""
+    """Return the frame, and where all its ways lie on one axis those turned about it that have a given direction."""
     result, letters = [frame], {way[-1] for way in ways}
+    # Springs along several axes fix the frame; about a single axis it may be turned.
     if len(letters) > 1:
         return result
     i = "xyz".index(letters.pop()) if letters else 0
     for direction in directions:
         axis = frame[:3, i]
         across = direction - axis * (axis @ direction)
+        # Only a direction square to that axis can be reached by turning about it.
         if abs(axis @ direction) > _AXIS_ANGLE_TOLERANCE:
             continue
         axes = np.zeros((3, 3))
@@ -86,6 +88,7 @@ def _direction_in(frame: FloatArray, axis: DrivenAxis) -> str | None:
     if np.linalg.norm(np.delete(components, i)) > _AXIS_ANGLE_TOLERANCE:
         return None
     if axis.turns and axis.at is not None:
+        # Distance of the frame's origin from the line that the axis turns about.
         offset = np.cross(np.asarray(axis.at) - frame[:3, 3], np.asarray(axis.direction))
         if np.linalg.norm(offset) > _AXIS_PLACE_TOLERANCE:
             return None
@@ -118,6 +121,7 @@ def describe_joint(parent: str, child: str, joint: ElasticJoint, *, layout: Join
                                                             (rotation[0], rotation[1], rotation[2])),
                             loss_factor=joint.loss_factor, elastic_at=elastic_at, source="measured")
     relaxation = joint.relaxation
+    # A joint without free directions dissipates nothing.
     if not joint.twists.shape[1]:
         return replace(base, loss_factor=0.0)
     stiffness = (joint.stiffness + joint.stiffness.T) / 2

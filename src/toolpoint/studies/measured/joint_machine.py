@@ -110,6 +110,7 @@ def describe_fit(whole_machine: WholeMachine, x: FloatArray, components: Compone
     bodies = {name: _body(components.bodies[name], masses[name]) for name in whole_machine.names}
     law = model.law if whole_machine.law is not None else COUPLED
     damped = "energy" if law == ENERGY else _mode_ratios(whole_machine)[0] if law == MEASURED_RATIOS else ""
+    # A machine without any damping has no responses: then a ratio of 1 % stands in.
     lossless = not damped and not any(j.loss_factor or j.damping or j.damping_matrix for j in described.values())
     return MachineDescription(
         components.name, bodies, described, axes, dict(components.places), tool=components.tool, table=components.table,
@@ -147,6 +148,7 @@ def _identified_numbers(whole_machine: WholeMachine, components: Components, lay
     """Return the numbers of the file that the fit decided, with their covariance: that of the fit's numbers carried over."""
     root = _covariance_root(whole_machine.fit.covariance)
     paths = [path for path in parameters(machine) if path.split(".")[2] in _NUMBERS and not _is_mirrored(path)]
+    # Central differences along independent directions of the fit, through everything that writing a file does.
     slopes = np.zeros((len(paths), root.shape[1]))
     for i, direction in enumerate(root.T):
         moved = (whole_machine.fit.x + sign * _COVARIANCE_STEP_DEVIATIONS * direction for sign in (1, -1))
@@ -154,12 +156,14 @@ def _identified_numbers(whole_machine: WholeMachine, components: Components, lay
         slopes[:, i] = [(machine_above.value(path) - machine_below.value(path)) / (2 * _COVARIANCE_STEP_DEVIATIONS)
                         for path in paths]
     scale = np.array([abs(machine.value(path)) for path in paths])
+    # Numbers that no direction of the fit moves were given, not identified.
     moving = np.flatnonzero(np.sqrt((slopes**2).sum(axis=1)) > 1e-9 * np.maximum(scale, 1e-6))
     covariance, names = slopes[moving] @ slopes[moving].T, [paths[i] for i in moving]
     if isinstance(machine.modal_damping, tuple) and machine.modal_damping:
         deviation = _mode_ratios(whole_machine)[1]
         covariance = block_diag(covariance, np.diag(deviation**2))
         names += [f"modal_damping.{i}" for i in range(len(deviation))]
+    # The lower triangle holds all of a symmetric matrix.
     rows = tuple(tuple(float(f"{v:.9g}") for v in row[:n + 1]) for n, row in enumerate(covariance))
     return IdentifiedDescription(tuple(names), rows, "fit of the machine to measured modes")
 
@@ -168,6 +172,7 @@ def _covariance_root(covariance: FloatArray) -> FloatArray:
     """Return columns whose products add up to a covariance, in the standard deviations of its numbers."""
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    # Directions without variance are left out: their square roots are round-off.
     kept = values > 1e-12
     return np.asarray(size[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 

@@ -79,6 +79,7 @@ def systems(
         fail("parameters", "the density or a section of an elastic body that spins", "must be of a machine at standstill",
              remedy="take spin from the body while it is updated: its gyroscopic matrix has no place in a fit")
     affine = AffineSystem(general.system(values), slopes, tuple(values.values()))
+    # Values apart from the start, by other factors for neighbours: an affine machine must agree there too.
     other = {n: v * (1.1 + 0.4 * (k % 3)) if v else 1e-3 for k, (n, v) in enumerate(values.items())}
     return affine if _are_equal(affine.system(other), general.system(other)) else general
 
@@ -221,6 +222,7 @@ def problem(
         fail("parameters", "none", "must be at least one path")
     for p in chosen:
         for name, factor in (("", 1.0), *p.links.items()):
+            # A link that does not fit the machine would move its parameter at the first step.
             have, want = machine.value(name or p.name), factor * p.value
             if abs(have - want) > 1e-6 * max(abs(have), abs(want)):
                 fail("parameters", f"{name or p.name} is {have:.8g} in the machine, {want:.8g} by the parameter",
@@ -239,6 +241,7 @@ def problem(
 def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose | None) -> SystemModel:
     frf = targets.frf
     outputs = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
+    # Modes alone need no input; the assembly asks for one.
     driven = frf.inputs if frf else outputs[:1]
     held = systems(machine, names, pose, outputs=outputs, inputs=driven)
     count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODE_COUNT

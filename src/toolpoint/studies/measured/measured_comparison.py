@@ -76,8 +76,8 @@ def compare_with_test(machine: Machine, test: MeasuredTest, *, pose: Mapping[str
 
     Parameters
     ----------
-    machine, before : Machine
-        `earlier` is shown beside, for example the machine before an update.
+    machine, earlier : Machine
+        The earlier one is shown beside, for example the machine before an update.
     test : MeasuredTest
         With `owner` the measured points ride on the machine's bodies; otherwise they are paired with the machine's named
         points, by `known_pairs` or by registration from where they stand; without a geometry equal names are the same
@@ -99,9 +99,11 @@ def _correlate_points(machine: Machine, test: MeasuredTest, known_pairs: Mapping
     if test.owner is not None and test.geometry is not None:
         machine = with_measured_points(machine, test.geometry.points, test.owner)
     elif test.geometry is not None:
+        # A point of the geometry without a shape has nothing to compare.
         measured = {d.point for d in test.modes.dofs}
         places = {name: position for name, position in test.geometry.points.items() if name in measured}
         model_places = point_positions(machine, pose)
+        # Known pairs fix the transform; without them every start of the registration is tried.
         start, doubts = (None, ()) if known_pairs else register_anywhere(places, model_places, furthest)
         pairing = replace(pair_points(places, model_places, furthest, known_pairs=_pairs_by_label(known_pairs, places),
                                       start=start), doubts=doubts)
@@ -111,5 +113,6 @@ def _correlate_points(machine: Machine, test: MeasuredTest, known_pairs: Mapping
 def _pairs_by_label(known_pairs: Mapping[str, str] | None, places: Mapping[Point, FloatArray]) -> dict[Point, Point] | None:
     if not known_pairs:
         return None
+    # Pairs are text, where the points of a geometry may be numbers.
     number = {str(name): name for name in places}
     return {number.get(key, key): value for key, value in known_pairs.items()}

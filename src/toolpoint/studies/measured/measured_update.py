@@ -103,9 +103,11 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
         if several and parts and len(parts) != len(poses):
             raise ToolpointError(f"`{name}`: {len(parts)} files for {len(poses)} poses; must be one for each, in their order, "
                                  f"or none (`{name}` a.h5 `pose` X=0 `{name}` b.h5 `pose` X=0.2)")
+    # Several poses: one measurement for each, of modes, responses or both.
     if several:
         return [Measurement(*parts) for parts in itertools.zip_longest(modes, responses, poses)]
     pose = poses[0] if poses else None
+    # One of each belongs together, as two views of one test.
     if len(modes) == len(responses) == 1:
         return [Measurement(modes[0], responses[0], pose)]
     return [*(Measurement(part, None, pose) for part in modes), *(Measurement(None, part, pose) for part in responses)]
@@ -172,10 +174,12 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
             lines += question_unit(part.frf, start_agreement.frf)
     for part, agreement, targets in zip(measured, result.all_after, result.problem.targets, strict=True):
         if part.modes is not None and agreement.partners is not None:
+            # Only the measured directions of the predicted shapes can be compared.
             partners = replace(agreement.partners, shape=agreement.partners.shape_at(part.modes.dofs), dofs=part.modes.dofs)
             lines += question_shapes(part.modes, partners)
         if part.frf is not None and agreement.frf is not None:
             missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
+            # One ratio for all modes is the likely reason of a misfit, and joints with loss factors the remedy.
             if missed and ratio:
                 missed += (Doubt("damping_ratio", f"one ratio, {100 * ratio:.3g} %, stands for the damping of all modes",
                                  f"give the joints a loss_factor ({2 * ratio:.2g} to begin with) in its place: it is updated "
@@ -225,6 +229,7 @@ def _drop_lonely_modes(machine: Machine, measured: Measurement) -> Measurement:
     """Leave out, with a warning, the measured modes that a machine of fewer modes has no partner for."""
     if measured.modes is None or measured.modes.count <= machine.size:
         return measured
+    # Every measured mode is paired with its likeliest, however unlike: those left over are the ones to leave out.
     pairs = correlate(machine, real_modes(measured.modes), pose=measured.pose, lowest_mac=0.0, frequency_shift=np.inf).pairs
     kept = sorted(int(i) for i, _ in pairs.pairs)
     left_out = ", ".join(f"{measured.modes.frequency[i]:.5g}" for i in range(measured.modes.count) if i not in kept)

@@ -77,7 +77,7 @@ def pair_points(
         Each in its own frame.
     furthest : float
         Pairs further apart after registration are left single, m.
-    known : mapping of test to model point, optional
+    known_pairs : mapping of test to model point, optional
         At least three pairs that fix the transform; otherwise ICP from `start`, which must be near.
     """
     positive("furthest", furthest)
@@ -87,11 +87,12 @@ def pair_points(
     if known_pairs is not None:
         missing_points = [str(n) for n in (*known_pairs, *known_pairs.values()) if n not in (*names, *others)]
         if missing_points:
-            fail("known", f"no point {', '.join(missing_points)}", "must be points of test and model")
+            fail("known_pairs", f"no point {', '.join(missing_points)}", "must be points of test and model")
         fit = registration.rigid(a[[names.index(k) for k in known_pairs]], b[[others.index(v) for v in known_pairs.values()]])
     else:
         fit = registration.iterative_closest_point(a, b, start)
     distance = cdist(tf.move(fit.transform, a), b)
+    # The best pairing of all at once: nearest neighbours may both want the same point.
     rows, columns = linear_sum_assignment(distance**2)
     close_pairs = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
     pairs = {names[i]: others[j] for i, j in close_pairs}
@@ -118,6 +119,7 @@ def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | in
         fits.append(registration.iterative_closest_point(a, b, start))
     fits.sort(key=lambda fit: fit.residual)
     best = fits[0]
+    # Starts that end at the same transform are no rivals.
     others = [fit.residual for fit in fits[1:] if np.abs(fit.transform - best.transform).max() > 0.05]
     doubt = None
     if others and others[0] < EQUAL_FIT_RATIO * best.residual:
@@ -132,6 +134,7 @@ def axis_turns() -> list[FloatArray]:
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+            # A mirrored set of axes is no turn.
             if np.linalg.det(turn) > 0:
                 turns.append(turn)
     return turns

@@ -31,7 +31,7 @@ _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 class DatasheetStudy(NotebookText):
     """Machine and numbers that follow from a datasheet.
 
-    gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
+    gearing : one for each axis; pose : the arm stretched out; rest_load : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
     ways : the same with all members rigid, as beams, and by finite elements; rotors : what their spin does to them, in words;
     slopes : what the loads do to them where the torsion of reducers hangs on the load, in words; differences : what does not
@@ -63,6 +63,7 @@ class DatasheetStudy(NotebookText):
 
         The error of each is that against the most detailed way.
         """
+        # The last way is the most detailed one.
         best = list(self.ways.values())[-1]
         return [[str(i + 1), f"{f:.2f}", *(f"{v[i]:.2f} ({100 * (v[i] / best[i] - 1):+.1f} %)" for v in self.ways.values())]
                 for i, f in enumerate(self.frequency)]
@@ -140,6 +141,7 @@ def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: F
     momenta = rotor_momenta(sheet)
     if not momenta:
         return "rotors: no placed motor has a known inertia; their gyroscopic part is not judged"
+    # Spin at the largest speeds bounds what it does at any.
     spun = natural_frequencies(build(with_rotors(description, sheet)), {}, 4)[0]
     change = float(np.abs(spun / frequency - 1).max())
     largest_momentum = max(momenta.values())
@@ -184,6 +186,7 @@ def _given_shapes(sheet: RobotDatasheet, description: MachineDescription
     solids: dict[str, SolidBody] = {}
     links: set[int] = set()
     for name, member in sheet.members.items():
+        # The first member of a link names its body after the link; further members have bodies of their own.
         body = description.bodies.get(name if member.link in links else f"link{member.link}")
         links.add(member.link)
         if member.kind == "mesh" and body is not None:
@@ -224,7 +227,9 @@ def _reach_lines(sheet: RobotDatasheet) -> list[str]:
     if sheet.reach is None or len(sheet.axes) < 4:
         return []
     first, second, third, fourth = sheet.axes[:4]
+    # Straight arm of a vertical six-axis robot: offset, upper arm, and the forearm with its offset.
     reach = abs(first.a) + abs(second.a) + float(np.hypot(third.a, fourth.d))
+    # Half a millimetre is the rounding of a printed reach.
     if abs(reach - sheet.reach) < 5e-4:
         return []
     return [f"reach printed {1e3 * sheet.reach:g} mm, the table's lengths give {1e3 * reach:.1f} mm to the wrist"]

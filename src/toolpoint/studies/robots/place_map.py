@@ -66,6 +66,7 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
     for name in along:
         vector = np.array(vectors[one_of("along", name, vectors)])
         rows.append(vector / np.linalg.norm(vector))
+    # Directions need not be at right angles, but must span a line, a plane or a volume.
     matrix = np.array(rows)
     if np.linalg.matrix_rank(matrix) < len(rows):
         fail("along", ", ".join(along), "must be independent directions")
@@ -107,6 +108,7 @@ class PlaceQuantity:
     @classmethod
     def over_feeds(cls, kind: str, modes: int = 4, number: int = 1) -> PlaceQuantity:
         """Return a quantity with a number of feed directions, evenly over half a turn."""
+        # Half a turn is enough: a linear cut has the same limits forwards and backwards.
         return cls(kind, modes, tuple(float(v) for v in np.pi * np.arange(number) / number))
 
     @property
@@ -147,6 +149,7 @@ class PlaceQuantity:
         size = 1 if machine.description.damping_ratio is None else 64
         blocks = [poses[i:i + size] for i in range(0, len(poses), size)]
         lines = np.array([0.0, 1.0])
+        # From N/m to N/µm; the first six columns are stiffness.
         return 1e-6 * np.concatenate([stiffness_rows(tool_point(machine, block, lines), self.kind)[:, :6] for block in blocks])
 
 
@@ -226,6 +229,7 @@ class PlaceMap(NotebookText):
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a place cannot be; m."""
         values = self.values.astype(object)
+        # JSON has no not-a-number.
         values[np.isnan(self.values)] = None
         return {"along": {name: positions.tolist() for name, positions in zip(self.grid.names, self.grid.positions,
                                                                               strict=True)},
@@ -248,6 +252,7 @@ def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None
     reach = reach_places(machine, grid.places.reshape(-1, 3), direction, turn=turn, branch=branch, point=point)
     values = np.full((len(reach.poses), len(measure.columns)), np.nan)
     judged = measure.judge(machine, [pose for pose in reach.poses if pose is not None], engine=engine, progress=progress)
+    # Only reached poses were judged: the other places keep the reason that reach gave.
     values[reach.reached] = judged.values
     reasons = np.array(reach.reasons, object)
     reasons[reach.reached] = judged.reasons
@@ -256,5 +261,6 @@ def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None
 
 def place_words(place: ArrayLike) -> str:
     """Return a place in words, mm."""
+    # Rounding leaves -0.0 behind, which + 0.0 turns into 0.
     return ", ".join(f"{name} {1e3 * v:.5g}" for name, v in zip("xyz", np.round(np.asarray(place, float), 9) + 0.0,
                                                                 strict=True)) + " mm"

@@ -116,6 +116,7 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
         if branch:
             refuse_branch(branch)
         axes = len(machine.chain.driven_axes)
+        # Fewer than five axes cannot hold a direction as well as a place, fewer than six no turn about it.
         way = direction if direction is not None or axes < 5 else tool_pair(machine).direction
         spin = turn if axes >= 6 and way is not None else None
         reached = [(dict(each.pose), "") for each in poses_for(machine, target, way, turn=spin)]
@@ -150,6 +151,7 @@ def _describe_pose(machine: Machine, tip: FloatArray, pose: dict[str, float], br
     condition = float(pose_condition(machine.chain, batch, link).lost_motion[0])
     singular_poses = [(axis.name, *hit) for axis in machine.chain.driven_axes
                       if (hit := nearest_singularity(machine.chain, pose, axis.name, link=link)) is not None]
+    # Inverse dynamics holds for rigid bodies.
     elastic = any(body.modal_count for body in machine.bodies)
     none = np.zeros(0)
     gravity = gravity_of(machine.description)
@@ -175,6 +177,7 @@ def _task_rates(machine: Machine, pose: Mapping[str, float]) -> float | None:
     if not isinstance(chain, ClosedChain) or chain.task is None:
         return None
     rates = chain.task_rates({name: np.array([value]) for name, value in pose.items()})[0]
+    # Axis speeds give tool speeds: the smallest singular value needs the fastest axes.
     smallest = float(np.linalg.svd(rates, compute_uv=False)[-1])
     if smallest == 0:
         fail("pose", "singular", "the task's coordinates do not follow the axes there")

@@ -69,6 +69,7 @@ def choose_turns(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
     merit = np.full((len(targets), angles.size), np.nan)
     for k, reach in enumerate(reaches):
         poses = [pose for pose in reach.poses if pose is not None]
+        # The weakest direction, or mode, decides.
         merit[reach.reached, k] = measure.at_poses(machine, poses).min(axis=-1)
     is_unreached = np.isnan(merit).all(axis=1)
     if is_unreached.any():
@@ -83,6 +84,7 @@ def choose_turns(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
 def _follow_turns(merit: FloatArray, reaches: Sequence[Reach], largest_step: float) -> list[int]:
     """Return the turns of the greatest summed merit without a jump of an axis, by dynamic programming."""
     names = list(next(pose for reach in reaches for pose in reach.poses if pose is not None))
+    # A step to or from a place out of reach is not a number, which no comparison lets through.
     unreached = [np.nan] * len(names)
     positions: Array = np.array([[unreached if pose is None else [pose[name] for name in names] for pose in reach.poses]
                                  for reach in reaches])
@@ -91,10 +93,12 @@ def _follow_turns(merit: FloatArray, reaches: Sequence[Reach], largest_step: flo
         step = np.abs(positions[None, :, i] - positions[:, None, i - 1]).max(axis=-1)  # from, to
         reward = np.where(step <= largest_step, value[:, None], -np.inf)
         origin_of[i] = reward.argmax(axis=0)
+        # Bellman's recursion: the best sum up to here, for every turn that this place may be left with.
         value = reward.max(axis=0) + np.where(np.isnan(merit[i]), -np.inf, merit[i])
         if not np.isfinite(value).any():
             fail(f"places[{i}]", "no turn leads on from the place before", f"an axis may move {largest_step:g} rad at most",
                  remedy="take places nearer to each other, or another branch")
+    # Back along the remembered origins, from the best end.
     path = [int(value.argmax())]
     for i in range(len(merit) - 1, 0, -1):
         path.insert(0, int(origin_of[i][path[0]]))

@@ -92,6 +92,7 @@ def response_slopes(system: TipSystem, slopes: TipSystem, omega: FloatArray) -> 
     """Return dG/dp at circular frequencies, (f, n_p, 3, 3)."""
     x = system.motion(omega)
     w = np.asarray(omega)[:, None, None, None]
+    # Structural damping does not act at rest.
     change = slopes.stiffness + 1j * slopes.loss * (w != 0) + 1j * w * slopes.damping - w**2 * slopes.mass
     return np.asarray(-np.einsum("fia,fpij,fjb->fpab", x, change, x))
 
@@ -101,10 +102,12 @@ def _peaks(score: Callable[[FloatArray], FloatArray], omega: FloatArray) -> Floa
     rough = score(omega)
     maxima = np.flatnonzero((rough[1:-1] >= rough[:-2]) & (rough[1:-1] > rough[2:])) + 1
     candidates = maxima[rough[maxima] > _MIN_CANDIDATE_RATIO * rough.max()]
+    # A score that has its maximum at an end has no inner one.
     candidates = candidates if candidates.size else np.array([int(rough.argmax())])
     result = []
     for k in candidates:
         lower, upper = float(omega[max(k - 1, 0)]), float(omega[min(k + 1, len(omega) - 1)])
+        # Each round narrows the interval eightfold about the best of 17 lines.
         for _ in range(6):
             fine = np.linspace(lower, upper, 17)
             best = int(score(fine).argmax())
@@ -169,6 +172,7 @@ class DepthLimit:
         limit = -1 / (2 * least_real[keep])
         if slopes is None:
             return limit, np.zeros((0, 0))
+        # Rows of the inverse are left eigenvectors of unit product with the right ones.
         left = np.linalg.inv(right)[rows, k]
         change = mean @ response_slopes(system, slopes, omega)[:, :, :2, :2]
         rate = np.einsum("fa,fpab,fb->fp", left, change, right[rows, :, k]).real
@@ -198,6 +202,7 @@ class PeriodicError:
                               steps=256)
         force = np.fft.rfft(table.table[-1], axis=0)[:_FORCE_HARMONICS * tool_of(self.cut).teeth + 1] / len(table.table[-1])
         lines = np.flatnonzero(np.abs(force).max(axis=1) > 1e-9 * np.abs(force).max())
+        # The mean deflection is no error: it is taken out.
         lines = lines[lines > 0]
         omega = 2 * np.pi * self.speed / 60 * lines
         turn = np.exp(1j * np.outer(np.arange(512) * 2 * np.pi / 512, lines))

@@ -84,9 +84,11 @@ def fractional_factorial(changes: Sequence[Change], resolution: int = 4) -> Scre
                  remedy="take a full factorial")
     if resolution not in (3, 4):
         fail("resolution", str(resolution), "must be 3 or 4")
+    # The next power of two above the number of changes: the first column is all ones.
     size = 1 << len(changes).bit_length()
     signs = hadamard(size)[:, 1:len(changes) + 1]
     if resolution == 4:
+        # The same runs with all signs turned: pairs of changes then cancel in the main effects.
         signs = np.concatenate([signs, -signs])
     ends = np.array([[c.share(0), c.share(1)] if isinstance(c, Swap) else [0.0, 1.0] for c in changes])
     points = np.where(signs > 0, ends[:, 1], ends[:, 0])
@@ -111,6 +113,7 @@ def sobol_pairs(changes: Sequence[Change], number: int, rng: np.random.Generator
     The number is raised to a power of two.
     """
     n = 2 ** int(np.ceil(np.log2(count("number", number, 2))))
+    # One sequence of twice the dimension gives two independent samples.
     both = qmc.Sobol(2 * len(changes), rng=rng).random(n)
     first, second = both[:, :len(changes)], both[:, len(changes):]
     mixed = []

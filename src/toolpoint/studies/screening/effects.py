@@ -92,8 +92,10 @@ def _single_effects(result: Screening, name: str) -> tuple[list[Effect], str, Do
     values = result.metric(name)
     change = values[:, 1:] / values[:, :1] - 1
     sense = -1.0 if is_lower_better(name) else 1.0
+    # The first row is the machine as described, the others are draws of its uncertain inputs.
     drawn = change[1:] if len(change) > 1 else change
     lower, upper = np.nanpercentile(drawn, _INTERVAL_PERCENTILES, axis=0)
+    # In every draw one change does most; how often it is this one is its probability of being first.
     best = np.argmax(np.where(np.isnan(drawn), -np.inf, sense * drawn), axis=1)
     effects = [Effect(label, float(change[0, k]), float(lower[k]) if len(change) > 1 else float("nan"),
                       float(upper[k]) if len(change) > 1 else float("nan"),
@@ -106,12 +108,14 @@ def _single_effects(result: Screening, name: str) -> tuple[list[Effect], str, Do
 def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
     values, points = result.metric(name)[0], result.design.points
     ends = points.min(axis=0), points.max(axis=0)
+    # From -1/2 to 1/2: a coefficient is the difference of the two ends.
     columns = (points - (ends[0] + ends[1]) / 2) / np.where(ends[1] > ends[0], ends[1] - ends[0], 1.0)
     matrix = np.column_stack([np.ones(len(points)), columns])
     if len(points) <= matrix.shape[1]:
         fail("design", f"{len(points)} points for {matrix.shape[1]} numbers", "must be more", remedy="take a larger fraction")
     solution, *_ = np.linalg.lstsq(matrix, values, rcond=None)
     residual = values - matrix @ solution
+    # Residual variance over its degrees of freedom, carried through the least squares.
     variance = float(residual @ residual) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
     mean = float(solution[0])
     half = 1.96 * np.sqrt(variance) / abs(mean)
@@ -129,6 +133,7 @@ def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[li
         fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them",
              remedy="narrow the ranges")
     n = len(values) // (d + 2)
+    # Order of the points: A, B, then A with each column of B (`sobol_pairs`).
     parts = values.reshape(d + 2, n)
     data: dict[str, FloatArray] = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:, None, :]}
     indices = sobol_indices(func=data, n=n, rng=rng)
@@ -147,6 +152,7 @@ def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tup
     good = np.flatnonzero(~np.isnan(values))
 
     def partial(pick: np.ndarray) -> FloatArray:
+        # Ranks make any monotone effect a straight line.
         ranks = np.column_stack([rankdata(points[pick, k]) for k in range(points.shape[1])])
         matrix = np.column_stack([np.ones(len(pick)), (ranks - ranks.mean(0)) / ranks.std(0)])
         answer = rankdata(values[pick])

@@ -42,7 +42,7 @@ BASIS = {"depth limit": "depth limit: the least over all speeds by the single-fr
 class Improvement(NotebookText):
     """The cheapest changes for a goal.
 
-    shares : (n,) of every factor's range; before, goal, value : the answer (worst of all poses); value is that of the full
+    shares : (n,) of every factor's range; start_value, goal, value : the answer (worst of all poses); value is that of the full
     model; error : relative difference of the affine matrices from the full model there; interval : of the value over the draws
     of uncertain inputs, (2,), not numbers without; best_single : name and answer of the best that one change alone does at the
     same cost.

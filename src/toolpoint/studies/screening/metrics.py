@@ -50,6 +50,7 @@ class NamedMetrics:
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return every metric of a machine."""
+        # All named frequencies come from one solution.
         modes = max((int(name.rsplit(" ", 1)[1]) for name in self.names if name.startswith("frequency ")), default=0)
         result: dict[str, float] = {}
         if modes:
@@ -62,6 +63,7 @@ class NamedMetrics:
 
 
 def _static(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    # Column 3 is the softest direction, see `stiffness_rows`.
     return float(stiffness_rows(tool_point(machine, list(poses), STUDY_LINES), "static")[:, 3].min())
 
 
@@ -70,6 +72,7 @@ def _dynamic(machine: Machine, poses: tuple[Pose, ...]) -> float:
 
 
 def _peak(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    # The least dynamic stiffness is one over the largest response of any direction.
     return 1 / _dynamic(machine, poses)
 
 

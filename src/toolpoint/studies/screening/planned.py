@@ -86,6 +86,7 @@ class PlannedScreening(NotebookText):
 def accuracy_of(part: MilledSquare) -> AccuracyMetric:
     """Return the accuracy of milling a square as a metric."""
     sides = square(part.side, centre=part.centre, first=part.first, second=part.second, feed=part.feed, law=part.law)
+    # Not halved: a screening compares variants, whose errors of step and spacing are alike.
     setup = MillingSetup(part.speed, part.depth, tuple(part.loads), part.regenerative, part.spacing, window=part.window,
                          halved=False, stance=ToolStance(branch=part.branch))
     return AccuracyMetric(tuple(sides[number - 1] for number in part.sides), setup)
@@ -111,6 +112,7 @@ def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = N
     metric = JoinedMetrics(NamedMetrics(plan.metrics, (dict(plan.pose),)) if plan.metrics else None,
                            None if plan.square is None else accuracy_of(plan.square))
     result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
+                    # Another seed than the design's, whose points the draws would repeat.
                     rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
                     progress=progress)
     remarks = () if metric.accuracy is None else metric.accuracy.judge(machine)
@@ -144,6 +146,7 @@ def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal:
 
 
 def _answer_of(plan: ScreeningPlan, machine: Machine, answer: str) -> Answer:
+    # The first two need no cut.
     if one_of("`answer`", answer, ANSWERS) in ANSWERS[:2]:
         return ResponsePeak(static=answer == "static compliance")
     cut = machine.description.cutting

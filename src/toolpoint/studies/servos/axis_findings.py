@@ -104,8 +104,10 @@ def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
     """Return the findings of one axis of a record, None where it holds neither a speed nor a position of it."""
     signals = {role: record.signal(role, axis) for role in _ROLES}
     present = [s for s in signals.values() if s is not None]
+    # The finest recorded step, unless the longest record would have too many samples by it.
     step = max(min(float(np.median(np.diff(s.time))) for s in present),
                max(float(s.time[-1]) for s in present) / _MAX_RECORD_SAMPLES)
+    # The time that all channels share.
     time = np.arange(max(float(s.time[0]) for s in present), min(float(s.time[-1]) for s in present) + step / 2, step)
     if time.size < 10:
         return None
@@ -132,6 +134,7 @@ def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
     if not runs.velocity.size:
         doubts.append(Doubt("record", "no run of constant speed in it: no friction and no K_v", "record to and fro at several "
                             f"speeds, each for half a second or more; it lasts {time[-1] - time[0]:.3g} s"))
+    # Channels that are not there stay not-a-number.
     largest = float(np.nanmax(np.abs(error))) if np.isfinite(error).any() else _NAN
     (forward, *_), (backward, *_) = levels
     return AxisFindings(axis, unit, runs, gain, ends, largest, line, (forward, backward), (levels[0][1:], levels[1][1:]),
@@ -169,6 +172,7 @@ def _resolution(signal: AxisSignal | None) -> float:
     if signal is None:
         return 0.0
     steps = np.diff(np.unique(signal.values))
+    # Steps of round-off are no steps of the recording; a quantile keeps one odd value from deciding.
     steps = steps[steps > 1e-9 * max(float(np.abs(signal.values).max()), 1e-300)]
     return float(np.quantile(steps, 0.1)) if _MIN_ROUNDED_STEPS <= steps.size < signal.values.size / 2 else 0.0
 
@@ -199,6 +203,7 @@ def _gain(runs: ConstantRuns, resolution: float) -> tuple[float, tuple[float, fl
             doubts.append(Doubt("K_v", f"{100 * abs(share):.0f} % of the following error change with direction, not with speed",
                                 "friction in a speed loop without integral part, or lost motion: speed over following error is "
                                 "no K_v, and another one at another speed", figure=abs(share)))
+    # An interval that holds zero bounds no gain, which is one over it.
     slope, lower, upper = _ratio(v, e, error, wander=wander, resolution=resolution)
     if lower <= 0 <= upper:
         return _NAN, _UNKNOWN, [*doubts, Doubt("K_v", "not told: the following error does not grow with speed",
@@ -255,6 +260,7 @@ def _friction(runs: ConstantRuns, *, resolution: float, unit: str) -> Friction:
     levels = tuple(mean_with_interval(load[is_side], error[is_side], wander=float(wander[is_side].max()), resolution=resolution)
                    if is_side.any() else none for is_side in sides)
     doubts: list[Doubt] = []
+    # Friction resists motion: the load forwards is above that backwards.
     if levels[0][0] < levels[1][0]:
         doubts.append(Doubt("load", "load and speed have opposite signs (a gear that reverses, or the sign of the recording)",
                             "friction and offset are those of the load with its sign turned"))

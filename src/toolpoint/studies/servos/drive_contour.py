@@ -41,6 +41,7 @@ def match_axes(path: Path, axes: Sequence[str], *, ideal: Sequence[str] = ()) ->
     named = all(name in SPACE for name in names)
     columns = tuple(SPACE.index(name) for name in names) if named else tuple(range(len(axes)))
     moving = _moving_axes(path)
+    # In rapids the path between the ends does not matter.
     with_servo = moving[:, columns].any(axis=1) & ~path.rapid
     notes = []
     wished = {name.upper() for name in ideal}
@@ -67,6 +68,7 @@ def _moving_axes(path: Path) -> np.ndarray:
     """Return which of X, Y, Z every segment moves, (n, 3)."""
     moving = np.abs(path.end - path.start) > 0
     arc = np.flatnonzero(path.kind == ARC_KIND)
+    # A full circle ends where it began, and moves both axes of its plane all the same.
     moving[arc[:, None], path.plane[arc]] = True
     return moving
 
@@ -87,6 +89,7 @@ def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: 
         Of the servo's axes, m, in the path's coordinates; the others move with the set point that belongs to these.
     """
     driven = list(columns)
+    # Lag along the path is no contour error: ideal axes are placed where the others, being late, have got to.
     lag = estimate_lag(time, path.at(place)[:, driven], actual)
     delayed_place = delay(time, place[:, None], lag)[:, 0]
     expected = path.at(delayed_place)
@@ -97,6 +100,7 @@ def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: 
 
 def is_cutting(path: Path, error: ContourError) -> np.ndarray:
     """Return the mask of instants whose foot lies on a cutting segment, (n,) bools."""
+    # A foot on the very end of the path belongs to its last segment.
     ends = np.cumsum(path.lengths)
     segment = np.minimum(np.searchsorted(ends, error.progress, side="left"), path.count - 1)
     return ~path.rapid[segment]

@@ -179,6 +179,7 @@ def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: 
     parts = (struck.x,) if struck.y is None else (struck.x, struck.y)
     lights = [light for direction, part in zip(directions, parts, strict=True) for light in _lights_of(direction, part)]
     lights.append(_direction_light(struck, directions))
+    # Limits rest on every step before them.
     sound = not any(light.colour == "red" for light in lights)
     return TapStudy(tuple(directions), limits, (*lights, _limit_light(limits, dict(values or {}), sound)))
 
@@ -249,6 +250,7 @@ def _response_light(direction: TappedDirection) -> Light:
     if spread is None:
         return Light(step, "amber", f"passive {band}; its scatter is not known", "")
     size = np.abs(inside.values[:, 0, 0])
+    # Only lines near the peaks decide the limits.
     scatter = float(np.median(spread[size > 0.3 * size.max()]))
     if scatter > 0.05:
         return Light(step, "amber", f"scatters by {100 * scatter:.1f} % at its peaks {band}",
@@ -258,7 +260,9 @@ def _response_light(direction: TappedDirection) -> Light:
 
 def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
     step, identified = f"modes along {direction.name}", direction.modes
+    # Doubts about stiff modes hardly move the tool point.
     soft = part.compliance > MIN_COMPLIANCE_RATIO * part.compliance.max(initial=0.0)
+    # The identification's own fit, or that of the modes as they are used for the limits, whichever is worse.
     fit = min(identified.fit, 1 - measure_misfit(identified, direction.tip, direction.band.ends))
     words = (f"{identified.modes.count} modes, {len(identified.dominant)} stand out, {int(identified.doubtful.sum())} doubtful "
              f"({int((identified.doubtful[part.vibrates] & soft).sum())} of them soft); they explain {100 * fit:.1f} %; "

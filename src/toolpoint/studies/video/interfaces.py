@@ -133,6 +133,7 @@ def _relative_motion(machine: Machine, video: VideoStudy, pose: Mapping[str, flo
         where = place.joint_frames[0, frames[name], :3, 3] if name in frames else np.asarray(joint.frame.at)
         pixel = video.view.project(where[None])
         parent, child = bodies.get(joint.parent), bodies.get(joint.child)
+        # A body that the video does not show leaves its joints unknown.
         if child is None or (parent is None and joint.parent != GROUND) or any(
                 body is not None and "unknown" in body.orders for body in (parent, child)):
             continue
@@ -145,6 +146,7 @@ def _relative_motion(machine: Machine, video: VideoStudy, pose: Mapping[str, flo
 def _difference(child: BodyMotion, parent: BodyMotion | None, pixel: FloatArray) -> tuple[ComplexArray, FloatArray]:
     """Return relative right, down and turn times the child's half length at a place, (3, r), and their variances."""
     reach = max(child.region.width, child.region.height) / 2
+    # Motion at the place, and to the right of it and below, gives the turn.
     steps = np.array([[0.0, 0.0], [reach, 0.0], [0.0, reach]])
     value: ComplexArray = np.zeros((3, child.coefficients.shape[0]), complex)
     variance = np.zeros(value.shape)

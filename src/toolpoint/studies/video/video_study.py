@@ -72,7 +72,7 @@ class VideoStudy(NotebookText):
         Frequencies, damping and their covariance; one Dof.
     names : tuple of str
         What each pole may be instead of a mode, empty for a mode.
-    seen : (r,) floats
+    motion_sigma : (r,) floats
         Largest motion of each mode over its standard deviation.
     shapes : PointShapes
         Of the points.
@@ -272,6 +272,7 @@ def study_video(
 def _all_windows(scanned: Scan, points: DisplacementField, camera: CameraMotion | None, *, side: int, method: str | Method,
                  progress: Progress | None) -> DisplacementField:
     """Return the field of windows side by side over the picture, for the poles: every pixel counts once; else the points."""
+    # Windows without texture see no motion.
     windows = grid_windows(scanned.reference, scanned.survey, min(2 * side, min(scanned.clip.shape) // 4))
     windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
     if len(windows.corners) < MIN_POLE_WINDOWS:
@@ -344,6 +345,7 @@ def _whole_picture(scanned: Scan, poles: Modes, decay: FreeDecay, *, field: Disp
                    side: int, skip: int, progress: Progress | None) -> FullField:
     """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
     size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
+    # Projection is linear in the brightness, which holds for small motion of a still camera alone.
     if size <= LARGE_MOTION_PIXELS and camera is None:
         return full_field(scanned, poles.poles, decay.first, side=side, stop=decay.stop, skip=skip, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side)

@@ -146,15 +146,18 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     n = speeds if speeds is not None else np.linspace(*(described.speeds if described else LATHE_SPEED_GRID[:2]),
                                                       LATHE_SPEED_GRID[2])
     chart = stability.chart(problem, n, None, depth_max=width_range(problem))
+    # A chart should show limits at half of its speeds at least: else it is widened.
     for _ in range(MAX_WIDTH_DOUBLINGS):
         if np.isfinite(chart.limit).mean() >= 0.5:
             break
         chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
+    # Process damping falls with the speed: no width holds for all.
     limit = unconditional_limit(problem) if cut.process_damping == 0 else None
     modal = cut.process_damping == 0 and problem.plane.is_modal
     coupling = mode_coupling(problem, chart.depth_max) if modal else None
     if not problem.plane.is_modal:
         assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
+    # Notes on the milling plane do not hold for the direction of a turned chip.
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
     doubts = [*doubts_among(kept), *doubts_among(assumed)]
     plain_notes = [note for note in assumed if not isinstance(note, Doubt)]
@@ -173,6 +176,7 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
         if abs(float(velocity @ normal)) > 1e-6:
             raise ToolpointError(f"`cutting_direction`: {_vector(velocity)} is not normal to the chip's thickness along "
                                  f"{_vector(normal)}; must be (give another `cutting_direction`)")
+        # Force over K_f: the thickness's own share is one.
         force = normal + cut.tangential / cut.cutting * velocity
         notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
     notes.append(f"the chip is thick along {_vector(normal)}")

@@ -35,6 +35,7 @@ def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mappin
     for name in carried.get(parent, ()):
         joint = machine.description.joints[name]
         lead = "   " * depth + f"{name} ({joint_words(machine, name)}): "
+        # The body behind a joint that closes a loop hangs in the tree already.
         if joint.closes_loop:
             yield lead + f"closes a loop to {joint.child}"
             continue
@@ -48,6 +49,7 @@ def body_words(machine: Machine, name: str) -> str:
     link, body = machine.body_names.index(name), machine.description.bodies[name]
     mass = machine.bodies[link].mass
     shape = body.draw or body.shape
+    # Without a shape the box of the same mass and inertia gives an idea of the size.
     size = equal_box(mass) if shape is None else shape_size(shape)
     about = "about " if shape is None else ""
     spin = "" if body.spin is None else f", spinning at {body.spin.speed * 30 / np.pi:.4g} rev/min"
@@ -94,6 +96,7 @@ def _describe_drives(machine: Machine, axis: AxisDescription) -> str:
     words = []
     for drive in axis.moved:
         way = drive.direction.lstrip("-")
+        # A drive along the negative direction with a negative factor moves forwards.
         sign = "-" if (drive.direction[0] == "-") != (drive.factor < 0) else "+"
         words.append(f"{joints[drive.joint].child} {'about' if way[0] == 'r' else 'along'} {sign}{way[-1]} of {drive.joint}")
     return " and ".join(words)
@@ -135,6 +138,7 @@ def _sources(machine: Machine) -> list[str]:
     description = machine.description
     sources = [body.source for body in description.bodies.values()] + [joint.source for joint in description.joints.values()]
     counts = Counter(source or "of unstated source" for source in sources)
+    # A list that says for every part that nothing is stated would say nothing.
     if set(counts) == {"of unstated source"}:
         return ["sources: no body and no joint says where its numbers are from (write 'source: measured', published, chosen)"]
     return ["sources: " + ", ".join(f"{number} parts {source}" for source, number in counts.most_common())]
