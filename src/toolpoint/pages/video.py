@@ -73,7 +73,8 @@ def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings
     """Return the page of virtual videos: what the videos say, and responses of the truth beside those before and after."""
     report = video_page(result.videos, result.update, warnings=warnings)
     charts = []
-    for truth, before, after, (low, high) in zip(result.truth, result.before, result.after, result.frac, strict=True):
+    for truth, before, after, (low, high) in zip(result.truth, result.before_update, result.after_update, result.frac,
+                                                 strict=True):
         charts.append(Chart(bode({"truth": truth, "before": before, "updated": after},
                                  title=f"{truth.outputs[0]}: FRAC before {low:.3f}, updated {high:.4f}")))
     first, rest = report.sections[:2], report.sections[2:]

@@ -112,7 +112,7 @@ def run_milling_robot(run: Frame, *, whole: bool = False) -> None:
     description = io.read_robot_machine(sheet)
     study = studies.study_datasheet(io.read_datasheet(sheet), description)
     result = studies.run_robot_demo(study, machines.build(description), io.read_plan(MACHINES / "milling_robot_screening.yaml"),
-                                    step=run.step, whole=whole,
+                                    step=run.step, all_sides=whole,
                                     folder=output.with_name(f"{output.stem}-kept") if whole else None)
     run.step("page")
 

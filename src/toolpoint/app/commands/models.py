@@ -118,7 +118,7 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
     run.warnings[:] = [text for text in run.warnings if not text.startswith("doubtful")]
     run.show(result)
     if written is not None and result.machine is None:
-        raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
+        raise ToolpointError(f"--machine {written}: not written, because {result.no_machine_reason}")
 
 
 @command(steps=3, replace=True)
@@ -172,7 +172,7 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
     run.step("correlation")
     test = studies.gather_test(saved, responses, geometry=shape, band=band, owner=owner)
     known = {point: model for pair in pairs for point, model in pair.items()}
-    result = studies.compare_with_test(built, test, pose=pose, known=known, furthest=furthest, before=first,
+    result = studies.compare_with_test(built, test, pose=pose, known_pairs=known, furthest=furthest, earlier=first,
                                        lowest_mac=lowest_mac)
     run.present(pages.correlation_page, result, run.warnings)
 

@@ -9,7 +9,7 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.calibration import mean_forces, plot_force_fit
-from toolpoint.studies.cuts.forces.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
+from toolpoint.studies.cuts.forces.calibration import HEADER, MEAN_FORCE_REMARK, TOOTH_REMARK, CalibrationStudy, fit_rows
 
 CHARTS = 8
 
@@ -23,10 +23,11 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
                     subtitle=f"{words}; {test.speed:g} rev/min, depth {1e3 * test.depth:g} mm, {result.feeds.size} records")
     report = report.with_section(
         "Coefficients and run-out", f"Fit of the forces over rotation; residual {result.fit.residual:.4g} N, "
-        f"{result.fit.status}." + (f" {NAMED}" if result.is_named_by_fit else ""), Table(list(HEADER), fit_rows(result.fit)))
+        f"{result.fit.status}." + (f" {TOOTH_REMARK}" if result.is_named_by_fit else ""),
+        Table(list(HEADER), fit_rows(result.fit)))
     if result.average is not None:
         mean, model = result.measured.mean(1), result.fitted.mean(1)
-        words = f"Fit of the mean forces over feed. {BLIND} The lines are those of the fit over rotation."
+        words = f"Fit of the mean forces over feed. {MEAN_FORCE_REMARK} The lines are those of the fit over rotation."
         report = report.with_section("Average forces", words, Table(list(HEADER), fit_rows(result.average)),
                                      Chart(mean_forces(result.feeds, mean, model), name="means"))
     charts = [Chart(plot_force_fit(result.angle, result.measured[i], result.fitted[i],

@@ -23,7 +23,7 @@ from toolpoint.plot.figures.cuts.cutting import (
 )
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.cuts.probability import importance_chart, probability_chart
-from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, is_long
+from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, needs_long_edges
 from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
@@ -53,7 +53,7 @@ def _answer(result: LobesStudy) -> str:
                  f"{number_text(high, digits=3)} mm."
     if best.depth <= 0:
         return words
-    edge = ", if its edges are so long" if is_long(result.problem, best.depth) else ""
+    edge = ", if its edges are so long" if needs_long_edges(result.problem, best.depth) else ""
     return f"{words} The best cut with a margin: {text_below(1e3 * best.depth)} mm at {best.speed:.0f} rev/min{edge}."
 
 

@@ -129,9 +129,9 @@ def _mac_slopes(whole: PartSensitivity) -> object:
 
 def gram_parts(study: FiniteElementStudy, part: str) -> Parts:
     """Return what a kilogram of wall does at each element of a part, and the best and worst places of every part."""
-    gains = 1e3 * study.whole.hertz_a_kilogram(part)[0]
+    gains = 1e3 * study.whole_sensitivity.hertz_a_kilogram(part)[0]
     rows = [[name, f"{1e3 * best:+.1f}", f"{1e3 * worst:+.1f}"]
-            for name, best, worst in study.whole.best_grams(0, len(study.machine.parts))]
+            for name, best, worst in study.whole_sensitivity.best_grams(0, len(study.machine.parts))]
     return [Table(["part", "best element, mHz/kg", "worst element, mHz/kg"], rows,
                   "Mode 1 for a kilogram that makes a wall thicker there: stiffness and mass together"),
             values_on_part(study.machine.parts[part], gains, name="grams", unit="mHz/kg", title=f"Mode 1, on the {part}")]

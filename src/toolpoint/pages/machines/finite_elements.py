@@ -37,9 +37,9 @@ def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warn
     report = report.with_section("Where the energy sits", Chart(_energies(study)))
     if study.correlation is not None and study.test is not None:
         report = report.with_section("A hammer test beside the model", *hammer_parts(study.correlation, study.test))
-    report = report.with_section("What stiffens, and what a test would correct", *slope_parts(study.whole, part))
+    report = report.with_section("What stiffens, and what a test would correct", *slope_parts(study.whole_sensitivity, part))
     report = report.with_section("Which gram buys which hertz", *gram_parts(study, part))
-    report = report.with_section(f"The {part} alone", *alone_parts(study.alone, part))
+    report = report.with_section(f"The {part} alone", *alone_parts(study.part_sensitivity, part))
     report = report.with_section("What helps the cut", *option_parts(study))
     report = report.with_section("Dampers", *damper_parts(study))
     return report.with_doubts(*study.doubts, *warnings)
@@ -53,9 +53,9 @@ def _answer(study: FiniteElementStudy) -> str:
         c = study.correlation.correlation.coefficients
         text += (f" A virtual hammer test of a machine that the model does not know finds {len(c.mac)} modes of it: "
                  f"frequencies differ by at most {100 * (1 - c.frequency.min()):.1f} %, the lowest MAC is {c.mac.min():.2f}.")
-    best = max(study.every_option, key=lambda option: option.limit.least)
-    text += (f" The cut is stable at any speed to {1e3 * study.base.limit.least:.2f} mm; of what was tried, {best.name} brings "
-             f"most, {best.limit.least / study.base.limit.least:.2f} times that.")
+    best = max(study.every_option, key=lambda option: option.limit.depth)
+    text += (f" The cut is stable at any speed to {1e3 * study.base.limit.depth:.2f} mm; of what was tried, {best.name} brings "
+             f"most, {best.limit.depth / study.base.limit.depth:.2f} times that.")
     return text + " Sizes, stiffnesses and damping are chosen: none has an interval."
 
 

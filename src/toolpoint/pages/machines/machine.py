@@ -33,7 +33,7 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
                                        "Undamped modes at the pose named above; shapes are scaled to be seen."))
     report = report.with_section("Natural frequencies", *_frequency_parts(result))
     report = with_responses(report, result)
-    report = report.with_doubts(*problems, *result.missing, *doubts_among(result.notes))
+    report = report.with_doubts(*problems, *result.gaps, *doubts_among(result.notes))
     rests = ["Small, linear motion about each pose.", *description.assumptions, *_method_notes(result)]
     return report.with_section("Inputs and assumptions", Notes(rests, "assumed"), _input_table(result.machine),
                                Listing(f"Machine file {file_name}", source))

@@ -24,7 +24,7 @@ _CURVES = 4
 
 def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a comparison of a machine with a test."""
-    now, machine, test = result.now, result.machine, result.test
+    now, machine, test = result.correlation, result.machine, result.test
     words = f"{_answer(now)} {len(now.points.pairs)} points are paired ({now.points.status})."
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
     model = point_positions(machine, result.pose)
@@ -63,7 +63,7 @@ def _tested(test: MeasuredTest) -> str:
 
 
 def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
-    now, rows = result.now, []
+    now, rows = result.correlation, []
     parts: list[Table | Chart | Notes] = []
     for r, (i, j) in enumerate(now.pairs.pairs):
         f, g, c = float(now.measured.frequency[i]), float(now.predicted.frequency[j]), now.coefficients
@@ -74,16 +74,17 @@ def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
     parts.append(Table(header, rows, "Paired modes and their correlation coefficients (0 nothing in common, 1 equal)"))
     if now.coefficients is not None:
         named = [("model", now.coefficients)]
-        if result.before is not None and result.before.coefficients is not None:
-            named.insert(0, ("model before", result.before.coefficients))
+        if result.earlier is not None and result.earlier.coefficients is not None:
+            named.insert(0, ("model before", result.earlier.coefficients))
         parts.append(Table(["", "mean of frequencies", "weighted by mass", "total"],
                            [[name, f"{c.mean:.4f}", f"{c.mass:.4f}", f"{c.total:.4f}"] for name, c in named],
                            "Over all pairs; total: frequency x displacement x MAC, weighted by mass"))
-    for name, state in (("before", result.before), ("now", now)):
+    for name, state in (("before", result.earlier), ("now", now)):
         if state is not None:
             parts.append(Chart(mac_matrix(state.mac, state.measured, state.predicted, row_title="Measured mode",
                                           column_title="Mode of the model", pairs=state.pairs.pairs,
-                                          title="MAC" if result.before is None else f"MAC {name}"), "Paired modes are framed."))
+                                          title="MAC" if result.earlier is None else f"MAC {name}"),
+                               "Paired modes are framed."))
     single = [f"measured mode {i + 1} ({now.measured.frequency[i]:.2f} Hz) has no partner" for i in now.pairs.single_first]
     return [*parts, Notes(single, "warning", "Without partner")] if single else parts
 
@@ -120,7 +121,7 @@ def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: Mea
 
 
 def _response_parts(result: Comparison) -> list[Chart]:
-    now = result.now
+    now = result.correlation
     assert now.frac is not None and now.measured_frf is not None and now.predicted_frf is not None
     frf = now.measured_frf
     names = [f"{o} / {i}" for o in frf.outputs for i in frf.inputs]
@@ -132,8 +133,8 @@ def _response_parts(result: Comparison) -> list[Chart]:
     for k in shown[:_CURVES]:
         o, i = divmod(int(k), len(frf.inputs))
         curves = {"measured": frf.selected([o], [i])}
-        if result.before is not None and result.before.predicted_frf is not None:
-            curves["before"] = result.before.predicted_frf.selected([o], [i])
+        if result.earlier is not None and result.earlier.predicted_frf is not None:
+            curves["before"] = result.earlier.predicted_frf.selected([o], [i])
         curves["model"] = now.predicted_frf.selected([o], [i])
         parts.append(Chart(bode(curves, title=names[int(k)])))
     return parts

@@ -16,7 +16,7 @@ from toolpoint.plot.figures.measured.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.measured.machine_update import Agreement, MachineUpdate
-from toolpoint.studies.measured.measured_update import MeasuredUpdate, as_assumed
+from toolpoint.studies.measured.measured_update import MeasuredUpdate, unscale_covariance
 from toolpoint.updating.fits.sampler import Samples
 from toolpoint.updating.residuals import track_modes
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
@@ -26,7 +26,7 @@ _CURVES = 4
 
 def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an update of a machine to measurements."""
-    before, updated, measured, samples = result.before, result.update, result.measured, result.samples
+    before, updated, measured, samples = result.start_machine, result.update, result.measured, result.samples
     free = f"{len(updated.fit.free)} of {len(updated.problem.parameters)} parameters moved"
     status = updated.fit.status[:1].upper() + updated.fit.status[1:] + "."
     report = Report(f"Updated: {before.name}", f"{_answer(before, updated)}\n\n{status}", subtitle=free)
@@ -66,7 +66,7 @@ def _answer(before: Machine, updated: MachineUpdate) -> str:
 
 
 def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
-    rows, fit = [], as_assumed(updated.fit)
+    rows, fit = [], unscale_covariance(updated.fit)
     for k, name in enumerate(samples.names):
         low, high = samples.interval(name)
         least, most = fit.interval(name)

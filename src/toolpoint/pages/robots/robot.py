@@ -17,7 +17,7 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
           row.reducer, float(hold), float(inertia)]
          for row, hold, inertia in zip(result.gearing, result.holding, result.inertia, strict=True)],
         "R_t = n_max/w_max, R_r = R_t/R_m, T_t = R_t T_s; holding torque and inertia with the arm stretched out")
-    loads = [result.still, *result.stops]
+    loads = [result.rest_load, *result.stops]
     base = Table(["case", "M_v, N m", "F_v, N", "M_h, N m", "F_h, N"],
                  [[load.name, load.vertical_moment, load.vertical_force, load.horizontal_moment, load.horizontal_force]
                   for load in loads], f"Axes stop from their largest speed in {1e3 * result.sheet.stop_time:.0f} ms")

@@ -10,7 +10,7 @@ from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.cuts.tap import limit_chart
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.studies.measured.hammer_study import HEADER
-from toolpoint.studies.testing.tap_study import MODES, SPEEDS, TappedDirection, TapStudy
+from toolpoint.studies.testing.tap_study import MODE_COLUMNS, SPEED_COLUMNS, TappedDirection, TapStudy
 
 MARKS = {"green": "good", "amber": "assumed", "red": "doubtful"}
 
@@ -23,9 +23,9 @@ def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
     report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *again)
     if result.speed_rows():
         caption = "95 % certain at the speed and 2 % beside it, with a tenth of the depth in hand; checked by the exact method."
-        report = report.with_section("Speeds to use", Table(list(SPEEDS), result.speed_rows(), caption))
+        report = report.with_section("Speeds to use", Table(list(SPEED_COLUMNS), result.speed_rows(), caption))
     report = report.with_section("Limits", _limits(result))
-    report = report.with_section("Modes", Table(list(MODES), result.mode_rows()))
+    report = report.with_section("Modes", Table(list(MODE_COLUMNS), result.mode_rows()))
     for direction in result.directions:
         report = report.with_section(f"Along {direction.name}", *_evidence(direction))
     doubts = [doubt for d in result.directions for doubt in (*(d.hits.doubts if d.hits else ()), *d.modes.doubts)]

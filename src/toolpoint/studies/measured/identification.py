@@ -1,4 +1,4 @@
-"""Modes of measured responses, with the responses questioned first: signs, delays, scales, labels."""
+"""Modes of measured responses with doubts about these responses: signs, delays, scales, labels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a screening measures of every variant: metrics by name, or any function of a machine."""
+"""Metrics of screenings: numbers of every variant by name, or any function of a machine."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.machines.stiffness_map import stiffness_rows
-from toolpoint.studies.machines.tool_point import batch_of, tool_point
+from toolpoint.studies.machines.tool_point import STUDY_LINES, batch_of, tool_point
 
 Pose = Mapping[str, float]
-_LINES = np.array([0.0, 1.0])
 
 
 class Metric(Protocol):
@@ -46,11 +45,12 @@ class NamedMetrics:
 
     @property
     def identity(self) -> str:
-        """What tells these metrics from others."""
+        """Key of these metrics among others."""
         return repr((self.names, self.poses))
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return every metric of a machine."""
+        # All named frequencies come from one solution.
         modes = max((int(name.rsplit(" ", 1)[1]) for name in self.names if name.startswith("frequency ")), default=0)
         result: dict[str, float] = {}
         if modes:
@@ -63,14 +63,16 @@ class NamedMetrics:
 
 
 def _static(machine: Machine, poses: tuple[Pose, ...]) -> float:
-    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "static")[:, 3].min())
+    # Column 3 is the softest direction, see `stiffness_rows`.
+    return float(stiffness_rows(tool_point(machine, list(poses), STUDY_LINES), "static")[:, 3].min())
 
 
 def _dynamic(machine: Machine, poses: tuple[Pose, ...]) -> float:
-    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "dynamic")[:, 3].min())
+    return float(stiffness_rows(tool_point(machine, list(poses), STUDY_LINES), "dynamic")[:, 3].min())
 
 
 def _peak(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    # The least dynamic stiffness is one over the largest response of any direction.
     return 1 / _dynamic(machine, poses)
 
 
