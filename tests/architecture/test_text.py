@@ -16,7 +16,7 @@ _SPEC.loader.exec_module(house_text)
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
 ROOMS_REREAD = (
     "bodies", "cutting", "drives", "joint_identification", "joints", "kinematics", "modal_identification", "signals",
-    "spatial", "substructuring", "updating", "vibration",
+    "spatial", "substructuring", "updating", "vibration", "vision",
 )
 
 

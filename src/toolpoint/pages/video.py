@@ -18,7 +18,7 @@ from toolpoint.studies.video.interfaces import InterfaceRanking
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
 from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate
 from toolpoint.studies.video.virtual_update import VirtualUpdate
-from toolpoint.vision.displacement.points import COARSEST
+from toolpoint.vision.displacement.points import MAX_POINT_DEVIATION
 from toolpoint.vision.magnification.edges import overlay
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.magnification.writing import eight_bits, encode_moving, encode_picture
@@ -125,11 +125,11 @@ def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) 
     factor = shape_factor(video, mode)
     rest = video.scan.reference.picture
     turn = _real_phase(video, mode)
-    frames = [_small(warp.still(mode, factor, turn * np.exp(2j * np.pi * k / PHASES))) for k in range(PHASES)]
-    edges = overlay(rest, warp.still(mode, factor, turn).astype(float))
+    frames = [_small(warp.deform_reference(mode, factor, turn * np.exp(2j * np.pi * k / PHASES))) for k in range(PHASES)]
+    edges = overlay(rest, warp.deform_reference(mode, factor, turn).astype(float))
     windows, shapes = video.picture.windows, video.picture.shapes
     lengths = shapes.deviation()[:, :, mode].max(axis=1)
-    sure = (windows.bound[:, 0] <= COARSEST) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
+    sure = (windows.bound[:, 0] <= MAX_POINT_DEVIATION) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
     parts: list[Any] = [
         Picture(encode_moving(frames, 16), f"the shape at {video.poles.frequency[mode]:.2f} Hz, moving",
                 f"Motion of this mode alone, {factor:.0f} times its largest in the clip."),
