@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
-from toolpoint.machine.description import ELASTIC, GROUND, JointDescription
+from toolpoint.machine.description import ELASTIC_KINDS, GROUND, JointDescription
 
 HEAVIEST_TOOL = 5.0  # kg, of a rigid body that may be a tool with its holder
 
@@ -62,7 +62,7 @@ def _path(machine: Machine, body: str) -> set[str]:
 
 def _bends(machine: Machine, name: str) -> bool:
     described = machine.description.bodies.get(name)
-    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC)
+    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC_KINDS)
 
 
 def _gives(joint: JointDescription) -> bool:
