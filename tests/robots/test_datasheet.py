@@ -45,7 +45,7 @@ def test_rows_of_table_3_that_do_not_follow_are_listed(sheet):
 
 
 def test_nearest_reducers_of_the_catalogue_are_those_of_the_source(sheet):
-    assert [row.nearest for row in compute_gearing(sheet)] == [row.reducer for row in compute_gearing(sheet)]
+    assert [row.nearest_reducer for row in compute_gearing(sheet)] == [row.reducer for row in compute_gearing(sheet)]
 
 
 def test_the_robot_weighs_what_the_datasheet_says(machine):

@@ -20,15 +20,15 @@ from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.shape_view.solid_scene import solid_shapes
 from toolpoint.studies.finite_elements.machine_study import FiniteElementStudy
 
-_SHOWN = 10
+_DRAWN_MODES = 10  # modes
 
 
 def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study; `part` is the one whose elements are coloured."""
     pairs, machine = study.pairs, study.machine
-    labels = tuple(_seats(study, i) for i in range(_SHOWN))
-    frequency = pairs.frequency[:_SHOWN]
-    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :_SHOWN], frequency,
+    labels = tuple(_energy_words(study, i) for i in range(_DRAWN_MODES))
+    frequency = pairs.frequency[:_DRAWN_MODES]
+    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :_DRAWN_MODES], frequency,
                                  ratio=study.modes.damping_ratio[0], labels=labels)
     masses = ", ".join(f"{name} {mass:.0f} kg" for name, mass in machine.part_mass.items())
     size = f"{machine.size} coordinates, {study.mass:.0f} kg: {masses}"
@@ -48,7 +48,7 @@ def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warn
 def _answer(study: FiniteElementStudy) -> str:
     """Return the first mode, where its energy sits, how the test agrees, and what helps the cut most."""
     text = (f"The lowest mode is at {number_text(float(study.pairs.frequency[0]))} Hz; its strain energy sits in "
-            f"{_seats(study, 0)}.")
+            f"{_energy_words(study, 0)}.")
     if study.correlation is not None and study.correlation.correlation.coefficients is not None:
         c = study.correlation.correlation.coefficients
         text += (f" A virtual hammer test of a machine that the model does not know finds {len(c.mac)} modes of it: "
@@ -59,7 +59,8 @@ def _answer(study: FiniteElementStudy) -> str:
     return text + " Sizes, stiffnesses and damping are chosen: none has an interval."
 
 
-def _seats(study: FiniteElementStudy, mode: int) -> str:
+def _energy_words(study: FiniteElementStudy, mode: int) -> str:
+    """Return the two parts or joints with most of a mode's strain energy, in words."""
     shares = {**study.part_shares, **study.joint_shares}
     best = sorted(shares, key=lambda name: -shares[name][mode])[:2]
     return ", ".join(f"{name} {100 * shares[name][mode]:.0f} %" for name in best)
@@ -71,12 +72,13 @@ def _mode_table(study: FiniteElementStudy) -> Table:
 
 
 def _energies(study: FiniteElementStudy) -> object:
+    """Return the strain energy of every mode by part and joint, as stacked bars."""
     chart = figure("", 460, barmode="stack")
     shares = {**study.part_shares, **study.joint_shares}
-    modes = [f"{i + 1}: {f:.1f} Hz" for i, f in enumerate(study.pairs.frequency[:_SHOWN])]
+    modes = [f"{i + 1}: {f:.1f} Hz" for i, f in enumerate(study.pairs.frequency[:_DRAWN_MODES])]
     for i, (name, share) in enumerate(shares.items()):
         pattern = "" if name in study.machine.parts else "/"
         marker = {"color": COLOURS[i % len(COLOURS)], "pattern": {"shape": pattern}}
-        chart.add_bar(x=modes, y=np.round(100 * share[:_SHOWN], 3), name=name, marker=marker)
+        chart.add_bar(x=modes, y=np.round(100 * share[:_DRAWN_MODES], 3), name=name, marker=marker)
     chart.update_yaxes(title_text="strain energy of the mode, %")
     return chart

@@ -39,7 +39,8 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
 def _answer(result: DatasheetStudy) -> str:
     """Return the lowest frequency and how far the load moments agree."""
     drop = 100 * (float(result.frequency[0]) / float(result.rigid[0]) - 1)
-    off = [abs(row.deviation) for row in result.gearing if row.deviation is not None]
+    deviations = [abs(row.deviation) for row in result.gearing if row.deviation is not None]
     words = (f"The lowest natural frequency is {number_text(float(result.frequency[0]))} Hz ({drop:+.0f} % against rigid "
              "members), at the reference pose, undamped")
-    return words + (f"; torques by gear ratio and stated load moments differ by up to {100 * max(off):.0f} %." if off else ".")
+    return words + (f"; torques by gear ratio and stated load moments differ by up to {100 * max(deviations):.0f} %."
+                    if deviations else ".")

@@ -19,8 +19,8 @@ def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a tap test."""
     report = Report("Tap test", result.status)
     rows = [[light.step, Cell(light.colour, MARKS[light.colour]), light.words, light.remedy] for light in result.lights]
-    again = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []
-    report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *again)
+    repeat_notes = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []
+    report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *repeat_notes)
     if result.speed_rows():
         caption = "95 % certain at the speed and 2 % beside it, with a tenth of the depth in hand; checked by the exact method."
         report = report.with_section("Speeds to use", Table(list(SPEED_COLUMNS), result.speed_rows(), caption))
@@ -37,6 +37,7 @@ def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
 
 
 def _limits(result: TapStudy) -> Chart:
+    """Return the chart of limits with their interval, the rough curve, and the speeds to use unless the light is red."""
     limits = result.limits
     limit = np.minimum(limits.chart.limit, limits.chart.depth_max)
     use = [] if result.colour == "red" else [(use.speed, use.depth) for use in limits.speeds]
@@ -46,6 +47,7 @@ def _limits(result: TapStudy) -> Chart:
 
 
 def _evidence(direction: TappedDirection) -> list[Chart | Table]:
+    """Return the response at the tip with its modes, and the hits behind it."""
     inside = direction.tip.between(*direction.band.ends)
     parts: list[Chart | Table] = [Chart(bode(inside, modes=direction.modes.modes), "The response at the tip, with its modes.")]
     if direction.hits is not None:

@@ -36,6 +36,7 @@ def plan_page(result: ModalTestPlan, warnings: Sequence[str] = ()) -> Report:
 
 
 def _beside(result: ModalTestPlan) -> Table:
+    """Return the chosen points beside random ones, by the modes found in virtual tests."""
     outcomes = [("chosen", result.expected), *((f"random {k}", outcome) for k, outcome in enumerate(result.random, 1))]
     errors = [float(np.nanmax(np.abs(outcome.frequency_error), initial=0.0)) for _, outcome in outcomes]
     return Table(["points", "modes found", "least MAC", "largest frequency error %"],

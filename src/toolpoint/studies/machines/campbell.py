@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import ComplexArray, FloatArray, count, fail, floats, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
-from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.gyroscopics import fastest_spin, run_at_speed
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
@@ -87,7 +87,7 @@ def map_speeds(machine: Machine, speeds: ArrayLike, modes: int = 8, *, pose: Map
 
 def _modes_at_speed(machine: Machine, speed: float, pose: Mapping[str, float], mode_count: int) -> tuple[FloatArray,
                                                                                                          FloatArray]:
-    spinning = at_speed(machine, speed * np.pi / 30)
+    spinning = run_at_speed(machine, speed * np.pi / 30)
     system = assemble(spinning, pose, _any_label(machine), modal_damping=False)
     # The antisymmetric part of the damping is gyroscopic: it shifts frequencies and stays; dissipation goes.
     undamped = system.with_damping(None if system.damping is None else (system.damping - system.damping.T) / 2)

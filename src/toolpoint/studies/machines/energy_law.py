@@ -11,7 +11,7 @@ from toolpoint._check import FileDoubt
 from toolpoint._doubt import Doubt
 from toolpoint.kinematics.chain import Pose
 from toolpoint.machine import Machine
-from toolpoint.machine.assembly.modal_damping import ENERGY
+from toolpoint.machine.assembly.modal_damping import ENERGY_DAMPING
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.vibration import Dof, eigen, frequency_response
 
@@ -25,7 +25,7 @@ def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Seq
 
     The figure is the largest difference of both responses at the modes and between them, over the response there.
     """
-    if machine.description.modal_damping != ENERGY:
+    if machine.description.modal_damping != ENERGY_DAMPING:
         return []
     stated = assemble(machine, pose, outputs)
     frequency = eigen.solve_undamped(stated).frequency

@@ -11,7 +11,7 @@ from toolpoint._doubt import Doubt, doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
-from toolpoint.machine.assembly.reduction_error import beyond_bands, estimate_note, reduction_note
+from toolpoint.machine.assembly.reduction_error import doubt_modes_above_bands, estimate_note, reduction_note
 from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, estimate_reduction
 from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
@@ -86,13 +86,14 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     if fastest_spin(machine.description):
         frequency = _frequencies(machine, chosen_pose, count)
         standstill_note = reduction_note(machine, chosen_pose, min(count, 10))
-        return MachineModes(machine, chosen_pose, frequency, spread, (*beyond_bands(machine, frequency),
+        return MachineModes(machine, chosen_pose, frequency, spread, (*doubt_modes_above_bands(machine, frequency),
                                                                       *([place_note(standstill_note, "at standstill")]
                                                                         if standstill_note else [])))
     shapes = body_shapes(machine, chosen_pose, count)
     estimate = estimate_reduction(machine, chosen_pose, count)
     reduction = reduction_note(machine, chosen_pose, min(count, 10)) if estimate is None else estimate_note(estimate)
-    notes = (*_mechanism_notes(shapes), *beyond_bands(machine, shapes.frequency), *([reduction] if reduction else []),
+    notes = (*_mechanism_notes(shapes), *doubt_modes_above_bands(machine, shapes.frequency), *([reduction]
+                                                                                               if reduction else []),
              *_test_note(shapes))
     return MachineModes(machine, chosen_pose, shapes.frequency, spread, notes, shapes.damping_ratio, estimate)
 

@@ -20,9 +20,9 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
 from toolpoint.kinematics.tool_frame import smallest_turn
-from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.gyroscopics import fastest_spin, run_at_speed
 from toolpoint.machine.assembly.system import assemble
-from toolpoint.machine.description import ELASTIC
+from toolpoint.machine.description import ELASTIC_KINDS
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
@@ -127,7 +127,7 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
 
     @lru_cache(maxsize=256)
     def modes_at(speed: float) -> Modes:
-        spinning = tool_point(at_speed(machine, speed * np.pi / 30), poses, np.array([0.0, 1.0]))
+        spinning = tool_point(run_at_speed(machine, speed * np.pi / 30), poses, np.array([0.0, 1.0]))
         return condense_unreliable(machine, spinning.modes.at_pose(0))
 
     return modes_at
@@ -282,7 +282,7 @@ def first_loss_depth(problem: MillingProblem) -> float:
 
 def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
-    bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC
+    bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC_KINDS
              if getattr(body, kind) is not None]
     return condense_above(modes, DEFAULT_REACH_RATIO * min(bands)) if bands else modes
 

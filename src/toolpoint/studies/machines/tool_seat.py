@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
-from toolpoint.machine.description import ELASTIC, GROUND, JointDescription
+from toolpoint.machine.description import ELASTIC_KINDS, GROUND, JointDescription
 
 MAX_TOOL_MASS = 5.0  # kg, of a rigid body that may be a tool with its holder
 
@@ -66,7 +66,7 @@ def _joints_to_ground(machine: Machine, body: str) -> set[str]:
 
 def _is_elastic(machine: Machine, name: str) -> bool:
     described = machine.description.bodies.get(name)
-    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC)
+    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC_KINDS)
 
 
 def _has_springs(joint: JointDescription) -> bool:

@@ -200,8 +200,8 @@ def _given_shapes(sheet: RobotDatasheet, description: MachineDescription
 def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGearing, ...], pose: Mapping[str, float],
                  rest_load: BaseLoad) -> list[str]:
     lines = [f"axis {row.axis}: {text}" for row in gearing for text in row.disagreements]
-    lines += [f"axis {row.axis}: {row.reducer} is named, {row.nearest} is nearer in ratio" for row in gearing
-              if row.reducer != row.nearest]
+    lines += [f"axis {row.axis}: {row.reducer} is named, {row.nearest_reducer} is nearer in ratio" for row in gearing
+              if row.reducer != row.nearest_reducer]
     lines += _reach_lines(sheet)
     lines += [f"axis {axis.name}: holding the stretched arm takes {abs(torque):.1f} N m, more than the {row.torque:.1f} N m "
               f"at stall"

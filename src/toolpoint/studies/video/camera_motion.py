@@ -8,9 +8,9 @@ import numpy as np
 
 from toolpoint._check import BoolArray, fail
 from toolpoint.vision.clip import Region
-from toolpoint.vision.displacement.background import FEWEST_DIRECTIONS, CameraMotion, camera_motion, windows_inside
+from toolpoint.vision.displacement.background import MIN_BACKGROUND_DIRECTIONS, CameraMotion, camera_motion, windows_inside
 from toolpoint.vision.displacement.measure import Method, Scan, measure
-from toolpoint.vision.displacement.points import BLIND, Windows, grid_windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, Windows, grid_windows
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.templates import TemplateProducts
 
@@ -34,7 +34,7 @@ def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequenc
         For a stated background without texture.
     """
     windows = grid_windows(scanned.reference, scanned.survey, side)
-    windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
+    windows = windows.selected(np.flatnonzero(windows.sight > BLIND_SIGHT))
     if stated:
         stated_windows = windows.selected(np.flatnonzero(windows_inside(windows, stated)))
         if len(stated_windows.corners) == 0:
@@ -42,16 +42,16 @@ def find_camera_motion(scanned: Scan, points: DisplacementField, stated: Sequenc
                  remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
         return camera_motion(measure(scanned, stated_windows, TemplateProducts(4) if method == "templates" else method))
     free = windows.selected(np.flatnonzero(_clear_of(windows, bodies)))
-    if not bodies or len(free.corners) < FEWEST_DIRECTIONS:
+    if not bodies or len(free.corners) < MIN_BACKGROUND_DIRECTIONS:
         return None
     field = _drop_movers(measure(scanned, free, TemplateProducts(4)))
-    if field.measured()[0].shape[1] < 2 * FEWEST_DIRECTIONS or not _spans(field.windows, scanned.clip.shape):
+    if field.measured()[0].shape[1] < 2 * MIN_BACKGROUND_DIRECTIONS or not _spans(field.windows, scanned.clip.shape):
         return None
     camera = camera_motion(field)
     if not camera.stands_out or camera.fades:
         return None
     for body in bodies.values():
-        on = points.selected(np.flatnonzero(windows_inside(points.windows, [body]) & (points.windows.sight > BLIND)))
+        on = points.selected(np.flatnonzero(windows_inside(points.windows, [body]) & (points.windows.sight > BLIND_SIGHT)))
         if len(on.windows.corners) and abs(camera.shared_by(on) - 1) > SHARED_MOTION_TOLERANCE:
             return None
     return camera

@@ -56,9 +56,9 @@ def has_smoothed_frames(scanned: Scan, quality: Quality) -> bool:
 
 
 def _jump_doubt(jump: Jump, first: int, stop: int) -> Doubt:
-    frame_count = abs(jump.missing)
-    what = (f"{frame_count} frame{'s are' if frame_count > 1 else ' is'} missing before it" if jump.missing > 0 else
-            f"{frame_count} frame{'s are' if frame_count > 1 else ' is'} repeated before it" if jump.missing < 0 else
+    frame_count = abs(jump.missing_frames)
+    what = (f"{frame_count} frame{'s are' if frame_count > 1 else ' is'} missing before it" if jump.missing_frames > 0 else
+            f"{frame_count} frame{'s are' if frame_count > 1 else ' is'} repeated before it" if jump.missing_frames < 0 else
             "the machine was struck again, or the camera changed")
     return Doubt("decay", f"the decay breaks at frame {jump.frame} (the first is 0), which does not follow from those before: "
                  f"{what}; modes are those of frames {first} to {stop - 1} alone", "export all frames of the camera, or state "

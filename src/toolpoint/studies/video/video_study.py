@@ -23,13 +23,13 @@ from toolpoint.vibration.geometry import Geometry
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.displacement.background import CameraMotion, without_camera
 from toolpoint.vision.displacement.measure import Method, Scan, measure, scan
-from toolpoint.vision.displacement.points import BLIND, choose_points, grid_windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, choose_points, grid_windows
 from toolpoint.vision.displacement.quality import Quality, judge_quality
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.displacement.templates import TemplateProducts
 from toolpoint.vision.modes.artefacts import name_artefacts, shake_lines
-from toolpoint.vision.modes.bodies import RIGID, BodyMotion, fit_bodies
+from toolpoint.vision.modes.bodies import RIGID_ORDERS, BodyMotion, fit_bodies
 from toolpoint.vision.modes.body_orders import ORDERS
 from toolpoint.vision.modes.decay import FreeDecay, decay_of, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
@@ -37,7 +37,7 @@ from toolpoint.vision.modes.jumps import Jump, find_unbroken
 from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, lamps_everywhere, name_line, name_modes
 from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, count_transient_frames, point_shapes
-from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
+from toolpoint.vision.modes.scatter import inflate_by_loss, inflate_by_windows
 from toolpoint.vision.view import View
 
 HEADER = ("mode", "frequency Hz", "± Hz", "damping %", "± %", "largest motion px", "seen", "if aliased Hz", "remark")
@@ -253,7 +253,8 @@ def study_video(
     picture = _whole_picture(scanned, used_poles, decay, field=field, camera=camera, side=side, skip=skip, progress=progress)
     motion_sigma = _motion_sigma(shapes)
     names = _mark_doubtful(names, identification, motion_sigma, loss=quality.loss)
-    moved = fit_bodies(picture.windows, picture.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)),
+    moved = fit_bodies(picture.windows, picture.shapes, regions, orders=tuple(orders or (ORDERS
+                                                                                         if machine is None else RIGID_ORDERS)),
                        counted=np.array([not name for name in names]), loss=quality.loss)
     if poles is None:
         names = _mark_incoherent(names, moved)
@@ -274,7 +275,7 @@ def _all_windows(scanned: Scan, points: DisplacementField, camera: CameraMotion 
     """Return the field of windows side by side over the picture, for the poles: every pixel counts once; else the points."""
     # Windows without texture see no motion.
     windows = grid_windows(scanned.reference, scanned.survey, min(2 * side, min(scanned.clip.shape) // 4))
-    windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
+    windows = windows.selected(np.flatnonzero(windows.sight > BLIND_SIGHT))
     if len(windows.corners) < MIN_POLE_WINDOWS:
         return points
     return _remove_camera(measure(scanned, windows, method, progress=progress), camera)
@@ -311,8 +312,8 @@ def _identify_poles(decay: FreeDecay, field: DisplacementField, band: tuple[floa
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
-    modes = widen_by_windows(result.modes, field, first=decay.first, count=len(decay.components))
-    return widen_by_loss(modes, loss), result
+    modes = inflate_by_windows(result.modes, field, first=decay.first, count=len(decay.components))
+    return inflate_by_loss(modes, loss), result
 
 
 def _mark_doubtful(names: tuple[str, ...], identification: Identification | None, motion_sigma: FloatArray, *, loss: float
@@ -328,7 +329,7 @@ def _mark_doubtful(names: tuple[str, ...], identification: Identification | None
 
 def _mark_incoherent(names: tuple[str, ...], bodies: Sequence[BodyMotion]) -> tuple[str, ...]:
     """Return the names with those poles marked in which no body moves as one."""
-    unshared_motion = [body.left for body in bodies if body.left.size]
+    unshared_motion = [body.residual_fraction for body in bodies if body.residual_fraction.size]
     if not unshared_motion:
         return names
     return tuple(name or ("doubtful: no body moves as one in it" if unshared > MAX_INCOHERENT_FRACTION else "")

@@ -17,7 +17,7 @@ from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate, upd
 from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
 from toolpoint.vibration import Dof, Frf, correlation, frequency_response
 from toolpoint.vision.clip import Clip
-from toolpoint.vision.modes.bodies import RIGID
+from toolpoint.vision.modes.bodies import RIGID_ORDERS
 from toolpoint.vision.rendering.scene import Camera
 from toolpoint.vision.view import View
 
@@ -102,7 +102,7 @@ def update_from_virtual_videos(
         if step is not None:
             step(f"modes of the {plane} plane")
         videos.append(study_video(clip, view=video.view, bodies=video.regions, band=FILMED_BAND, method=method,
-                                  orders=RIGID))
+                                  orders=RIGID_ORDERS))
     if step is not None:
         step("update")
     update = update_from_videos(machine, videos)

@@ -14,7 +14,7 @@ from toolpoint.spatial import transform as tf
 from toolpoint.studies.video.machine_view import INSET_PIXELS, body_corners, body_regions
 from toolpoint.vibration import Dof, SecondOrderSystem, eigen
 from toolpoint.vision.clip import Clip, Region
-from toolpoint.vision.rendering.scene import MARGIN, Camera, Motion, PicturedBody, Scene2D, film
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, Motion, PicturedBody, Scene2D, film
 from toolpoint.vision.rendering.texture import plain, random_texture
 from toolpoint.vision.view import View
 
@@ -66,7 +66,7 @@ def film_machine(
     for name, region in regions.items():
         box = (region.left - INSET_PIXELS, region.top - INSET_PIXELS, region.width + 2 * INSET_PIXELS,
                region.height + 2 * INSET_PIXELS)
-        size = (box[3] + 2 * MARGIN, box[2] + 2 * MARGIN)
+        size = (box[3] + 2 * TEXTURE_MARGIN, box[2] + 2 * TEXTURE_MARGIN)
         grey = float(rng.uniform(95, 140))
         has = (textured or {}).get(name, True)
         texture = random_texture(size, rng, blur=TEXTURE_BLUR, contrast=contrast, grey=grey) if has else plain(size, grey)
@@ -74,7 +74,7 @@ def film_machine(
         twist = shapes.twists[machine.link(name)]
         bodies.append(PicturedBody(name, box, texture, _field(box, twist, view, face)))
     rows, columns = camera.shape
-    scene = Scene2D(tuple(bodies), motion, plain((rows + 2 * MARGIN, columns + 2 * MARGIN), WALL_GREY))
+    scene = Scene2D(tuple(bodies), motion, plain((rows + 2 * TEXTURE_MARGIN, columns + 2 * TEXTURE_MARGIN), WALL_GREY))
     scene = scene.changed(_scale_motion(motion, _largest_motion(scene, camera, frames), positive("largest", largest)))
     return VirtualVideo(film(scene, camera, frames, rng=rng, name=f"virtual video {view.right[1]}{view.down[1]}"), scene, view,
                         regions)
