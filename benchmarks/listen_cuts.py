@@ -22,7 +22,7 @@ BOUNDARY = 0.05  # relative depth: cuts nearer to the limit are not drawn
 
 @dataclass(frozen=True, eq=False)
 class HeardCut:
-    """A record with what is true of it: problem, depth (m), spindle frequency (Hz), chatter frequency (Hz, NaN for a stable cut),
+    """A record with its truth: problem, depth (m), spindle frequency (Hz), chatter frequency (Hz, NaN for a stable cut),
     programmed speed (rev/min, None where the listener must search), and which faults the recording has."""
 
     record: Record

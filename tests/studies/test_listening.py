@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from signals.heard_signals import RATE, comb, side_bands, with_noise
 
+from signals.heard_signals import RATE, comb, side_bands, with_noise
 from toolpoint._check import ToolpointError
 from toolpoint.studies import SpindleRange, listen
 from toolpoint.studies.listening.better_speeds import natural_frequency, propose_lobes
@@ -143,7 +143,8 @@ def test_the_stronger_channel_of_a_stereo_record_is_judged_and_said():
         listen(record(both), TEETH, 60 * SPINDLE, channel=3)
 
 
-@pytest.mark.parametrize(("samples", "words"), [(np.zeros(RATE), "silent"), (stable(15, seconds=0.3), "must be at least 0.5 s")])
+@pytest.mark.parametrize(("samples", "words"), [(np.zeros(RATE), "silent"),
+                                                (stable(15, seconds=0.3), "must be at least 0.5 s")])
 def test_records_that_hold_no_cut_are_refused(samples, words):
     with pytest.raises(ToolpointError, match=words):
         listen(record(samples), TEETH, 8000.0)

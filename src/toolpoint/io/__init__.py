@@ -58,7 +58,8 @@ if TYPE_CHECKING:
 __all__ = [
     "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
     "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives",
-    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine", "read_machine_at",
+    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
+    "read_machine_at",
     "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
     "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step",
     "read_test_nouns", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
-    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page", "lobes_page",
+    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
+    "lobes_page",
     "machine_page", "map_page",
     "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",

@@ -57,8 +57,8 @@ def _decode(path: Path) -> tuple[FloatArray, float]:
     if kind in SOUND:
         samples, rate = _library().read(str(path), dtype="float64", always_2d=True)
         return samples, float(rate)
-    raise ToolpointError(f"{path}: ending {kind or 'missing'!r}; sound is read from {', '.join((*WAV, *SOUND, *VIDEO))}; convert "
-                         "it to WAV")
+    raise ToolpointError(f"{path}: ending {kind or 'missing'!r}; sound is read from {', '.join((*WAV, *SOUND, *VIDEO))}; "
+                         "convert it to WAV")
 
 
 def _check_beginning(path: Path) -> None:
@@ -71,9 +71,10 @@ def _check_beginning(path: Path) -> None:
     if head[4:8] == b"ftyp":
         is_of = ".mp4"
     kind = path.suffix.lower()
-    alike = {".oga": ".ogg", ".wave": ".wav", ".m4a": ".mp4", ".mov": ".mp4", ".m4v": ".mp4", ".3gp": ".mp4", ".opus": ".ogg"}
+    same_format = {".oga": ".ogg", ".wave": ".wav", ".m4a": ".mp4", ".mov": ".mp4", ".m4v": ".mp4",
+                   ".3gp": ".mp4", ".opus": ".ogg"}
     is_riff_video = is_of == ".wav" and kind == ".avi"
-    if is_of is not None and alike.get(kind, kind) != is_of and not is_riff_video:
+    if is_of is not None and same_format.get(kind, kind) != is_of and not is_riff_video:
         raise ToolpointError(f"{path}: begins like a {is_of} file and is called {kind or 'without ending'}; give it the ending "
                              f"{is_of}")
 
@@ -82,6 +83,6 @@ def _library() -> Any:
     try:
         import soundfile
     except ImportError:
-        raise ToolpointError("sound: reading FLAC, MP3 and Ogg needs soundfile; install it with  pip install 'toolpoint[sound]'  "
-                             "or convert the file to WAV") from None
+        raise ToolpointError("sound: reading FLAC, MP3 and Ogg needs soundfile; install it with  pip install "
+                             "'toolpoint[sound]'  or convert the file to WAV") from None
     return soundfile

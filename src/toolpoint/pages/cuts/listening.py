@@ -1,4 +1,4 @@
-"""The page of a listened cut: the answer, speeds to try, spectrogram with orders, named lines, growth, once-per-turn samples."""
+"""The page of a listened cut: the answer, speeds to try, spectrogram, named lines, growth, once-per-turn samples."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.cuts.listening import growth_chart, named_spectrum, spectrogram, turn_samples
+from toolpoint.plot.figures.cuts.listening import draw_spectrum, growth_chart, spectrogram, turn_samples
 from toolpoint.signals.orders.growth import sample_each_turn
 from toolpoint.studies.listening.listened_cut import CHATTER, NO_CHATTER, ListenedCut
 
@@ -35,7 +35,7 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
     sound = Chart(spectrogram(e.samples, e.rate, e.tooth, shown, highest=highest, start=start),
                   "The cut over time; tooth passings and chatter lines are marked at the right edge.")
     report = report.with_section("Spectrogram", sound)
-    named = named_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
+    named = draw_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
     report = report.with_section("Spectrum", Chart(named), Table(["Hz", "order", "dB", "what"], result.line_rows(),
                                                                  "The strongest lines; order is over the spindle's frequency."))
     if result.course is not None and result.verdict == CHATTER:

@@ -34,35 +34,35 @@ def find_cutting_part(samples: FloatArray, rate: float) -> CuttingPart:
     """
     block = max(int(BLOCK_SECONDS * rate), 1)
     count = samples.size // block
-    whole = CuttingPart(0, samples.size, False)
+    all_samples = CuttingPart(0, samples.size, False)
     if count < 10:
-        return whole
+        return all_samples
     level = np.log(np.std(samples[:count * block].reshape(count, block), axis=1) + 1e-12)
     middle = np.array([np.median(level[max(k - 2, 0):k + 3]) for k in range(count)])
     threshold = _split(middle)
     loud = middle > threshold
     if not loud.any() or loud.all() or np.median(middle[loud]) - np.median(middle[~loud]) < np.log(MIN_LEVEL_RATIO):
-        return whole
+        return all_samples
     first, last = _longest(loud)
     if (last - first) * BLOCK_SECONDS < MIN_CUT_SECONDS:
-        return whole
+        return all_samples
     margin = int(MARGIN_SECONDS * rate)
     start = first * block + (margin if first > 0 else 0)
     stop = last * block - (margin if last < count else 0)
     return CuttingPart(start, stop if last < count else samples.size, True)
 
 
-def clipped_fraction(samples: FloatArray) -> float:
+def measure_clipping(samples: FloatArray) -> float:
     """Return the fraction of samples that stand in runs of at least three near the largest sample; a sine has few."""
-    top = float(np.abs(samples).max())
-    if top == 0:
+    largest = float(np.abs(samples).max())
+    if largest == 0:
         return 0.0
-    return max(_flat_fraction(samples, top), _flat_fraction(-samples, top))
+    return max(_flat_fraction(samples, largest), _flat_fraction(-samples, largest))
 
 
-def _flat_fraction(samples: FloatArray, top: float) -> float:
-    is_high = samples >= LARGE_SAMPLE_RATIO * top
-    steps = np.abs(np.diff(samples, prepend=samples[:1])) < 2e-3 * top
+def _flat_fraction(samples: FloatArray, largest: float) -> float:
+    is_high = samples >= LARGE_SAMPLE_RATIO * largest
+    steps = np.abs(np.diff(samples, prepend=samples[:1])) < 2e-3 * largest
     flat = is_high & steps
     runs = np.convolve(flat, np.ones(MIN_CLIPPED_RUN - 1), mode="same") >= MIN_CLIPPED_RUN - 1
     return float(np.mean(runs & flat))
@@ -74,8 +74,8 @@ def _split(level: FloatArray) -> float:
     below = np.cumsum(order)[:-1] / count
     above = (order.sum() - np.cumsum(order)[:-1]) / (order.size - count)
     between = count * (order.size - count) * (above - below) ** 2
-    at = int(np.argmax(between))
-    return float(0.5 * (order[at] + order[at + 1]))
+    index = int(np.argmax(between))
+    return float(0.5 * (order[index] + order[index + 1]))
 
 
 def _longest(loud: np.ndarray) -> tuple[int, int]:
@@ -87,5 +87,5 @@ def _longest(loud: np.ndarray) -> tuple[int, int]:
             bridged[start:stop] = True
     edges = np.flatnonzero(np.diff(np.concatenate([[0], bridged.astype(int), [0]])))
     lengths = edges[1::2] - edges[::2]
-    at = int(np.argmax(lengths))
-    return int(edges[2 * at]), int(edges[2 * at + 1])
+    index = int(np.argmax(lengths))
+    return int(edges[2 * index]), int(edges[2 * index + 1])

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 
-MIN_FRAME_SECONDS = 0.05
+MIN_POWER_FRAME_SECONDS = 0.05
 FRAME_CELLS = 4.0  # over the distance to the nearest order: frame in which a Hann window tells both
 MAX_FRAME_FRACTION = 0.2  # of the record
 ONSET_FRACTION = 0.1  # of the upper level of the power, at which a line has set in
@@ -18,11 +18,11 @@ MIN_GROWTH_RATIO = 4.0  # of the power from the first frames to the upper level:
 
 @dataclass(frozen=True, eq=False)
 class PowerCourse:
-    """Power over time: middle of each frame (s), power of the chosen lines and of all else, square of the record's unit."""
+    """Power over time: middle of each frame (s), power of the chosen lines and of all else (square of the record's unit)."""
 
     time: FloatArray
     power: FloatArray
-    rest: FloatArray
+    other_power: FloatArray
     frame: float
 
 
@@ -49,7 +49,7 @@ def follow_power(samples: FloatArray, rate: float, frequencies: FloatArray, spac
     spacing : float
         Distance of the lines to the nearest line that is not theirs, Hz: it sets the length of the frames.
     """
-    length = min(max(FRAME_CELLS / max(spacing, 1e-9), MIN_FRAME_SECONDS), MAX_FRAME_FRACTION * samples.size / rate)
+    length = min(max(FRAME_CELLS / max(spacing, 1e-9), MIN_POWER_FRAME_SECONDS), MAX_FRAME_FRACTION * samples.size / rate)
     size = max(int(length * rate), 16)
     window = np.hanning(size + 1)[:-1]
     starts = np.arange(0, max(samples.size - size, 0) + 1, max(size // 2, 1))
@@ -83,5 +83,5 @@ def sample_each_turn(samples: FloatArray, rate: float, spindle: float) -> FloatA
     A stable cut gives a cluster, Hopf chatter a closed curve, a flip two clusters.
     """
     turns = int(samples.size / rate * spindle) - 1
-    at = (np.arange(turns)[:, None] + np.array([0.0, 0.25])) / spindle * rate
-    return np.asarray(np.interp(at, np.arange(samples.size), samples))
+    index = (np.arange(turns)[:, None] + np.array([0.0, 0.25])) / spindle * rate
+    return np.asarray(np.interp(index, np.arange(samples.size), samples))

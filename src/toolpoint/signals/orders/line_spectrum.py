@@ -8,17 +8,17 @@ import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray, fail, floats, positive
 
-PADDING = 2  # factor of zero padding: peaks are interpolated between half bins
+PADDING_FACTOR = 2  # factor of zero padding: peaks are interpolated between half bins
 FLOOR_BLOCK_BINS = 96  # padded bins of a block whose median is the floor: 48 resolution cells
-MIN_EXCESS = 25.0  # of a line over the floor: noise alone passes it once in 1e11 cells
+MIN_LINE_EXCESS = 25.0  # of a line over the floor: noise alone passes it once in 1e11 cells
 EFFICIENCY_LOSS = 1.3  # of the Hann window: standard deviation of a frequency over the Cramer-Rao bound
 MIN_SAMPLES = 64  # samples of a spectrum
 HANN_CELLS = 1.5  # equivalent noise bandwidth of the Hann window, resolution cells
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines of a spectrum, strongest first.
+class SpectralLines:
+    """SpectralLines of a spectrum, strongest first.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Lines:
     excess: FloatArray
     deviation: FloatArray
 
-    def selected(self, choice: BoolArray) -> Lines:
+    def selected(self, choice: BoolArray) -> SpectralLines:
         """Return the chosen lines."""
-        return Lines(self.frequency[choice], self.power[choice], self.excess[choice], self.deviation[choice])
+        return SpectralLines(self.frequency[choice], self.power[choice], self.excess[choice], self.deviation[choice])
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,21 +72,21 @@ class LineSpectrum:
     @property
     def noise(self) -> float:
         """Mean square of the noise in the band, square of the record's unit."""
-        return float(np.sum(self.floor) / PADDING / HANN_CELLS)
+        return float(np.sum(self.floor) / PADDING_FACTOR / HANN_CELLS)
 
-    def lines(self, min_excess: float = MIN_EXCESS) -> Lines:
+    def lines(self, min_excess: float = MIN_LINE_EXCESS) -> SpectralLines:
         """Return the peaks that stand above the floor by a factor, strongest first, with frequencies between bins."""
         p, excess = self.power, self.excess
         peak = np.flatnonzero((p[1:-1] >= p[:-2]) & (p[1:-1] > p[2:]) & (excess[1:-1] > min_excess)) + 1
         peak = peak[_is_no_side_lobe(p, peak)]
-        before, top, after = (np.log(p[peak + step]) for step in (-1, 0, 1))
-        curvature = before - 2 * top + after
-        shift = 0.5 * (before - after) / np.where(curvature < 0, curvature, -1.0)
+        left, centre, right = (np.log(p[peak + step]) for step in (-1, 0, 1))
+        curvature = left - 2 * centre + right
+        shift = 0.5 * (left - right) / np.where(curvature < 0, curvature, -1.0)
         frequency = self.frequency[peak] + np.clip(shift, -1, 1) * self.frequency[1]
         order = np.argsort(-p[peak])
         deviation = EFFICIENCY_LOSS / (np.pi * self.duration * np.sqrt(excess[peak]))
-        lines = Lines(frequency, p[peak] - self.floor[peak], excess[peak], deviation)
-        return Lines(lines.frequency[order], lines.power[order], lines.excess[order], lines.deviation[order])
+        lines = SpectralLines(frequency, p[peak] - self.floor[peak], excess[peak], deviation)
+        return SpectralLines(lines.frequency[order], lines.power[order], lines.excess[order], lines.deviation[order])
 
     def highest_near(self, frequency: FloatArray, half_width: float) -> FloatArray:
         """Return the largest power within a half width (Hz) of each frequency, less the floor; zero beyond the band."""
@@ -110,10 +110,10 @@ def _is_no_side_lobe(power: FloatArray, peak: np.ndarray) -> BoolArray:
     result = np.ones(peak.size, bool)
     if peak.size == 0:
         return result
-    reach = 8 * PADDING
+    reach = 8 * PADDING_FACTOR
     for k in range(peak.size):
-        near = np.abs(peak - peak[k]) <= reach
-        result[k] = power[peak[k]] > 2.5e-3 * power[peak[near]].max()
+        is_near = np.abs(peak - peak[k]) <= reach
+        result[k] = power[peak[k]] > 2.5e-3 * power[peak[is_near]].max()
     return result
 
 
@@ -138,7 +138,7 @@ def line_spectrum(samples: FloatArray, rate: float, *, highest: float | None = N
     if x.size < MIN_SAMPLES:
         fail("samples", f"{x.size} samples", f"must be at least {MIN_SAMPLES}")
     window = np.hanning(x.size + 1)[:-1]
-    size = PADDING * x.size
+    size = PADDING_FACTOR * x.size
     spectrum = np.fft.rfft((x - x.mean()) * window, _fast_size(size))
     frequency = np.fft.rfftfreq(_fast_size(size), 1 / rate)
     power = 2 * np.abs(spectrum / window.sum()) ** 2

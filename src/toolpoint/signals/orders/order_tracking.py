@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint.signals.orders.line_spectrum import line_spectrum
 from toolpoint.signals.orders.spindle_comb import mark_lines, score_speeds
 
-MIN_FRAME_SECONDS = 0.25
+MIN_SPEED_FRAME_SECONDS = 0.25
 MIN_FRAME_TURNS = 16  # revolutions of a frame
 SEARCH_RANGE = 0.012  # relative: speeds of a frame on both sides of the mean speed
 MIN_FRAME_COUNT = 5
@@ -44,7 +44,7 @@ def track_speed(samples: FloatArray, rate: float, frequency: float, teeth: int) 
     SpeedCourse
         A polynomial of time through the speeds of half-overlapping frames.
     """
-    size = int(max(MIN_FRAME_SECONDS, MIN_FRAME_TURNS / frequency) * rate)
+    size = int(max(MIN_SPEED_FRAME_SECONDS, MIN_FRAME_TURNS / frequency) * rate)
     starts = np.arange(0, samples.size - size + 1, size // 2)
     constant = SpeedCourse(np.full(samples.size, frequency), 0.0)
     if starts.size < MIN_FRAME_COUNT:
@@ -54,31 +54,31 @@ def track_speed(samples: FloatArray, rate: float, frequency: float, teeth: int) 
     for start in starts:
         spectrum = line_spectrum(samples[start:start + size], rate)
         score = score_speeds(mark_lines(spectrum), float(spectrum.frequency[1]), grid, teeth)
-        top = score > score.max() - 0.5
+        is_top = score > score.max() - 0.5
         if score.max() > MIN_SCORE:
             times.append((start + size / 2) / rate)
-            values.append(float(np.mean(grid[top])))
+            values.append(float(np.mean(grid[is_top])))
             weights.append(float(score.max()))
     if len(times) < MIN_FRAME_COUNT:
         return constant
     return _fit(np.array(times), np.array(values), np.array(weights), np.arange(samples.size) / rate, frequency)
 
 
-def _fit(time: FloatArray, value: FloatArray, weight: FloatArray, every: FloatArray, frequency: float) -> SpeedCourse:
+def _fit(time: FloatArray, value: FloatArray, weight: FloatArray, sample_time: FloatArray, frequency: float) -> SpeedCourse:
     """Return the polynomial through the frames, those far off left out once; constant where it explains no more than chance."""
     degree = min(MAX_DEGREE, time.size // 3)
     kept = np.ones(time.size, bool)
     for _ in range(2):
         shape = np.polynomial.Polynomial.fit(time[kept], value[kept], degree, w=weight[kept])
-        off = value - shape(time)
-        scatter = 1.48 * float(np.median(np.abs(off[kept]))) + 1e-6 * frequency
-        kept = np.abs(off) < KNEE_SCATTERS * scatter
+        residual = value - shape(time)
+        scatter = 1.48 * float(np.median(np.abs(residual[kept]))) + 1e-6 * frequency
+        kept = np.abs(residual) < KNEE_SCATTERS * scatter
         if kept.sum() <= degree + 2:
-            return SpeedCourse(np.full(every.size, frequency), 0.0)
-    course = shape(np.clip(every, time[0], time[-1]))
+            return SpeedCourse(np.full(sample_time.size, frequency), 0.0)
+    course = shape(np.clip(sample_time, time[0], time[-1]))
     spread = float(np.std(shape(time[kept])))
     if spread < 2 * scatter / np.sqrt(max(kept.sum() - degree - 1, 1)) or not np.isfinite(course).all():
-        return SpeedCourse(np.full(every.size, frequency), 0.0)
+        return SpeedCourse(np.full(sample_time.size, frequency), 0.0)
     course = course * (frequency / course.mean())
     return SpeedCourse(course, float(np.abs(course / frequency - 1).max()))
 
@@ -93,6 +93,6 @@ def resample_by_angle(samples: FloatArray, rate: float, course: SpeedCourse) -> 
     if course.variation == 0:
         return samples
     turns = np.concatenate([[0.0], np.cumsum(0.5 * (course.frequency[1:] + course.frequency[:-1]) / rate)])
-    even = np.linspace(0, turns[-1], samples.size)
-    time = np.interp(even, turns, np.arange(samples.size, dtype=float))
+    even_turns = np.linspace(0, turns[-1], samples.size)
+    time = np.interp(even_turns, turns, np.arange(samples.size, dtype=float))
     return np.asarray(CubicSpline(np.arange(samples.size), samples)(time))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
-from toolpoint.signals.orders.line_spectrum import Lines, LineSpectrum
+from toolpoint.signals.orders.line_spectrum import LineSpectrum, SpectralLines
 
 GUARD_CELLS = 3.0  # resolution cells about every order that belong to it: the skirt of a line that begins and ends
 RESOLVED_CELLS = 0.4  # resolution cells from an order at which the strongest line about it is no order
@@ -43,7 +43,7 @@ class Family:
     tooth_members: int
     tooth_chance: float
     share: float
-    lines: Lines
+    lines: SpectralLines
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class SeparatedLines:
     orders: FloatArray
     half_tooth: float
     between: float
-    others: Lines
+    others: SpectralLines
     hidden: float
     guard: float
 
@@ -93,37 +93,38 @@ def separate_lines(spectrum: LineSpectrum, spindle: float, teeth: int) -> Separa
         others = lines.selected((distance > width) | is_off)
     half = np.abs(np.mod(order / teeth, 1) - 0.5) < 1e-9
     between = (np.mod(order, teeth) != 0) & ~half
-    return SeparatedLines(orders, float(orders[half].sum()), float(orders[between].sum()), others, min(2 * guard / spindle, 1.0), guard)
+    return SeparatedLines(orders, float(orders[half].sum()), float(orders[between].sum()), others,
+                          min(2 * guard / spindle, 1.0), guard)
 
 
-def _comb_scatter(lines: Lines, spindle: float, teeth: int) -> tuple[float, float]:
+def _comb_scatter(lines: SpectralLines, spindle: float, teeth: int) -> tuple[float, float]:
     """Median distance of strong lines from the nearest tooth passing, Hz, and relative to their frequency."""
-    off = _distance(lines.frequency, spindle * teeth)
-    is_passing = (lines.excess > STRONG_EXCESS) & (off < 0.25 * spindle)
+    distance = _distance(lines.frequency, spindle * teeth)
+    is_passing = (lines.excess > STRONG_EXCESS) & (distance < 0.25 * spindle)
     if not is_passing.any():
         return np.inf, 0.0
-    return float(np.median(off[is_passing])), float(np.median(off[is_passing] / lines.frequency[is_passing]))
+    return float(np.median(distance[is_passing])), float(np.median(distance[is_passing] / lines.frequency[is_passing]))
 
 
-def _is_strongest_near(lines: Lines, spindle: float, guard: float) -> BoolArray:
+def _is_strongest_near(lines: SpectralLines, spindle: float, guard: float) -> BoolArray:
     """Whether each line is the strongest within a guard of its order: the skirts of an order are not."""
     order = spindle * np.rint(lines.frequency / spindle)
-    return np.array([power >= lines.power[np.abs(lines.frequency - at) <= guard].max(initial=0.0)
-                     for at, power in zip(order, lines.power, strict=True)], bool)
+    return np.array([power >= lines.power[np.abs(lines.frequency - order_frequency) <= guard].max(initial=0.0)
+                     for order_frequency, power in zip(order, lines.power, strict=True)], bool)
 
 
 def _distance(frequency: FloatArray, spacing: float) -> FloatArray:
     return np.asarray(np.abs(frequency - spacing * np.rint(frequency / spacing)))
 
 
-def find_families(lines: Lines, spindle: float, teeth: int, cell: float) -> list[Family]:
+def find_families(lines: SpectralLines, spindle: float, teeth: int, cell: float) -> list[Family]:
     """Return families of lines, the most powerful first, each line in one of them: side bands whole revolutions apart (a tool
     with run-out repeats after a revolution), of the seed and of twice its frequency.
 
     Parameters
     ----------
-    lines : Lines
-        Lines off the spindle's comb.
+    lines : SpectralLines
+        SpectralLines off the spindle's comb.
     spindle : float
         Spindle frequency, Hz.
     teeth : int
@@ -153,14 +154,15 @@ def _belongs(frequency: FloatArray, seed: float, spindle: float, teeth: int, tol
     return result
 
 
-def _family(lines: Lines, is_member: BoolArray, seed: int, spindle: float, teeth: int, cell: float) -> Family:
+def _family(lines: SpectralLines, is_member: BoolArray, seed: int, spindle: float, teeth: int, cell: float) -> Family:
     power, tooth = lines.power[is_member], teeth * spindle
     folded = float(np.mod(lines.frequency[seed], tooth))
     chance = (lines.frequency.size - 1) * min(4 * MATCH_CELLS * cell / spindle, 1.0)
     inside, frequency = lines.selected(is_member), float(lines.frequency[seed])
     by_tooth = _is_spaced(inside.frequency, frequency, tooth, MATCH_CELLS * cell)
     return Family(frequency, float(lines.deviation[seed]), min(folded, tooth - folded), float(power.sum()),
-                  int(is_member.sum()), chance, int(by_tooth.sum()), chance / teeth, float(1 - power.max() / power.sum()), inside)
+                  int(is_member.sum()), chance, int(by_tooth.sum()), chance / teeth,
+                  float(1 - power.max() / power.sum()), inside)
 
 
 def _is_spaced(frequency: FloatArray, seed: float, spacing: float, tolerance: float) -> BoolArray:

@@ -24,15 +24,13 @@ def rank_speeds(spectrum: LineSpectrum, candidates: tuple[SpindleSpeed, ...], te
     """Return candidates scored by the share of the lines that each explains and the level of its tooth passings, best first.
 
     A comb of chatter lines explains those alone; the spindle's explains the forced lines by its orders and the chatter lines as
-    side bands a tooth passing apart. A half or a fourth of the speed explains as much, and its tooth passings are weak or missing:
-    so their mean level counts too.
+    side bands a tooth passing apart. A half or a fourth of the speed explains as much, and its tooth passings are weak or
+    missing: so their mean level counts too.
     """
-    limits = spindle_limits
-    every = [*candidates, *(refine_speed(spectrum, teeth, speed.frequency * factor) for speed in candidates
+    extended = [*candidates, *(refine_speed(spectrum, teeth, speed.frequency * factor) for speed in candidates
                             for factor in (2.0, 3.0, float(teeth), 0.5, 1 / 3, 1 / teeth)
-                            if limits[0] <= speed.frequency * factor <= limits[1])]
-    candidates = _distinct(every)
-    scored = [replace(speed, score=_explained(spectrum, speed.frequency, teeth)) for speed in candidates]
+                            if spindle_limits[0] <= speed.frequency * factor <= spindle_limits[1])]
+    scored = [replace(speed, score=_explained(spectrum, speed.frequency, teeth)) for speed in _distinct(extended)]
     return tuple(sorted(scored, key=lambda speed: -speed.score))
 
 

@@ -66,7 +66,7 @@ def search_speed(spectrum: LineSpectrum, teeth: int, lower: float, upper: float)
     if upper / lower > 2:
         lag = _lag_scores(log_excess, spectrum.frequency[1], grid * teeth)
         score = score + LAG_SHARE * lag
-    return tuple(refine_speed(spectrum, teeth, float(grid[at]), float(score[at])) for at in _peaks(grid, score))
+    return tuple(refine_speed(spectrum, teeth, float(grid[peak]), float(score[peak])) for peak in _peaks(grid, score))
 
 
 def mark_lines(spectrum: LineSpectrum) -> FloatArray:
@@ -104,9 +104,9 @@ def _peaks(grid: FloatArray, score: FloatArray) -> list[int]:
     peaks: list[int] = []
     left = score.copy()
     while len(peaks) < RIVAL_COUNT and np.isfinite(left).any():
-        at = int(np.argmax(left))
-        peaks.append(at)
-        left[np.abs(grid / grid[at] - 1) < RIVAL_DISTANCE] = -np.inf
+        peak = int(np.argmax(left))
+        peaks.append(peak)
+        left[np.abs(grid / grid[peak] - 1) < RIVAL_DISTANCE] = -np.inf
         if not np.isfinite(left.max()):
             break
     return peaks

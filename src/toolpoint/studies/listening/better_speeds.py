@@ -1,7 +1,8 @@
 r"""Spindle speeds to try against a chatter line whose phase is known, with an interval that damping leaves open.
 
-The line of a regenerating mode lies above its natural frequency: with the phase :math:`\varepsilon = 2 \pi (f_c/f_z - k)` between
-the waves of successive teeth and :math:`r = f_c/f_n`, one mode has :math:`r^2 - 1 = 2 \zeta r / \tan((\varepsilon - \pi)/2)`
+The line of a regenerating mode lies above its natural frequency: with the phase :math:`\varepsilon = 2 \pi (f_c/f_z - k)`
+between the waves of successive teeth and :math:`r = f_c/f_n`, one mode has
+:math:`r^2 - 1 = 2 \zeta r / \tan((\varepsilon - \pi)/2)`
 (Altintas, Manufacturing Automation, 2012, section 4). The lobes are where the tooth passing is a whole fraction of :math:`f_n`.
 """
 

@@ -11,7 +11,7 @@ from toolpoint.studies.listening.evidence import Evidence
 from toolpoint.studies.listening.probability import has_hidden_flip
 
 MODE_BAND = (-0.03, 0.15)  # relative distance of a chatter line from the natural frequency of the mode that chatters
-LEAST_SHARE = 1e-3  # of the family's power: a weaker line is not named
+MIN_LINE_SHARE = 1e-3  # of the family's power: a weaker line is not named
 INTERVAL_DEVIATIONS = 1.96
 
 
@@ -34,7 +34,7 @@ def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequ
     frequency, power, deviation = _lines(evidence)
     if frequency.size == 0:
         return None
-    kept = power > LEAST_SHARE * power.max()
+    kept = power > MIN_LINE_SHARE * power.max()
     frequency, power, deviation = frequency[kept], power[kept], deviation[kept]
     at, mode = int(np.argmax(power / frequency**2)), float("nan")
     if modes is not None and modes.size:
@@ -42,8 +42,8 @@ def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequ
         fits = (distance > MODE_BAND[0]) & (distance < MODE_BAND[1])
         if fits.any():
             weight = np.where(fits, (power / frequency**2)[:, None], 0.0)
-            at, column = np.unravel_index(int(np.argmax(weight)), weight.shape)
-            mode = float(modes[column])
+            at = int(np.argmax(weight.max(axis=1)))
+            mode = float(modes[int(np.argmax(weight[at]))])
     wander = evidence.course.variation * float(frequency[at])
     half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[at], 0.1 * evidence.spectrum.cell)) + wander
     order = np.argsort(-power)

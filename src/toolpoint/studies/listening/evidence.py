@@ -1,4 +1,4 @@
-"""Evidence for and against chatter in a record: speed, orders, lines off the orders, their families, what is there without cut."""
+"""Evidence for and against chatter in a record: speed, orders, lines off the orders, their families, background."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray, ToolpointError
-from toolpoint.signals.orders.cutting_part import CuttingPart, clipped_fraction, find_cutting_part
-from toolpoint.signals.orders.line_spectrum import Lines, LineSpectrum, line_spectrum
+from toolpoint.signals.orders.cutting_part import CuttingPart, find_cutting_part, measure_clipping
+from toolpoint.signals.orders.line_spectrum import LineSpectrum, SpectralLines, line_spectrum
 from toolpoint.signals.orders.order_tracking import SpeedCourse, resample_by_angle, track_speed
 from toolpoint.signals.orders.side_bands import Family, SeparatedLines, find_families, separate_lines
 from toolpoint.signals.orders.speed_rivals import rank_speeds
@@ -34,7 +34,7 @@ SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too nea
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a record shows at one spindle speed.
+    """Lines, speed and families of a record at one spindle speed.
 
     samples, rate : of the cut, at constant angle steps; spectrum : of them; speed, rivals : the spindle and what else fits;
     course : speed over time; part : where the cut lies; lines : by what they are; families : of lines off the comb, those of
@@ -51,7 +51,7 @@ class Evidence:
     part: CuttingPart
     lines: SeparatedLines
     families: tuple[Family, ...]
-    background: Lines
+    background: SpectralLines
     skirt: float
     broadband: float
     clipped: float
@@ -96,7 +96,7 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
     ToolpointError
         For silence, a cut shorter than 0.5 s or 12 revolutions, or a rate too low for one tooth passing.
     """
-    clipped = clipped_fraction(samples)
+    clipped = measure_clipping(samples)
     samples, rate = _decimate(samples - samples.mean(), rate)
     if float(np.std(samples)) == 0:
         raise ToolpointError("record: silent, all samples are alike; record the cut with the microphone switched on")
@@ -120,8 +120,8 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
 
 
 def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, spectrum: LineSpectrum) -> CuttingPart:
-    """Return the part with what lies before and after it where teeth pass there too: chatter that sets in is louder than the cut
-    before it, and must not be taken for its beginning."""
+    """Return the part with what lies before and after it where teeth pass there too: chatter that sets in is louder than
+    the cut before it, and must not be taken for its beginning."""
     first, last = part.first, part.last
     passings = tooth * np.arange(1, COMPARED_PASSINGS + 1)
     power = spectrum.highest_near(passings, 1.5 * spectrum.cell)
@@ -179,7 +179,7 @@ def _check_length(seconds: float, speed: float | None) -> None:
                              f"({MIN_TURNS:g} revolutions, {MIN_SECONDS:g} s); record a longer cut")
 
 
-def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Lines) -> BoolArray:
+def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: SpectralLines) -> BoolArray:
     """Whether each line is there without the cut: before it, or after it when the room has gone quiet."""
     is_background = np.zeros(lines.frequency.size, bool)
     if not part.is_told or not lines.frequency.size:

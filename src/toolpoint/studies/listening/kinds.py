@@ -20,34 +20,35 @@ MIN_FORCED_FRACTION = 0.5  # of the power of all orders
 
 
 @dataclass(frozen=True)
-class Kind:
-    """What a vibration is, and what says so."""
+class VibrationKind:
+    """Name of a vibration, and the reason for it."""
 
     name: str
     reason: str
 
 
-def name_chatter(evidence: Evidence) -> Kind:
+def name_chatter(evidence: Evidence) -> VibrationKind:
     """Return the kind of a vibration that is taken for chatter."""
     family = evidence.family
     if has_hidden_flip(evidence):
-        return Kind(FLIP, "lines at odd multiples of half the tooth passing, stronger than the other orders of run-out")
+        return VibrationKind(FLIP, "lines at odd multiples of half the tooth passing, stronger than the other orders of "
+                                   "run-out")
     if family is None:
-        return Kind(UNKNOWN, "power in no line: vibration without a period")
+        return VibrationKind(UNKNOWN, "power in no line: vibration without a period")
     if abs(family.base - 0.5 * evidence.tooth) < MAX_FLIP_CELLS * evidence.spectrum.cell:
-        return Kind(FLIP, f"lines at odd multiples of half the tooth passing, {0.5 * evidence.tooth:.1f} Hz")
+        return VibrationKind(FLIP, f"lines at odd multiples of half the tooth passing, {0.5 * evidence.tooth:.1f} Hz")
     tooth_bands, turn_bands = side_band_powers(family, evidence)
     if family.members >= MIN_SIDE_BANDS and turn_bands > 2 * tooth_bands:
-        return Kind(BEARING, "side bands a revolution apart, stronger than those a tooth passing apart: it is modulated by the "
-                             "spindle's turning, not by the teeth")
+        return VibrationKind(BEARING, "side bands a revolution apart, stronger than those a tooth passing apart: it is "
+                                      "modulated by the spindle's turning, not by the teeth")
     if family.frequency < MAX_SERVO_FREQUENCY and family.members < MIN_SIDE_BANDS:
-        return Kind(SERVO, f"below {MAX_SERVO_FREQUENCY:g} Hz and without side bands of the tooth passing")
+        return VibrationKind(SERVO, f"below {MAX_SERVO_FREQUENCY:g} Hz and without side bands of the tooth passing")
     if family.members < MIN_SIDE_BANDS:
-        return Kind(HOPF, "by its power alone: no side bands a tooth passing apart were seen")
-    return Kind(HOPF, f"{family.members} lines at k f_z ± {family.base:.1f} Hz, f_z = {evidence.tooth:.1f} Hz")
+        return VibrationKind(HOPF, "by its power alone: no side bands a tooth passing apart were seen")
+    return VibrationKind(HOPF, f"{family.members} lines at k f_z ± {family.base:.1f} Hz, f_z = {evidence.tooth:.1f} Hz")
 
 
-def name_forced(evidence: Evidence) -> Kind | None:
+def name_forced(evidence: Evidence) -> VibrationKind | None:
     """Return the forced resonance that most of the sound of a stable cut is, if one is."""
     tooth = evidence.lines.orders[evidence.teeth - 1::evidence.teeth]
     if tooth.size < 3 or evidence.lines.order_power == 0:
@@ -55,7 +56,7 @@ def name_forced(evidence: Evidence) -> Kind | None:
     k = int(np.argmax(tooth))
     neighbours = max(tooth[k - 1] if k > 0 else 0.0, tooth[k + 1] if k + 1 < tooth.size else 0.0)
     if k > 0 and tooth[k] > FORCED_RATIO * neighbours and tooth[k] > MIN_FORCED_FRACTION * evidence.lines.order_power:
-        return Kind(FORCED, f"harmonic {k + 1} of the tooth passing, {(k + 1) * evidence.tooth:.1f} Hz, holds "
+        return VibrationKind(FORCED, f"harmonic {k + 1} of the tooth passing, {(k + 1) * evidence.tooth:.1f} Hz, holds "
                             f"{100 * tooth[k] / evidence.lines.order_power:.0f} % of the power of all orders")
     return None
 

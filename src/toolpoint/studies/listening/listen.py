@@ -13,15 +13,15 @@ from toolpoint.signals.orders.growth import Onset, PowerCourse, find_onset, foll
 from toolpoint.studies.listening.better_speeds import DEFAULT_HEADROOM, SpeedToTry, propose_lobes
 from toolpoint.studies.listening.chatter_frequency import ChatterFrequency, name_frequency
 from toolpoint.studies.listening.evidence import Evidence, gather_evidence
-from toolpoint.studies.listening.kinds import BEARING, SERVO, Kind, name_chatter, name_forced
+from toolpoint.studies.listening.kinds import BEARING, SERVO, VibrationKind, name_chatter, name_forced
 from toolpoint.studies.listening.listened_cut import CANNOT_TELL, CHATTER, NO_CHATTER, ListenedCut
 from toolpoint.studies.listening.probability import MAX_BROADBAND_RATIO, chatter_probability
 from toolpoint.studies.listening.recording_doubts import question_flip, question_recording, question_teeth
 from toolpoint.vibration import Modes, Record
 
 DECIDED_PROBABILITY = 0.9  # of chatter, or of none: less certain is "cannot tell"
-MAX_CLIPPED_FRACTION = 0.05  # of the samples: beyond, lines of clipping are as strong as those of chatter
-LONGER = 3.0  # times the cut: the record that is asked for where lines do not stand out
+MAX_JUDGED_CLIPPING = 0.05  # of the samples: beyond, lines of clipping are as strong as those of chatter
+LONGER_RECORD_RATIO = 3.0  # times the cut: the record that is asked for where lines do not stand out
 
 
 @dataclass(frozen=True)
@@ -70,14 +70,15 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
         positive("speed", speed, 300_000.0)
     column, notes = _choose_channel(record, channel)
     evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, speed)
-    doubts: list[Doubt] = [*question_recording(evidence, speed is not None), *question_teeth(evidence), *question_flip(evidence)]
+    doubts: list[Doubt] = [*question_recording(evidence, speed is not None), *question_teeth(evidence),
+                           *question_flip(evidence)]
     probability = chatter_probability(evidence)
     kind = name_chatter(evidence)
     verdict, reason = _decide(evidence, probability, kind)
     spindle = spindle or SpindleRange()
     if verdict == NO_CHATTER:
         forced = name_forced(evidence)
-        return ListenedCut(verdict, probability, reason, forced or Kind("", ""), None, None, None, (), evidence,
+        return ListenedCut(verdict, probability, reason, forced or VibrationKind("", ""), None, None, None, (), evidence,
                            tuple(doubts), (*notes, *_notes(evidence, speed)))
     line = name_frequency(evidence, _frequencies(modes))
     course, onset = _follow(evidence, line)
@@ -105,10 +106,10 @@ def _choose_channel(record: Record, channel: int | None) -> tuple[int, list[str]
     return at, [f"The record has {columns} channels; channel {at + 1}, the strongest, is judged (`channel`)."]
 
 
-def _decide(evidence: Evidence, probability: float, kind: Kind) -> tuple[str, str]:
+def _decide(evidence: Evidence, probability: float, kind: VibrationKind) -> tuple[str, str]:
     """Return verdict and reason."""
-    family, longer = evidence.family, f"a record of {LONGER * evidence.duration:.2g} s may tell"
-    if evidence.clipped > MAX_CLIPPED_FRACTION:
+    family, longer = evidence.family, f"a record of {LONGER_RECORD_RATIO * evidence.duration:.2g} s may tell"
+    if evidence.clipped > MAX_JUDGED_CLIPPING:
         return CANNOT_TELL, "the record is clipped; record again with less gain"
     if probability >= DECIDED_PROBABILITY:
         if kind.name in (BEARING, SERVO):
@@ -156,8 +157,8 @@ def _frequencies(modes: Modes | Sequence[float] | None) -> FloatArray | None:
 def _notes(evidence: Evidence, speed: float | None) -> list[str]:
     given = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
     notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{given}.",
-             "The probability is calibrated on simulated cuts of one tool in random rooms; chatter and none are taken as equally "
-             "likely before the record."]
+             "The probability is calibrated on simulated cuts of one tool in random rooms; chatter and none are taken as "
+             "equally likely before the record."]
     if evidence.course.variation > 0:
         notes.append(f"The speed varied by {100 * evidence.course.variation:.2g} %; orders were tracked.")
     if evidence.background.frequency.size:

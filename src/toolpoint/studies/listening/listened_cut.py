@@ -13,7 +13,7 @@ from toolpoint.signals.orders.growth import Onset, PowerCourse
 from toolpoint.studies.listening.better_speeds import SpeedToTry
 from toolpoint.studies.listening.chatter_frequency import ChatterFrequency
 from toolpoint.studies.listening.evidence import Evidence
-from toolpoint.studies.listening.kinds import Kind
+from toolpoint.studies.listening.kinds import VibrationKind
 from toolpoint.studies.text_table import text_table
 
 CHATTER, NO_CHATTER, CANNOT_TELL = "chatter", "no chatter", "cannot tell"
@@ -31,7 +31,7 @@ class ListenedCut(NotebookText):
     probability : float
         Of chatter.
     reason : str
-    kind : Kind
+    kind : VibrationKind
         Of the chatter, or a forced resonance of a stable cut; empty where nothing stands out.
     line : ChatterFrequency or None
         Chatter frequency with its interval and the side bands that could be it.
@@ -47,7 +47,7 @@ class ListenedCut(NotebookText):
     verdict: str
     probability: float
     reason: str
-    kind: Kind
+    kind: VibrationKind
     line: ChatterFrequency | None
     onset: Onset | None
     course: PowerCourse | None
@@ -75,7 +75,8 @@ class ListenedCut(NotebookText):
             forced = f"; {self.kind.name}: {self.kind.reason}" if self.kind.name else ""
             return f"No chatter {speed} (probability of chatter {self.probability:.2f}): {self.reason}{forced}."
         if self.verdict == CANNOT_TELL:
-            return f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability:.2f}): {self.reason}."
+            return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability:.2f}): "
+                    f"{self.reason}.")
         place = "" if self.line is None else f" at {self.line.frequency:.1f} ± {self.line.half_width:.1f} Hz"
         onset = "from the start of the cut" if self.onset_time is None else f"from {self.onset_time:.2f} s on"
         return (f"Chatter{place} {speed} (probability {self.probability:.2f}), {self.kind.name}, {onset}"
@@ -109,7 +110,8 @@ class ListenedCut(NotebookText):
             rows.append((f"speed to try, lobe {each.lobe}", f"{each.speed:.0f} rev/min ({each.lower:.0f} to {each.upper:.0f})"))
         return [*rows, ("spindle speed", f"{e.speed.speed:.1f} ± {1.96 * 60 * e.speed.deviation:.1f} rev/min"),
                 ("tooth passing", f"{e.tooth:.2f} Hz"), ("length of the cut", f"{e.duration:.2f} s"),
-                ("resolution", f"{e.spectrum.cell:.2f} Hz; {100 * e.lines.hidden:.1f} % of the frequencies are nearer to an order")]
+                ("resolution", f"{e.spectrum.cell:.2f} Hz; {100 * e.lines.hidden:.1f} % of the frequencies are nearer to an "
+                               "order")]
 
     def line_rows(self) -> list[list[str]]:
         """Return rows (Hz, spindle order, dB against the strongest, what it is) of the strongest lines."""

@@ -9,7 +9,7 @@ from toolpoint.studies.listening.evidence import Evidence
 
 MIN_LOG_RATIO, MAX_LOG_RATIO = -4.0, 2.0  # log10 of the family's power over that of the orders
 MAX_BROADBAND_RATIO = 3.0  # of power in no line over that of the orders: beyond, chatter without a period cannot be excluded
-UNDECIDED = 0.5  # probability that such power leaves at least
+UNDECIDED_PROBABILITY = 0.5  # probability that such power leaves at least
 MIN_HALF_FRACTION = 1e-3  # of the power of the orders at half tooth passings: less says nothing
 MIN_HALF_DOMINANCE = 10.0  # of that power over the other orders of run-out: run-out alone spreads over all of them
 MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two teeth half a tooth passing is the spindle
@@ -51,5 +51,5 @@ def chatter_probability(evidence: Evidence) -> float:
     logit = float(features_of(evidence) @ np.array(LOGISTIC_COEFFICIENTS))
     seen = 1 / (1 + np.exp(-np.clip(logit, -30, 30)))
     hidden = evidence.lines.hidden
-    least = UNDECIDED if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
+    least = UNDECIDED_PROBABILITY if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
     return float(max(seen, least))

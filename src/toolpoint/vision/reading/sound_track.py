@@ -22,7 +22,7 @@ def read_sound_track(path: Path) -> tuple[FloatArray, float]:
     try:
         with av.open(str(path)) as container:
             if not container.streams.audio:
-                fail("path", f"{path.name} has no sound track", "must have one", remedy="record with the microphone switched on")
+                fail("path", f"{path.name} has no sound track", "must have one", remedy="switch the microphone on")
             stream = container.streams.audio[0]
             rate = float(stream.rate)
             to_float = av.AudioResampler(format="fltp", layout=stream.layout, rate=stream.rate)

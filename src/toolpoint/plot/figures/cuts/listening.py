@@ -9,13 +9,13 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.signals.orders.growth import PowerCourse
-from toolpoint.signals.orders.line_spectrum import Lines, LineSpectrum
+from toolpoint.signals.orders.line_spectrum import LineSpectrum, SpectralLines
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 MAX_TIMES, MAX_FREQUENCIES = 240, 260  # cells of a spectrogram
-MAX_POINTS = 5000  # of a spectrum
+MAX_SPECTRUM_POINTS = 5000  # of a spectrum
 SHOWN_DECIBELS = 70.0  # below the largest
 MAX_ORDER_LINES = 12  # tooth passings drawn
 
@@ -61,12 +61,13 @@ def _thinned(values: FloatArray, axis: FloatArray, count: int) -> tuple[FloatArr
     return np.maximum.reduceat(values, starts, axis=0), axis[starts]
 
 
-def named_spectrum(spectrum: LineSpectrum, tooth: float, chatter: Lines | None, background: Lines, *, highest: float) -> go.Figure:
+def draw_spectrum(spectrum: LineSpectrum, tooth: float, chatter: SpectralLines | None, background: SpectralLines, *,
+                  highest: float) -> go.Figure:
     """Return the spectrum with tooth passings, chatter lines and lines that are there without the cut marked."""
     kept = spectrum.frequency <= highest
     power, frequency = spectrum.power[kept], spectrum.frequency[kept]
     scale = float(power.max())
-    top, axis = _thinned(power[:, None], frequency, MAX_POINTS)
+    top, axis = _thinned(power[:, None], frequency, MAX_SPECTRUM_POINTS)
     chart = figure("", 420)
     chart.add_scatter(x=np.round(axis, 2), y=np.round(10 * np.log10(top[:, 0] / scale), 2), mode="lines", name="spectrum",
                       line={"width": 1, "color": COLOURS[6]}, hoverinfo="skip")
@@ -88,9 +89,9 @@ def named_spectrum(spectrum: LineSpectrum, tooth: float, chatter: Lines | None, 
 
 def growth_chart(course: PowerCourse, start: float, onset: float | None) -> go.Figure:
     """Return the power of the chatter lines and of all else over time, with the onset."""
-    scale = float(max(course.power.max(), course.rest.max(), 1e-300))
+    scale = float(max(course.power.max(), course.other_power.max(), 1e-300))
     chart = figure("", 340)
-    for name, power, colour in (("chatter lines", course.power, COLOURS[1]), ("all else", course.rest, COLOURS[6])):
+    for name, power, colour in (("chatter lines", course.power, COLOURS[1]), ("all else", course.other_power, COLOURS[6])):
         chart.add_scatter(x=start + course.time, y=10 * np.log10(np.maximum(power / scale, 1e-10)), mode="lines", name=name,
                           line={"color": colour})
     if onset is not None:
