@@ -21,6 +21,7 @@ _MODULES = {
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
     "files": ("new", "check", "convert", "schema", "doctor", "completion"),
+    "listening": ("listen",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
     "operation": ("operational",),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from toolpoint.io.measured.frf_writing import write as write_frf
     from toolpoint.io.measured.geometry_files import read as read_geometry
     from toolpoint.io.measured.geometry_files import read_lines
+    from toolpoint.io.measured.listened_files import read as read_listened
     from toolpoint.io.measured.mode_files import read as read_modes
     from toolpoint.io.measured.noun_writing import check_name as check_noun_name
     from toolpoint.io.measured.noun_writing import write as write_noun
@@ -57,7 +58,8 @@ if TYPE_CHECKING:
 __all__ = [
     "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
     "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives",
-    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_machine", "read_machine_at",
+    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
+    "read_machine_at",
     "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
     "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step",
     "read_test_nouns", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
@@ -72,6 +74,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.frf_files": ("read as read_frf",),
     "measured.frf_writing": ("check_writable", "write as write_frf"),
     "measured.geometry_files": ("read as read_geometry", "read_lines"),
+    "measured.listened_files": ("read as read_listened",),
     "measured.mode_files": ("read as read_modes",),
     "measured.noun_writing": ("check_name as check_noun_name", "write as write_noun"),
     "measured.record_files": ("read as read_record", "read_all as read_records"),

@@ -9,6 +9,7 @@ from toolpoint._exports import export_lazily
 if TYPE_CHECKING:
     from toolpoint.pages.cuts.calibration import calibration_page
     from toolpoint.pages.cuts.chatter_map import chatter_map_page
+    from toolpoint.pages.cuts.listening import listening_page
     from toolpoint.pages.cuts.lobes import lobes_page
     from toolpoint.pages.cuts.simulated_cut import simulation_page
     from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
-    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "lobes_page",
+    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
+    "lobes_page",
     "machine_page", "map_page",
     "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
@@ -50,6 +52,7 @@ __all__ = [
 __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.calibration": ("calibration_page",),
     "cuts.chatter_map": ("chatter_map_page",),
+    "cuts.listening": ("listening_page",),
     "cuts.lobes": ("lobes_page",),
     "cuts.simulated_cut": ("simulation_page",),
     "cuts.tool_coupling": ("tool_coupling_page",),

@@ -77,8 +77,7 @@ def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings
     report = video_page(result.videos, result.update, warnings=warnings)
     charts = []
     for truth, original, updated, (frac_before, frac_after) in zip(result.truth, result.before_update, result.after_update,
-                                                                   result.frac,
-                                                                   strict=True):
+                                                                   result.frac, strict=True):
         charts.append(Chart(bode({"truth": truth, "before": original, "updated": updated},
                                  title=f"{truth.outputs[0]}: FRAC before {frac_before:.3f}, updated {frac_after:.4f}")))
     first_sections, later_sections = report.sections[:2], report.sections[2:]

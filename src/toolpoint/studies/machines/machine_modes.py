@@ -92,9 +92,8 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     shapes = body_shapes(machine, chosen_pose, count)
     estimate = estimate_reduction(machine, chosen_pose, count)
     reduction = reduction_note(machine, chosen_pose, min(count, 10)) if estimate is None else estimate_note(estimate)
-    notes = (*_mechanism_notes(shapes), *doubt_modes_above_bands(machine, shapes.frequency), *([reduction]
-                                                                                               if reduction else []),
-             *_test_note(shapes))
+    notes = (*_mechanism_notes(shapes), *doubt_modes_above_bands(machine, shapes.frequency),
+             *([reduction] if reduction else []), *_test_note(shapes))
     return MachineModes(machine, chosen_pose, shapes.frequency, spread, notes, shapes.damping_ratio, estimate)
 
 

@@ -253,8 +253,8 @@ def study_video(
     picture = _whole_picture(scanned, used_poles, decay, field=field, camera=camera, side=side, skip=skip, progress=progress)
     motion_sigma = _motion_sigma(shapes)
     names = _mark_doubtful(names, identification, motion_sigma, loss=quality.loss)
-    moved = fit_bodies(picture.windows, picture.shapes, regions, orders=tuple(orders or (ORDERS
-                                                                                         if machine is None else RIGID_ORDERS)),
+    moved = fit_bodies(picture.windows, picture.shapes, regions,
+                       orders=tuple(orders or (ORDERS if machine is None else RIGID_ORDERS)),
                        counted=np.array([not name for name in names]), loss=quality.loss)
     if poles is None:
         names = _mark_incoherent(names, moved)

@@ -1,0 +1,55 @@
+"""The page of a listened cut: the answer, speeds to try, spectrogram, named lines, growth, once-per-turn samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint.pages.remarks import with_remarks
+from toolpoint.plot import Chart, Report, Table
+from toolpoint.plot.figures.cuts.listening import draw_spectrum, growth_chart, spectrogram, turn_samples
+from toolpoint.signals.orders.growth import sample_each_turn
+from toolpoint.studies.listening.listened_cut import CHATTER, NO_CHATTER, ListenedCut
+
+MIN_SHOWN_HARMONICS = 6  # tooth passings that the charts show at least
+LINES_MARGIN = 1.3  # of the highest strong line
+
+
+def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str = "") -> Report:
+    """Return the page of a listened cut."""
+    e = result.evidence
+    report = Report("Chatter by ear", result.answer(), subtitle=f"{name}{': ' if name else ''}{e.teeth} teeth, "
+                                                                f"{e.speed.speed:.0f} rev/min, {e.duration:.2g} s of cut")
+    if result.speeds:
+        rows = [[f"{s.speed:.0f}", f"{s.lower:.0f} to {s.upper:.0f}", s.lobe] for s in result.speeds]
+        report = report.with_section("Speeds to try", Table(["rev/min", "interval", "lobe"], rows,
+                                                            "Tooth passing at a whole fraction of the mode's frequency; the "
+                                                            "interval is that of damping ratios from 1 to 5 %. The fastest has "
+                                                            "the widest pocket."))
+    report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
+    highest, start = _highest(result), e.part.first / e.rate
+    family = result.evidence.family if result.verdict != NO_CHATTER else None
+    lines = None if family is None else family.lines
+    shown = np.zeros(0) if lines is None else lines.frequency
+    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, shown, highest=highest, start=start),
+                  "The cut over time; tooth passings and chatter lines are marked at the right edge.")
+    report = report.with_section("Spectrogram", sound)
+    named = draw_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
+    report = report.with_section("Spectrum", Chart(named), Table(["Hz", "order", "dB", "what"], result.line_rows(),
+                                                                 "The strongest lines; order is over the spindle's frequency."))
+    if result.course is not None and result.verdict == CHATTER:
+        report = report.with_section("Growth", Chart(growth_chart(result.course, start, result.onset_time)))
+    points = sample_each_turn(e.samples, e.rate, e.speed.frequency)
+    report = report.with_section("Once-per-revolution samples", Chart(
+        turn_samples(points), "A cluster where the cut repeats, a closed curve or a cloud in Hopf chatter, two clusters in a "
+                              "flip; noise blurs each."))
+    return with_remarks(report, [*result.doubts, *result.notes], warnings)
+
+
+def _highest(result: ListenedCut) -> float:
+    """End of the frequencies shown, Hz."""
+    e, lines = result.evidence, result.evidence.spectrum.lines()
+    strong = lines.frequency[lines.power > 1e-3 * lines.power.max()] if lines.power.size else np.zeros(0)
+    top = max(float(strong.max(initial=0.0)) * LINES_MARGIN, MIN_SHOWN_HARMONICS * e.tooth)
+    return float(min(top, e.spectrum.frequency[-1]))

@@ -1,0 +1,63 @@
+"""Chatter frequency out of a family of side bands: with modes the member that a mode explains, else the largest motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.studies.listening.evidence import Evidence
+from toolpoint.studies.listening.probability import has_hidden_flip
+
+MODE_BAND = (-0.03, 0.15)  # relative distance of a chatter line from the natural frequency of the mode that chatters
+MIN_LINE_SHARE = 1e-3  # of the family's power: a weaker line is not named
+INTERVAL_DEVIATIONS = 1.96
+
+
+@dataclass(frozen=True)
+class ChatterFrequency:
+    """Named chatter line, its 95 % half width, its family and the mode that explains it, Hz (NaN: no mode at hand)."""
+
+    frequency: float
+    half_width: float
+    others: tuple[float, ...]
+    mode: float
+
+
+def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequency | None:
+    """Return the chatter frequency, None where there is no line.
+
+    A spectrum of sound follows the velocity of what sounds, so the largest motion is the line with the largest power over
+    frequency squared. The other lines of the family remain possible: they are named too.
+    """
+    frequency, power, deviation = _lines(evidence)
+    if frequency.size == 0:
+        return None
+    kept = power > MIN_LINE_SHARE * power.max()
+    frequency, power, deviation = frequency[kept], power[kept], deviation[kept]
+    at, mode = int(np.argmax(power / frequency**2)), float("nan")
+    if modes is not None and modes.size:
+        distance = frequency[:, None] / modes[None, :] - 1
+        fits = (distance > MODE_BAND[0]) & (distance < MODE_BAND[1])
+        if fits.any():
+            weight = np.where(fits, (power / frequency**2)[:, None], 0.0)
+            at = int(np.argmax(weight.max(axis=1)))
+            mode = float(modes[int(np.argmax(weight[at]))])
+    wander = evidence.course.variation * float(frequency[at])
+    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[at], 0.1 * evidence.spectrum.cell)) + wander
+    order = np.argsort(-power)
+    others = tuple(float(f) for f in frequency[order] if f != frequency[at])
+    return ChatterFrequency(float(frequency[at]), half, others[:6], mode)
+
+
+def _lines(evidence: Evidence) -> tuple[FloatArray, FloatArray, FloatArray]:
+    family = evidence.family
+    if has_hidden_flip(evidence):
+        order = np.arange(1, evidence.lines.orders.size + 1)
+        half = (np.abs(np.mod(order / evidence.teeth, 1) - 0.5) < 1e-9) & (evidence.lines.orders > 0)
+        return (order[half] * evidence.speed.frequency, evidence.lines.orders[half],
+                order[half] * evidence.speed.deviation)
+    if family is None:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    return family.lines.frequency, family.lines.power, family.lines.deviation

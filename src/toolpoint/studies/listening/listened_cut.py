@@ -1,0 +1,158 @@
+"""Result of listening to a cut: one sentence first, then numbers, lines and doubts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._doubt import Doubt
+from toolpoint._notebook import NotebookText
+from toolpoint.signals.orders.growth import Onset, PowerCourse
+from toolpoint.studies.listening.better_speeds import SpeedToTry
+from toolpoint.studies.listening.chatter_frequency import ChatterFrequency
+from toolpoint.studies.listening.evidence import Evidence
+from toolpoint.studies.listening.kinds import VibrationKind
+from toolpoint.studies.text_table import text_table
+
+CHATTER, NO_CHATTER, CANNOT_TELL = "chatter", "no chatter", "cannot tell"
+_SHOWN_LINES = 12  # rows of the table of lines
+
+
+@dataclass(frozen=True, eq=False)
+class ListenedCut(NotebookText):
+    """Verdict on a cut by its sound or vibration.
+
+    Parameters
+    ----------
+    verdict : str
+        ``chatter``, ``no chatter`` or ``cannot tell``.
+    probability : float
+        Of chatter.
+    reason : str
+    kind : VibrationKind
+        Of the chatter, or a forced resonance of a stable cut; empty where nothing stands out.
+    line : ChatterFrequency or None
+        Chatter frequency with its interval and the side bands that could be it.
+    onset : Onset or None
+    course : PowerCourse or None
+        Power of the chatter lines over time.
+    speeds : tuple of SpeedToTry
+        Fastest first.
+    evidence : Evidence
+    doubts, notes : tuples
+    """
+
+    verdict: str
+    probability: float
+    reason: str
+    kind: VibrationKind
+    line: ChatterFrequency | None
+    onset: Onset | None
+    course: PowerCourse | None
+    speeds: tuple[SpeedToTry, ...]
+    evidence: Evidence
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def chatters(self) -> bool | None:
+        """True, False, or None where the record cannot tell."""
+        return None if self.verdict == CANNOT_TELL else self.verdict == CHATTER
+
+    @property
+    def onset_time(self) -> float | None:
+        """Time of the onset from the beginning of the record, s; None where chatter is there from the start of the cut."""
+        if self.onset is None or self.onset.time is None:
+            return None
+        return self.evidence.part.first / self.evidence.rate + self.onset.time
+
+    def answer(self) -> str:
+        """Return the result in one sentence."""
+        speed = f"at {self.evidence.speed.speed:.0f} rev/min"
+        if self.verdict == NO_CHATTER:
+            forced = f"; {self.kind.name}: {self.kind.reason}" if self.kind.name else ""
+            return f"No chatter {speed} (probability of chatter {self.probability:.2f}): {self.reason}{forced}."
+        if self.verdict == CANNOT_TELL:
+            return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability:.2f}): "
+                    f"{self.reason}.")
+        place = "" if self.line is None else f" at {self.line.frequency:.1f} ± {self.line.half_width:.1f} Hz"
+        onset = "from the start of the cut" if self.onset_time is None else f"from {self.onset_time:.2f} s on"
+        return (f"Chatter{place} {speed} (probability {self.probability:.2f}), {self.kind.name}, {onset}"
+                f"{self._speed_words()}.")
+
+    def _speed_words(self) -> str:
+        if self.line is None:
+            return ""
+        if not self.speeds:
+            return "; no other lobe lies within the spindle's speeds: cut less deep"
+        return "; try " + " or ".join(f"{each.speed:.0f}" for each in self.speeds[:3]) + " rev/min"
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return rows (quantity, value)."""
+        e, rows = self.evidence, [("verdict", self.verdict), ("because", self.reason),
+                                  ("probability of chatter", f"{self.probability:.3f}")]
+        if self.line is not None:
+            rows.append(("chatter frequency", f"{self.line.frequency:.2f} ± {self.line.half_width:.2f} Hz (95 %)"))
+            if self.line.others:
+                rows.append(("its side bands", ", ".join(f"{f:.1f}" for f in self.line.others) + " Hz"))
+            if not np.isnan(self.line.mode):
+                rows.append(("mode that it belongs to", f"{self.line.mode:.1f} Hz"))
+        if self.kind.name:
+            rows.append(("kind", f"{self.kind.name}: {self.kind.reason}"))
+        if self.onset is not None:
+            rows.append(("onset", "from the start of the cut" if self.onset_time is None else
+                         f"{self.onset_time:.2f} ± {self.onset.uncertainty:.2f} s"))
+            if not np.isnan(self.onset.growth):
+                rows.append(("growth of the amplitude", f"{self.onset.growth:.3g} 1/s"))
+        for each in self.speeds:
+            rows.append((f"speed to try, lobe {each.lobe}", f"{each.speed:.0f} rev/min ({each.lower:.0f} to {each.upper:.0f})"))
+        return [*rows, ("spindle speed", f"{e.speed.speed:.1f} ± {1.96 * 60 * e.speed.deviation:.1f} rev/min"),
+                ("tooth passing", f"{e.tooth:.2f} Hz"), ("length of the cut", f"{e.duration:.2f} s"),
+                ("resolution", f"{e.spectrum.cell:.2f} Hz; {100 * e.lines.hidden:.1f} % of the frequencies are nearer to an "
+                               "order")]
+
+    def line_rows(self) -> list[list[str]]:
+        """Return rows (Hz, spindle order, dB against the strongest, what it is) of the strongest lines."""
+        e, lines = self.evidence, self.evidence.spectrum.lines()
+        family = np.zeros(0) if e.family is None else e.family.lines.frequency
+        rows = []
+        for f, power in list(zip(lines.frequency, lines.power, strict=True))[:_SHOWN_LINES]:
+            rows.append([f"{f:.2f}", f"{f / e.speed.frequency:.3f}", f"{10 * np.log10(power / lines.power.max()):.1f}",
+                         self._line_name(float(f), family)])
+        return rows
+
+    def _line_name(self, frequency: float, family: Any) -> str:
+        e = self.evidence
+        if np.any(np.isclose(frequency, family, rtol=0, atol=1e-9)):
+            return "chatter or its side band" if self.verdict == CHATTER else "off the orders, with side bands"
+        if np.any(np.isclose(frequency, e.background.frequency, rtol=0, atol=1e-9)):
+            return "there without the cut"
+        order = round(frequency / e.speed.frequency)
+        if abs(frequency - order * e.speed.frequency) > e.lines.guard:
+            return "off the orders"
+        return f"tooth passing {order // e.teeth}" if order % e.teeth == 0 else f"spindle order {order}"
+
+    def table(self) -> str:
+        """Return the answer, the numbers and the strongest lines as text."""
+        rows = "\n".join(f"{name:26s} {value}" for name, value in self.rows())
+        lines = text_table("Strongest lines", ["Hz", "order", "dB", "what"], self.line_rows())
+        return f"{self.answer()}\n\n{rows}\n\n{lines}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain data; frequencies in Hz, times in s, speeds in rev/min, None where not known."""
+        line, onset = self.line, self.onset
+        return {"doubts": list(self.doubts), "answer": self.answer(), "verdict": self.verdict, "chatter": self.chatters,
+                "probability": self.probability, "reason": self.reason, "kind": self.kind.name or None,
+                "kind_reason": self.kind.reason or None,
+                "frequency_hz": line and line.frequency, "frequency_half_width_hz": line and line.half_width,
+                "side_bands_hz": [] if line is None else list(line.others),
+                "mode_hz": None if line is None or np.isnan(line.mode) else line.mode,
+                "onset_s": self.onset_time, "onset_half_width_s": None if onset is None else onset.uncertainty,
+                "growth_per_s": None if onset is None or np.isnan(onset.growth) else onset.growth,
+                "speeds": [{"speed_rpm": s.speed, "lower_rpm": s.lower, "upper_rpm": s.upper, "lobe": s.lobe}
+                           for s in self.speeds],
+                "speed_rpm": self.evidence.speed.speed, "speed_half_width_rpm": 1.96 * 60 * self.evidence.speed.deviation,
+                "resolution_hz": self.evidence.spectrum.cell, "hidden_fraction": self.evidence.lines.hidden,
+                "notes": list(self.notes)}
