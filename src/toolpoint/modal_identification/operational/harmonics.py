@@ -123,8 +123,8 @@ def _line_ratio(samples: FloatArray, width: int) -> tuple[FloatArray, FloatArray
     coarse = np.pad(smooth[::width], ((BACKGROUND_WIDTHS, 2 * BACKGROUND_WIDTHS), (0, 0)), mode="reflect")
     windows = np.lib.stride_tricks.sliding_window_view(coarse, 2 * BACKGROUND_WIDTHS + 1, axis=0)[::BACKGROUND_WIDTHS]
     medians = np.median(windows, axis=-1)
-    near = (np.arange(power.shape[0]) // width + BACKGROUND_WIDTHS // 2) // BACKGROUND_WIDTHS
-    background = medians[np.minimum(near, medians.shape[0] - 1)]
+    median_index = (np.arange(power.shape[0]) // width + BACKGROUND_WIDTHS // 2) // BACKGROUND_WIDTHS
+    background = medians[np.minimum(median_index, medians.shape[0] - 1)]
     # The median of exponential power is ln 2 of its mean; of a mean of several lines nearly the mean.
     background = np.maximum(background / (np.log(2) if width == 1 else 1.0), 1e-30 * power.max(initial=1e-300))
     return (smooth / background).mean(axis=1), background

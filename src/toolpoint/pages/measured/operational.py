@@ -17,26 +17,26 @@ NAMED_MODES = 5  # in the answer
 def operational_page(study: OperationalStudy, geometry: Geometry | None = None, names: Sequence[str] = (), *,
                      warnings: Sequence[str] = ()) -> Report:
     """Return the page of an operational modal analysis of records with these names."""
-    found = study.identification
+    result = study.identification
     report = Report("Modes of the machine at work", answer(study), subtitle=", ".join(names))
     report = report.with_doubts(*study.doubts, *warnings)
     report = report.with_section("Modes", _mode_table(study), *([Notes(study.notes, "note", "What was done")]
                                                                 if study.notes else []))
-    if found.harmonics:
+    if result.harmonics:
         report = report.with_section("Harmonics of rotating parts",
                                      "These lines have a constant amplitude: they are forced, and no "
                                      "modes. They were taken off the records before modes were sought.", _harmonic_table(study))
     if geometry is not None:
         scene = Scene.of_points(geometry.points, geometry.lines)
-        report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(found.modes, geometry.points),
+        report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(result.modes, geometry.points),
                                                               "modes", "Identified modes"))
     report = report.with_section(
-        "Spectra", Chart(singular_values(found),
+        "Spectra", Chart(singular_values(result),
                          "Singular values of the spectra of all channels, harmonics taken off. A peak of the "
                          "first is a mode; a second that rises with it, two close ones. Dotted: the modes; crosses: harmonics.",
                          "spectra"))
     report = report.with_section(
-        "Poles of all orders", Chart(operational_poles(found),
+        "Poles of all orders", Chart(operational_poles(result),
                                      "A mode returns at every order; the poles of the noise scatter. A mode "
                                      "is taken where the scatter of the record's blocks leaves its pole well within its own "
                                      "half width.", "poles"))
@@ -44,7 +44,7 @@ def operational_page(study: OperationalStudy, geometry: Geometry | None = None, 
         "The loads are random, broad and independent of the motion, and the machine does not change during the records.",
         "Intervals (95 %) hold the finite length of the records and the choice of the order. They do not hold loads that "
         "change with the motion (a cut that regenerates), sensors that load the structure, or a machine that is not linear.",
-        f"Method: {found.method}, {found.duration:.4g} s.", NO_SCALE if not study.scale else f"Scale by {study.scale}.")
+        f"Method: {result.method}, {result.duration:.4g} s.", NO_SCALE if not study.scale else f"Scale by {study.scale}.")
 
 
 def answer(study: OperationalStudy) -> str:
@@ -52,8 +52,9 @@ def answer(study: OperationalStudy) -> str:
     modes = study.identification.modes
     parts = [with_uncertainty(float(modes.frequency[i]), float(modes.frequency_interval[i]), "Hz")
              + f" ({100 * float(modes.damping_ratio[i]):.2g} %)" for i in range(min(modes.count, NAMED_MODES))]
-    more = f" and {modes.count - NAMED_MODES} more" if modes.count > NAMED_MODES else ""
-    text = f"{modes.count} mode{'s' * (modes.count != 1)}: {', '.join(parts)}{more} (95 % intervals; damping in brackets)."
+    others_text = f" and {modes.count - NAMED_MODES} more" if modes.count > NAMED_MODES else ""
+    text = f"{modes.count} mode{'s' * (modes.count != 1)}: {', '.join(parts)}{others_text} (95 % intervals, damping in"
+    text += " brackets)."
     removed = [h for h in study.identification.harmonics if h.is_removed]
     if removed:
         names = ", ".join(f"{h.frequency:.4g} Hz" for h in removed[:NAMED_MODES])
@@ -63,13 +64,13 @@ def answer(study: OperationalStudy) -> str:
 
 
 def _mode_table(study: OperationalStudy) -> Table:
-    found = study.identification
-    modes, collinear = found.modes, phase_collinearity(found.modes.shape)
+    result = study.identification
+    modes, collinear = result.modes, phase_collinearity(result.modes.shape)
     rows: list[list[object]] = [
         [i + 1, Cell(float(modes.frequency[i]), uncertainty=float(modes.frequency_interval[i])),
          Cell(100 * float(modes.damping_ratio[i]), uncertainty=100 * float(modes.damping_interval[i])),
-         f"{collinear[i]:.3f}", f"{100 * float(found.power_share[i]):.1f}",
-         Cell("finds it too", "good") if found.confirmed[i] else Cell("does not", "doubtful")] for i in range(modes.count)]
+         f"{collinear[i]:.3f}", f"{100 * float(result.power_share[i]):.1f}",
+         Cell("finds it too", "good") if result.confirmed[i] else Cell("does not", "doubtful")] for i in range(modes.count)]
     return Table(["mode", "frequency, Hz (95 %)", "damping, % (95 %)", "MPC", "power, %", "second method"], rows,
                  "MPC: phase collinearity, 1 for a real shape. Power: share of the motion of all channels. Second method: "
                  "pLSCF on half spectra.", digits=5)

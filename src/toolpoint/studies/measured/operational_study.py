@@ -85,31 +85,32 @@ def study_operational(records: RecordSet | Record | Sequence[Record], method: st
     ToolpointError
         For more than one source of the scale, masses without records or the reverse, and what the identification refuses.
     """
-    sources = [name for name, given in (("loaded", loaded is not None or masses), ("blow", blow is not None),
-                                        ("machine", machine is not None)) if given]
+    sources = [name for name, is_given in (("loaded", loaded is not None or masses), ("blow", blow is not None),
+                                        ("machine", machine is not None)) if is_given]
     if len(sources) > 1:
         raise ToolpointError(f"`{sources[0]}` and `{sources[1]}`: must be one source of the scale alone")
     if (loaded is None) != (not masses):
         raise ToolpointError("`loaded` and `masses`: one without the other; the records with the masses, and what these weigh, "
                              "belong together")
-    found = identify_operational(_records_of(records), method, references=references, band=band, keep_harmonics=keep_harmonics)
-    modes, scale, doubts = found.modes, "", list(found.doubts)
+    identification = identify_operational(_records_of(records), method, references=references, band=band,
+                                          keep_harmonics=keep_harmonics)
+    modes, scale, doubts = identification.modes, "", list(identification.doubts)
     if loaded is not None and masses:
-        beside = identify_operational(_records_of(loaded), method, references=references, band=band,
+        loaded_result = identify_operational(_records_of(loaded), method, references=references, band=band,
                                       keep_harmonics=keep_harmonics)
-        modes, of_scale = scale_by_added_mass(found.modes, beside.modes, masses)
-        doubts += [*(doubt.within("records with the masses") for doubt in beside.doubts), *of_scale]
+        modes, of_scale = scale_by_added_mass(identification.modes, loaded_result.modes, masses)
+        doubts += [*(doubt.within("records with the masses") for doubt in loaded_result.doubts), *of_scale]
         scale = "added masses at " + ", ".join(f"{dof} ({mass:.4g} kg)" for dof, mass in masses.items())
     elif blow is not None:
-        modes, scale = scale_by_driving_point(found.modes, blow), f"the driving point {blow.inputs[0]}"
+        modes, scale = scale_by_driving_point(identification.modes, blow), f"the driving point {blow.inputs[0]}"
     elif machine is not None:
-        model = eigen.solve_undamped(assemble(machine, outputs=found.modes.dofs))
-        modes, scale = scale_by_model(found.modes, model), f"the machine {machine.name}"
-    notes = [*(records.notes if isinstance(records, RecordSet) else ()), *found.notes]
-    if scale and modes.count < found.modes.count:
-        left_out = [f"{f:.4g}" for f in found.modes.frequency if f not in modes.frequency]
+        model = eigen.solve_undamped(assemble(machine, outputs=identification.modes.dofs))
+        modes, scale = scale_by_model(identification.modes, model), f"the machine {machine.name}"
+    notes = [*(records.notes if isinstance(records, RecordSet) else ()), *identification.notes]
+    if scale and modes.count < identification.modes.count:
+        left_out = [f"{f:.4g}" for f in identification.modes.frequency if f not in modes.frequency]
         notes.append(f"without scale, and not among the saved modes: {', '.join(left_out)} Hz")
-    return OperationalStudy(found, modes, scale, tuple(doubts), tuple(notes))
+    return OperationalStudy(identification, modes, scale, tuple(doubts), tuple(notes))
 
 
 def _records_of(records: RecordSet | Record | Sequence[Record]) -> list[Record]:

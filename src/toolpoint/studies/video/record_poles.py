@@ -10,7 +10,7 @@ from toolpoint.signals import hammer_test
 from toolpoint.vibration import Dof, Frf, Modes, Record
 
 RECORD_BLOCK_SECONDS = 1.0  # s, at most
-BLOW_SETTLING_TIME = 0.005  # s after the largest sample
+RECORDED_BLOW_TIME = 0.005  # s after the largest sample
 
 
 def poles_of(measured: Frf | Record | Modes, band: tuple[float, float] | None = None) -> Modes:
@@ -39,7 +39,7 @@ def _responses(record: Record) -> Frf:
         return hammer_test(record, min(RECORD_BLOCK_SECONDS, 0.8 * record.duration)).frf
     samples = record.samples - record.samples.mean(axis=0)
     energy = (samples**2).sum(axis=1)
-    first = int(np.argmax(energy)) + round(BLOW_SETTLING_TIME * record.sample_rate)
+    first = int(np.argmax(energy)) + round(RECORDED_BLOW_TIME * record.sample_rate)
     part = samples[first:]
     if len(part) < 64:
         fail("record", f"{len(part)} samples after the largest", "must be 64 at least", remedy="record longer after the blow")

@@ -28,10 +28,10 @@ def singular_values(result: OperationalIdentification) -> go.Figure:
                           line={"color": COLOURS[k % len(COLOURS)], "width": 1.6 if k == 0 else 1.0})
     mark_modes(chart, result.modes.frequency)
     if result.harmonics:
-        top = float(result.spectra[0].values[:, 0].max())
+        marker_height = float(result.spectra[0].values[:, 0].max())
         chart.add_scatter(
             x=[h.frequency
-               for h in result.harmonics], y=[top] * len(result.harmonics), name="harmonic (no mode)", mode="markers",
+               for h in result.harmonics], y=[marker_height] * len(result.harmonics), name="harmonic (no mode)", mode="markers",
             marker={"symbol": "x", "size": 9, "color": COLOURS[1]},
             text=[f"order {h.order}" if h.order else "no order" for h in result.harmonics],
             hovertemplate="%{x:.4f} Hz<br>%{text}<extra>harmonic</extra>")
