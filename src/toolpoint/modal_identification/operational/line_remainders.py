@@ -38,6 +38,7 @@ def remainders_of_lines(modes: Modes, power_share: FloatArray, harmonics: tuple[
             doubts.append(Doubt(
                 f"mode at {modes.frequency[i]:.4g} Hz",
                 f"a line of a rotating part, {ratio:.2g} times as strong, lies within its half width at "
-                f"{strongest.frequency:.4g} Hz: it may be what the removal left of that line", "record at another speed: a mode stays where it is",
+                f"{strongest.frequency:.4g} Hz: it may be what the removal left of that line",
+                "record at another speed: a mode stays where it is",
                 figure=ratio))
     return is_remainder, tuple(doubts)
