@@ -15,7 +15,7 @@ _SPEC.loader.exec_module(house_text)
 
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
 ROOMS_REREAD = (
-    "bodies", "cutting", "drives", "joint_identification", "joints", "kinematics", "machine", "modal_identification", "pages",
+    "app", "bodies", "cutting", "drives", "joint_identification", "joints", "kinematics", "machine", "modal_identification", "pages",
     "plot", "signals", "spatial", "substructuring", "updating", "vibration", "vision",
 )
 
