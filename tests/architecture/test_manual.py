@@ -62,11 +62,11 @@ def test_written_examples_of_keys_are_of_their_kind(name):
 
 
 def test_every_command_has_its_help(tmp_path):
-    from toolpoint.app.main import HOME
+    from toolpoint.app.main import MODULE_OF_COMMAND
 
     commands.write_commands(tmp_path)
     text = (tmp_path / "commands.md").read_text()
-    assert all(f"\n## {name}\n" in text for name in HOME)
+    assert all(f"\n## {name}\n" in text for name in MODULE_OF_COMMAND)
 
 
 def test_the_page_of_peers_repeats_the_bars(tmp_path):
