@@ -52,6 +52,7 @@ class Subspace:
 OPERATIONAL_METHODS: dict[str, Subspace] = {"ssi-cov": Subspace(), "ssi-data": Subspace(weight_past=True)}
 HALF_SPECTRA_ORDER = 40
 MAX_CONFIRMED_DEVIATION = 0.3  # of frequency or damping, in half widths (ratios), of a mode that pLSCF finds too
+MIN_POWER_SHARE = 1e-5  # of the power of all channels
 MAX_UNCONFIRMED_DEVIATION = 0.1  # of a mode that it does not
 SPECTRUM_LINES = 512
 
@@ -106,7 +107,9 @@ def identify_band(samples: list[FloatArray], channels: tuple[Dof, ...], referenc
     selected, confirmed = candidates.chosen(kept), confirmed[kept]
     fitted = fit_shapes(correlations, selected.poles, selected.deviations, rows=settings.rows)
     blocks = correlations.blocks.shape[0]
-    is_inside = np.abs(selected.poles) >= 2 * np.pi * band.frequency_min
+    # The motion of a mode has positive power in every channel; where the fit needs a negative one, the pole describes
+    # something else.
+    is_inside = (np.abs(selected.poles) >= 2 * np.pi * band.frequency_min) & (fitted.power_share > MIN_POWER_SHARE)
     selected, confirmed, fitted = selected.chosen(is_inside), confirmed[is_inside], fitted.chosen(is_inside)
     spread = (np.abs(fitted.deviations) ** 2).sum(axis=0) / (blocks * (blocks - 1))
     lines = min(SPECTRUM_LINES, min(part.shape[0] for part in scaled) // 16)
