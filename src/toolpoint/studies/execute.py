@@ -52,7 +52,14 @@ class Engine(Protocol):
 
 @dataclass(frozen=True)
 class Serial:
-    """Engine of this process: one point after the other."""
+    """Engine of this process: one point after the other.
+
+    Examples
+    --------
+    >>> result = execute(lambda point: {"square": point**2}, [1, 2, 3], Serial())
+    >>> [int(outcome.values["square"]) for outcome in result.outcomes]
+    [1, 4, 9]
+    """
 
     def run(self, function: Function, points: Sequence[Any], todo: list[int], *, seconds: float) -> Iterator[Chunk]:
         """Yield chunks of about `seconds`; see `Engine`."""
@@ -77,6 +84,11 @@ class Dask:
         Processes on this machine, one thread each; ignored with an `address`.
     address : str, optional
         Address of a running scheduler, e.g. ``tcp://10.0.0.5:8786``; it must be a network that you trust.
+
+    Examples
+    --------
+    >>> Dask(workers=4).address is None  # processes of this machine
+    True
     """
 
     workers: int = 2
@@ -113,7 +125,15 @@ class Dask:
 
 
 def choose_engine(workers: int = 0, address: str | None = None) -> Engine:
-    """Return this process for no workers and no address of a scheduler, else Dask workers, see `Dask`."""
+    """Return this process for no workers and no address of a scheduler, else Dask workers, see `Dask`.
+
+    Examples
+    --------
+    >>> choose_engine()
+    Serial()
+    >>> choose_engine(workers=2)
+    Dask(workers=2, address=None)
+    """
     return Dask(workers, address) if workers or address else Serial()
 
 

@@ -21,6 +21,12 @@ class AccuracyMetric:
     """``position error`` (m) and ``rotation error`` (rad), means over the sides, and each side's own.
 
     folder : where finished blocks of the steps of a run are kept, see `mill_path`; no part of what the metric is.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.accuracy.tool_paths import square
+    >>> AccuracyMetric(square(0.1), MillingSetup(speed=6000.0, depth=2e-3)).loads
+    'the cut, the chip as `chip` of the cut says'
     """
 
     sides: tuple[PathSide, ...]

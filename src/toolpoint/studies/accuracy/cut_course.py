@@ -20,7 +20,13 @@ Arc = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class WorkBlock:
-    """A block that is milled, in the plane of the path (its x and y, m): low and high corner, and the side of its pixels."""
+    """A block that is milled, in the plane of the path (its x and y, m): low and high corner, and the side of its pixels.
+
+    Examples
+    --------
+    >>> WorkBlock((0.0, 0.0), (0.1, 0.05), pixel=1e-3).bed().material.shape
+    (1, 100, 50)
+    """
 
     low: tuple[float, float]
     high: tuple[float, float]

@@ -34,6 +34,11 @@ class ToolStance:
 
     direction : of its axis, that at the reference pose where left out; turn : rad; branch : of an arm; start : pose from which
     the first one is sought.
+
+    Examples
+    --------
+    >>> ToolStance(direction=(0.0, 0.0, 1.0), turn=np.pi / 2).branch  # empty: the branch nearest to the start
+    ''
     """
 
     direction: tuple[float, float, float] | None = None

@@ -45,6 +45,12 @@ class MillingSetup:
     whether runs at two and four times step and spacing state the error; chip : ``path`` or ``constant``, as the cut says where
     left out (`chip`); work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left
     out; servos : of axes whose motors give way, all hold their set points where left out.
+
+    Examples
+    --------
+    >>> setup = MillingSetup(speed=6000.0, depth=2e-3, loads=("cutting", "gravity"), window=0.5)
+    >>> setup.steps, setup.spacing
+    (100, 0.002)
     """
 
     speed: float

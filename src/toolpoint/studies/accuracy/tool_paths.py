@@ -65,7 +65,13 @@ class PathSide(NotebookText):
 def square(side: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
            second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
            ) -> tuple[PathSide, ...]:
-    """Return the four sides of a square (m) in the plane of two directions, begun at its lower left corner along the first."""
+    """Return the four sides of a square (m) in the plane of two directions, begun at its lower left corner along the first.
+
+    Examples
+    --------
+    >>> square(0.1, feed=0.05)[0]
+    PathSide('side 1', 100 mm, 3.75 s)
+    """
     half = positive("side", side) / 2
     corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]])
     return along_points(np.column_stack([corners, np.zeros(5)]), place=plane_frame(centre, first, second), feed=feed, law=law,
@@ -74,14 +80,27 @@ def square(side: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike
 
 def line(start: ArrayLike, end: ArrayLike, *, feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
          ) -> tuple[PathSide, ...]:
-    """Return a straight side between two places (m)."""
+    """Return a straight side between two places (m).
+
+    Examples
+    --------
+    >>> line((0.0, 0.0, 0.0), (0.3, 0.4, 0.0), feed=0.05)[0].length
+    0.5
+    """
     return along_points(np.stack([floats("start", start, (3,)), floats("end", end, (3,))]), feed=feed, law=law, limits=limits)
 
 
 def arc(radius: float, sweep: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
         second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
         ) -> tuple[PathSide, ...]:
-    """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second."""
+    """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second.
+
+    Examples
+    --------
+    >>> half_circle, = arc(0.02, np.pi)
+    >>> half_circle.points(np.array([0.0, half_circle.length])).round(6).tolist()
+    [[0.02, 0.0, 0.0], [-0.02, 0.0, 0.0]]
+    """
     r, turn = positive("radius", radius), floats("sweep", sweep)
     end = r * np.array([np.cos(turn), np.sin(turn), 0.0])
     path = Path(np.array([ARC_KIND]), np.array([[r, 0.0, 0.0]]), end[None], np.zeros((1, 3)), np.array([float(turn)]),
@@ -94,6 +113,11 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
     """Return straight sides through points (n, 3), m; neighbours in one direction are one side.
 
     Raises ToolpointError for fewer than two points, repeated ones, and a jump: one far longer than the others.
+
+    Examples
+    --------
+    >>> along_points([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.1, 0.0, 0.0), (0.1, 0.05, 0.0)], feed=0.05)
+    (PathSide('side 1', 100 mm, 3.75 s), PathSide('side 2', 50 mm, 1.875 s))
     """
     places = floats("points", points, (None, 3))
     if len(places) < 2:
@@ -123,6 +147,12 @@ def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None 
 
     Positioning (G0) is left out: nothing is cut there. feed : m/s, the program's where left out; limits : speed, acceleration
     and jerk along the path (5 m/s^2 and 100 m/s^3 where left out).
+
+    Examples
+    --------
+    >>> from toolpoint.drives.program.path import polyline
+    >>> [side.length for side in sides_of(polyline([[0, 0], [0.1, 0], [0.1, 0.05]], feed=0.1))]
+    [0.1, 0.05]
     """
     one_of("law", law, LAWS)
     frame = np.eye(4) if place is None else floats("place", place, (4, 4))
@@ -167,6 +197,11 @@ def lay_path(*, square_side: float | None = None, ends: Sequence[ArrayLike] = ()
     ------
     ToolpointError
         For none or several of them, and what those refuse.
+
+    Examples
+    --------
+    >>> [side.length for side in lay_path(ends=((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)))]
+    [0.1]
     """
     if sum((square_side is not None, len(ends) > 0, points is not None, path is not None)) != 1:
         fail("accuracy", "none or several paths", "must be exactly one of `square`, `line` (twice), `points` and `program`")
@@ -191,7 +226,13 @@ def _law(law: str, length: float, feed: float, limits: JerkLimits | None) -> Mot
 
 
 def plane_frame(centre: ArrayLike, first: ArrayLike, second: ArrayLike) -> FloatArray:
-    """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second."""
+    """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second.
+
+    Examples
+    --------
+    >>> plane_frame((0.0, 0.0, 0.5), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)).tolist()
+    [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]]
+    """
     a, b = floats("first", first, (3,)), floats("second", second, (3,))
     x = a / np.linalg.norm(a)
     # The second direction is made perpendicular to the first.

@@ -17,7 +17,14 @@ MAX_WORK_COEFFICIENT = 3e10  # Pa
 
 
 def cut_on(machine: Machine | None, stated: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
-    """Return the machine's cut, or the example's without one, with the stated values in place, and the assumptions."""
+    """Return the machine's cut, or the example's without one, with the stated values in place, and the assumptions.
+
+    Examples
+    --------
+    >>> cut, notes = cut_on(None, {"teeth": 3})
+    >>> cut.tool.teeth, notes[0][:37]
+    (3, 'Not given and taken from an example: ')
+    """
     described = None if machine is None else machine.description.cutting
     base, notes = example_cut(stated) if described is None else (described, [])
     return base.with_values(stated), notes

@@ -139,6 +139,23 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
     """Return the receptance of a point of a machine, deflections and rotations, in both planes.
 
     frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "rx": 1e6, "ry": 1e6}, loss_factor=0.04)
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("head", {"head": head}, {"spindle": joint},
+    ...                                    points={"nose": PointDescription("head")}))
+    >>> bases_of_machine(machine, "nose", np.arange(20.0, 200.0))
+    [PlaneReceptance(x, 20..199 Hz, 180 lines), PlaneReceptance(y, 20..199 Hz, 180 lines)]
     """
     # A tool is coupled by deflection and rotation in each plane: bending along x turns about y.
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]

@@ -50,7 +50,26 @@ class ToolDynamics:
 
 
 def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
-    """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``."""
+    """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.02))
+    >>> dynamics = machine_dynamics(machine)
+    >>> dynamics.x, dynamics.y
+    ('tip:+x', 'tip:+y')
+    """
     study = tool_point(machine, [dict(pose or {})])
     across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
     at_speeds = speed_dynamics(machine, pose)
@@ -72,6 +91,13 @@ def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, b
 
     what : the name of the data, for notes; sensor_mass : kg, of the sensor that was on the tip. The notes begin with the doubts
     about the tip's responses (`tip_doubts.question_tip`).
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])
+    >>> response_dynamics(frequency_response.modal(modes, np.arange(1.0, 300.0)), band=(20.0, 250.0)).x
+    'tool:+x'
     """
     frf = along_positive_axes(frf)
     ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
@@ -91,6 +117,13 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
     y and xy are brought to the lines of x; without y the response `across` is the same as along x, or ``rigid``.
     names : what to call each in notes (keys x, y, xy); sensor_mass : kg, of the sensor that was on the tip. The notes begin
     with the doubts about the tip's responses.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])
+    >>> separate_dynamics(frequency_response.modal(modes, np.arange(1.0, 300.0, 2.0))).notes[1]
+    'the response across is taken as that along x'
     """
     called = {"x": "the first", "y": "the second", "xy": "the cross response"} | dict(names or {})
     parts: dict[str, Frf] = {}

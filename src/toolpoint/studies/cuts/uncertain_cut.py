@@ -43,6 +43,11 @@ class Uncertainty:
     """Uncertainty of a cut: samples, relative standard deviations (None: measured or usual), and cuts with known outcome.
 
     `cuts`: (rev/min, m, stable) of each.
+
+    Examples
+    --------
+    >>> Uncertainty(samples=200, cuts=((4000.0, 1e-3, True),)).coefficients
+    0.1
     """
 
     samples: int = 0
@@ -190,6 +195,11 @@ def propose_speeds(chatter: float, teeth: int, *, highest: float, lowest: float 
         Ends of the spindle speeds that the machine has, rev/min.
 
     Raises ToolpointError where no speed of the range is one. Source: see `from_chatter_frequency`.
+
+    Examples
+    --------
+    >>> [round(advice.speed) for advice in propose_speeds(800.0, 4, highest=18000.0, lowest=3000.0).speeds]
+    [12000, 6000, 4000, 3000]
     """
     if not 0 <= lowest < highest:
         fail("`lowest` and `highest`", f"{lowest:g} and {highest:g} rev/min", "must be 0 <= lowest < highest")

@@ -86,6 +86,13 @@ def tune_damper(
         Hz, over which the response is judged; they should lie close beside the peaks.
     goal : str
         ``peak`` or ``depth`` (of a cut in one direction: 1 / -min Re G); for lobes of milling see `tune_damper_for_cut`.
+
+    Examples
+    --------
+    >>> modes = Modes([80.0], [0.02], [[0.1]], ["tool:+x"])
+    >>> damper = tune_damper(modes, "tool:+x", "tool:+x", mass=2.0, lines=np.linspace(50, 110, 300))
+    >>> round(damper.start[0], 2), damper.peak_ratio < 0.3
+    (78.43, True)
     """
     one_of("goal", goal, GOALS[:2])
     # A damper at the tool itself has one label: first and last row are then the same.

@@ -110,11 +110,11 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
         cut = samples[part.first:part.last]
         spectrum = line_spectrum(cut, rate, highest=HIGHEST_FREQUENCY)
         rivals = _search(spectrum, teeth, speed)
-    even, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
+    angle_samples, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
     lines = separate_lines(spectrum, refined.frequency, teeth)
     is_background = _background(samples, rate, part, lines.others)
     families = find_families(lines.others.selected(~is_background), refined.frequency, teeth, spectrum.cell)
-    return Evidence(even, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
+    return Evidence(angle_samples, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
                     tuple(families), lines.others.selected(is_background), _skirt(spectrum, lines, refined.frequency),
                     _broadband(samples, rate, part, lines), clipped, teeth)
 
@@ -126,12 +126,12 @@ def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, s
     passings = tooth * np.arange(1, COMPARED_PASSINGS + 1)
     power = spectrum.highest_near(passings, 1.5 * spectrum.cell)
     for piece in ("head", "tail"):
-        rest = samples[:first] if piece == "head" else samples[last:]
-        if rest.size < MIN_IDLE_SECONDS * rate:
+        remainder = samples[:first] if piece == "head" else samples[last:]
+        if remainder.size < MIN_IDLE_SECONDS * rate:
             continue
-        beside = line_spectrum(rest, rate, highest=HIGHEST_FREQUENCY)
-        level = beside.highest_near(passings, 1.0 * beside.cell)
-        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, beside.frequency, beside.floor)
+        remainder_spectrum = line_spectrum(remainder, rate, highest=HIGHEST_FREQUENCY)
+        level = remainder_spectrum.highest_near(passings, 1.0 * remainder_spectrum.cell)
+        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, remainder_spectrum.frequency, remainder_spectrum.floor)
         if np.sum(np.where(is_line, level, 0.0)) > MIN_PASSING_RATIO * power.sum() and is_line.sum() >= MIN_PASSINGS:
             first, last = (0, last) if piece == "head" else (first, samples.size)
     return CuttingPart(first, last, part.is_told and (first > 0 or last < samples.size))
@@ -142,15 +142,15 @@ def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: Spindle
     """Return the cut at even steps of angle with its spectrum, speed and course; as it was where tracking sharpens no comb."""
     limits = [speed.frequency * (1 + way * REFINEMENT_RANGE) for way in (-1, 1)]
     steady = SpeedCourse(np.full(cut.size, speed.frequency), 0.0)
-    before = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    best_start = search_speed(spectrum, teeth, limits[0], limits[1])[0]
     course = track_speed(cut, rate, speed.frequency, teeth)
     if course.variation > 0:
-        even = resample_by_angle(cut, rate, course)
-        sharper = line_spectrum(even, rate, highest=HIGHEST_FREQUENCY)
-        after = search_speed(sharper, teeth, limits[0], limits[1])[0]
-        if after.score > before.score + MIN_SHARPENING:
-            return even, sharper, after, course
-    return cut, spectrum, before, steady
+        angle_samples = resample_by_angle(cut, rate, course)
+        sharper = line_spectrum(angle_samples, rate, highest=HIGHEST_FREQUENCY)
+        best_tracked = search_speed(sharper, teeth, limits[0], limits[1])[0]
+        if best_tracked.score > best_start.score + MIN_SHARPENING:
+            return angle_samples, sharper, best_tracked, course
+    return cut, spectrum, best_start, steady
 
 
 def _search(spectrum: LineSpectrum, teeth: int, speed: float | None) -> tuple[SpindleSpeed, ...]:
@@ -198,10 +198,10 @@ def _broadband(samples: FloatArray, rate: float, part: CuttingPart, lines: Separ
     """Power of the cut that stands in no line, over that of the orders; what is there before the cut is subtracted, and where
     nothing was recorded before it the answer is zero."""
     cut, idle = samples[part.first:part.last], samples[:max(part.first - int(0.1 * rate), 0)]
-    rest = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
+    unexplained_power = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
     if not part.is_told or idle.size < MIN_IDLE_SECONDS * rate:
         return 0.0  # noise of the surroundings cannot be told
-    return max(rest - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
+    return max(unexplained_power - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
 
 
 def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> float:
@@ -211,6 +211,6 @@ def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> flo
         return 0.0
     cell = spectrum.cell
     middle, half = 0.5 * sum(SKIRT_CELLS) * cell, 0.5 * (SKIRT_CELLS[1] - SKIRT_CELLS[0]) * cell
-    beside = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
+    side_power = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
     floor = np.interp(order, spectrum.frequency, spectrum.floor)
-    return float(np.sum(np.where(beside > 10 * floor, beside, 0.0)) / max(lines.order_power, 1e-300))
+    return float(np.sum(np.where(side_power > 10 * floor, side_power, 0.0)) / max(lines.order_power, 1e-300))

@@ -26,7 +26,13 @@ LONGER_RECORD_RATIO = 3.0  # times the cut: the record that is asked for where l
 
 @dataclass(frozen=True)
 class SpindleRange:
-    """Lowest and highest spindle speed that the machine has, rev/min; `highest` None: a quarter above the present one."""
+    """Lowest and highest spindle speed that the machine has, rev/min; `highest` None: a quarter above the present one.
+
+    Examples
+    --------
+    >>> SpindleRange(highest=18_000.0, lowest=3_000.0).highest
+    18000.0
+    """
 
     highest: float | None = None
     lowest: float = 0.0
@@ -102,8 +108,8 @@ def _choose_channel(record: Record, channel: int | None) -> tuple[int, list[str]
     if columns == 1:
         return 0, []
     power = np.var(record.samples, axis=0)
-    at = int(np.argmax(power))
-    return at, [f"The record has {columns} channels; channel {at + 1}, the strongest, is judged (`channel`)."]
+    strongest = int(np.argmax(power))
+    return strongest, [f"The record has {columns} channels; channel {strongest + 1}, the strongest, is judged (`channel`)."]
 
 
 def _decide(evidence: Evidence, probability: float, kind: VibrationKind) -> tuple[str, str]:
@@ -155,15 +161,15 @@ def _frequencies(modes: Modes | Sequence[float] | None) -> FloatArray | None:
 
 
 def _notes(evidence: Evidence, speed: float | None) -> list[str]:
-    given = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
-    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{given}.",
+    speed_text = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
+    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{speed_text}.",
              "The probability is calibrated on simulated cuts of one tool in random rooms; chatter and none are taken as "
              "equally likely before the record."]
     if evidence.course.variation > 0:
         notes.append(f"The speed varied by {100 * evidence.course.variation:.2g} %; orders were tracked.")
     if evidence.background.frequency.size:
-        heard = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
-        notes.append(f"Lines that are there without the cut were left out: {heard} Hz.")
+        background_text = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
+        notes.append(f"Lines that are there without the cut were left out: {background_text} Hz.")
     elif not evidence.part.is_told:
         notes.append("No time without cut stands out in the record: lines of other machines are told by their pattern alone.")
     return notes

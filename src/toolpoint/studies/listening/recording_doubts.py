@@ -69,9 +69,9 @@ def question_flip(evidence: Evidence) -> list[Doubt]:
 
 def _rivals(evidence: Evidence) -> list[Doubt]:
     best = evidence.rivals[0]
-    near = [rival for rival in evidence.rivals[1:] if rival.score > best.score - RIVAL_MARGIN * abs(best.score)]
+    close_rivals = [rival for rival in evidence.rivals[1:] if rival.score > best.score - RIVAL_MARGIN * abs(best.score)]
     lines = [Doubt("spindle speed", f"searched in the sound: {best.speed:.1f} rev/min", "give `speed` where it is known")]
-    if near:
-        speeds = ", ".join(f"{rival.speed:.0f}" for rival in near[:3])
+    if close_rivals:
+        speeds = ", ".join(f"{rival.speed:.0f}" for rival in close_rivals[:3])
         lines.append(Doubt("spindle speed", f"{speeds} rev/min explain the lines as well as {best.speed:.0f}", "give `speed`"))
     return lines

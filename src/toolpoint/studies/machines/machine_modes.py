@@ -79,7 +79,19 @@ class MachineModes(NotebookText):
 
 
 def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count: int = 12) -> MachineModes:
-    """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped."""
+    """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7}, loss_factor=0.04)
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> modes = solve_modes(machine)
+    >>> modes.frequency.round(2).tolist(), modes.damping_ratio.round(3).tolist()  # half the loss factor
+    ([50.33], [0.02])
+    """
     chosen_pose = dict(pose or {})
     uncertainty = machine_uncertainty(machine)
     spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, chosen_pose, count))

@@ -85,7 +85,18 @@ def _depth(lowest: LowestLimit) -> str:
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
-    """Return the modes at a pose, without responses."""
+    """Return the modes at a pose, without responses.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> study_modes(machine).frequency.round(2).tolist()
+    [50.33, 71.18, 100.66]
+    """
     chosen_pose = dict(pose or {})
     # Of 18 modes the first are printed; the drawing offers all.
     return MachineReport(machine, chosen_pose, body_shapes(machine, chosen_pose, 18).frequency, None, ())

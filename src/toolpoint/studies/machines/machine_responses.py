@@ -101,6 +101,24 @@ def study_responses_of_machine(
         Hz; 400 lines over the lowest twelve modes where left out.
     progress : function of done and total, optional
         Of the slopes to the identified numbers, which the intervals come from.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")},
+    ...                                    damping_ratio=0.02))
+    >>> study = study_responses_of_machine(machine, outputs=["tip:+x"], frequency=[1.0])
+    >>> round(float(abs(study.frfs[0].values[0, 0, 0])) * 1e7, 3)  # far below resonance: 1/k
+    1.0
     """
     chosen = tuple(check_poses(poses) if poses is not None else machine.description.poses) or ({},)
     if not machine.description.damping_ratio and not machine.description.modal_damping and not _has_loss(machine):

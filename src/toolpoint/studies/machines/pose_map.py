@@ -139,6 +139,23 @@ def pose_map(
     engine, folder, progress : see `execute.execute`
     path : str
         ``numpy`` or ``compiled``, see `machine.frequencies.natural_frequencies`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> axis = AxisDescription("slide", "x", (-0.3, 0.3))
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": axis}))
+    >>> pose_map(machine, {"X": [0.0, 0.1]}, modes=2).frequency.round(2).tolist()
+    [[71.18, 100.66], [71.18, 100.66]]
     """
     modes = min(count("modes", modes), freedoms(machine))
     grid = check_grid(machine, axes)

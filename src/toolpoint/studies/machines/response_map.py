@@ -127,6 +127,24 @@ def response_map(
     frequency : (n_f,) floats, optional
         Hz; 400 lines over the lowest twelve modes of some poses of the grid where left out.
     engine, folder, progress : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head")}, tool="tip", damping_ratio=0.02))
+    >>> response_map(machine, {"X": [0.0, 0.1]})
+    ResponseMap(X 2, 400 lines, 14.24..130.9 Hz, 0 poses failed)
     """
     grid = check_grid(machine, axes)
     lines = _lines(machine, grid) if frequency is None else increasing("frequency",

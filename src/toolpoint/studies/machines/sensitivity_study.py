@@ -133,6 +133,23 @@ def study_sensitivity(
     pose : mapping, optional
     dofs : labels, optional
         Where shapes are seen; all points in x, y, z where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint},
+    ...                                    points={"tip": PointDescription("head")}))
+    >>> study_sensitivity(machine, modes=2).frequency.round(3).tolist()  # frequencies go with the root of k/m
+    [[-0.5, -0.5], [0.5, 0.0], [0.0, 0.5]]
     """
     names = tuple(paths) if paths is not None else _all_paths(machine)
     if not names:

@@ -159,6 +159,24 @@ def stiffness_map(
     kind : str
         ``static``, or ``dynamic`` (the least over frequency).
     engine, folder, progress : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head")}, tool="tip", damping_ratio=0.02))
+    >>> (stiffness_map(machine, {"X": [0.0]}).stiffness[0, :3] / 1e6).round(3).tolist()  # N/µm; the axis itself holds rigidly
+    [inf, 20.0, 40.0]
     """
     one_of("kind", kind, KINDS)
     grid = check_grid(machine, axes)

@@ -131,7 +131,25 @@ def _box(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray] | N
 
 
 def list_points(machine: Machine) -> MeasuringPoints:
-    """Return the points that the machine's file names on its bodies; those of the ground, which does not move, are left out."""
+    """Return the points that the machine's file names on its bodies; those of the ground, which does not move, are left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint},
+    ...                                    points={"tip": PointDescription("head", (0.0, 0.0, -0.2))}))
+    >>> list(list_points(machine).places)
+    ['tip']
+    """
     places: dict[str | int, tuple[str, FloatArray]] = {}
     for name, point in machine.description.points.items():
         if point.body != GROUND:

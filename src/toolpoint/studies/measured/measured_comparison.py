@@ -35,6 +35,11 @@ def gather_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry:
     """Return the data of a test, with the modes identified from the responses where none are given, within a band (Hz).
 
     geometry : where the points are; owner : body of the machine to the measured points that ride on it.
+
+    Examples
+    --------
+    >>> gather_test(Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])).modes.count
+    2
     """
     if modes is None:
         if frf is None:
@@ -87,6 +92,23 @@ def compare_with_test(machine: Machine, test: MeasuredTest, *, pose: Mapping[str
         Points further apart stay single, m.
     lowest_mac : float
         Modes below are not paired.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")}))
+    >>> result = compare_with_test(machine, gather_test(Modes([52.0], [0.02], [[0.1]], ["tip:+x"])))
+    >>> result.correlation.mac.round(6).tolist()
+    [[1.0]]
     """
     now, drawn = _correlate_points(machine, test, known_pairs, furthest, pose, lowest_mac)
     old = None if earlier is None else _correlate_points(earlier, test, known_pairs, furthest, pose, lowest_mac)[0]

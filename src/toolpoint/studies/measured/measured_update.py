@@ -34,7 +34,13 @@ SCALE_REMARK = ("modes tell stiffnesses over masses: where all masses are 1 % of
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """Measurement at one pose: modes, responses or both; `pose` None is the reference pose."""
+    """Measurement at one pose: modes, responses or both; `pose` None is the reference pose.
+
+    Examples
+    --------
+    >>> Measurement(pose={"X": 0.2}).label
+    'X = 0.2'
+    """
 
     modes: Modes | None = None
     frf: Frf | None = None
@@ -95,6 +101,12 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
     ------
     ToolpointError
         Without any measurement, and where modes or responses are not as many as the poses.
+
+    Examples
+    --------
+    >>> modes = Modes([80.0], [0.02], [[0.1]], ["tool:+x"])
+    >>> [part.label for part in pair_measurements([modes, modes], [], [{"X": 0.0}, {"X": 0.2}])]
+    ['X = 0', 'X = 0.2']
     """
     if not modes and not responses:
         raise ToolpointError("update: neither `modes` nor `frf` given; needs at least one measurement")

@@ -58,6 +58,12 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
         Where all positions are zero, m.
     directions : mapping of name to (3,) floats, optional
         Directions of the names that are not x, y or z; unit vectors are made of them.
+
+    Examples
+    --------
+    >>> grid = place_grid({"x": [0.0, 0.1], "z": [0.0, 0.1, 0.2]}, origin=(0.0, 0.0, 0.5))
+    >>> grid.shape, grid.places[1, 2].tolist()
+    ((2, 3), [0.1, 0.0, 0.7])
     """
     if not 1 <= len(along) <= 3:
         fail("along", f"{len(along)} directions", "must be one (a line) to three (a volume)")
@@ -95,6 +101,11 @@ class PlaceQuantity:
 
     Frequencies of so many modes; stiffness along x, y, z of the tool and in principal directions; the lowest stable depth over
     the speeds for every feed direction (rad).
+
+    Examples
+    --------
+    >>> PlaceQuantity("depth", feed_angles=(0.0, np.pi / 4)).columns
+    ('feed at 0 deg', 'feed at 45 deg')
     """
 
     kind: str = "frequency"
@@ -247,7 +258,27 @@ def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None
                turn: float = 0.0, branch: str = "", point: str = "", engine: Engine | None = None,
                progress: Progress | None = None
                ) -> PlaceMap:
-    """Return a quantity over all places of a grid that the tool reaches; arguments are those of `reach_places`."""
+    """Return a quantity over all places of a grid that the tool reaches; arguments are those of `reach_places`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> grid = place_grid({"x": [0.0, 0.1]}, (0.0, 0.0, -0.2))
+    >>> map_places(machine, grid, PlaceQuantity("frequency", modes=2)).values.round(2).tolist()
+    [[71.18, 100.66], [71.18, 100.66]]
+    """
     measure = quantity or PlaceQuantity()
     reach = reach_places(machine, grid.places.reshape(-1, 3), direction, turn=turn, branch=branch, point=point)
     values = np.full((len(reach.poses), len(measure.columns)), np.nan)

@@ -102,6 +102,24 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
     """Return all poses that bring the tool's tip to a place with its axis along a direction.
 
     tip : m, from the table point; branch : of an arm, see `reach_places`, all of them where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> study_reach(machine, (0.1, 0.0, -0.2), modes=1).poses[0].pose
+    {'X': 0.1}
     """
     target = floats("tip", tip, (3,))
     arm, reached = arm_of(machine), list[tuple[dict[str, float], str]]()
@@ -128,7 +146,26 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
 
 
 def study_pose(machine: Machine, pose: Mapping[str, float], *, modes: int = 4) -> ReachStudy:
-    """Return the study of a pose, given by the axes or in the coordinates of the machine's task; see `study_reach`."""
+    """Return the study of a pose, given by the axes or in the coordinates of the machine's task; see `study_reach`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> study_pose(machine, {"X": 0.1}, modes=1).tip.tolist()
+    [0.1, 0.0, -0.2]
+    """
     legs = leg_pose(machine, pose)
     # The coordinates themselves say where the tool is; axes that lead to another assembly mode would show as a miss.
     tip = tool_place(machine, {name: np.array([value]) for name, value in pose.items()})[0][0]

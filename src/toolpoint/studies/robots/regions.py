@@ -102,7 +102,13 @@ class RegionSearch(NotebookText):
 
 
 def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> FloatArray:
-    """Return directions in the plane of two vectors, evenly over half a turn, (number, 3); the source takes four."""
+    """Return directions in the plane of two vectors, evenly over half a turn, (number, 3); the source takes four.
+
+    Examples
+    --------
+    >>> plane_directions((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2).round(9).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
     a = floats("first", first, (3,)) / np.linalg.norm(first)
     b = floats("second", second, (3,)) - a * float(np.dot(a, second))
     b = b / np.linalg.norm(b)

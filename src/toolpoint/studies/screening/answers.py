@@ -118,7 +118,13 @@ def _peaks(score: Callable[[FloatArray], FloatArray], omega: FloatArray) -> Floa
 
 @dataclass(frozen=True)
 class ResponsePeak:
-    """Largest response of the tip to a unit force of any direction over all frequencies, m/N; `static`: at rest alone."""
+    """Largest response of the tip to a unit force of any direction over all frequencies, m/N; `static`: at rest alone.
+
+    Examples
+    --------
+    >>> ResponsePeak(static=True).name
+    'static compliance'
+    """
 
     static: bool = False
     unit: str = "m/N"
@@ -146,7 +152,14 @@ class ResponsePeak:
 
 @dataclass(frozen=True)
 class DepthLimit:
-    """Lowest stable depth over all speeds by the mean directional matrix (zero order), m."""
+    """Lowest stable depth over all speeds by the mean directional matrix (zero order), m.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.cuts.described_cut import cut_on
+    >>> DepthLimit(cut_on(None, {})[0]).rises  # a larger depth is better
+    True
+    """
 
     cut: CuttingDescription
     name: str = "depth limit"
@@ -184,6 +197,12 @@ class PeriodicError:
     """Mean radius of the position sphere of a periodic cut at a pose, m.
 
     Equations 21, 23 and 26 of the source, in closed form.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.cuts.described_cut import cut_on
+    >>> PeriodicError(cut_on(None, {})[0], speed=6000.0, depth=2e-3).unit
+    'm'
     """
 
     cut: CuttingDescription

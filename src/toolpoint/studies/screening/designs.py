@@ -48,6 +48,14 @@ def one_at_a_time(changes: Sequence[Change]) -> ScreeningDesign:
     """Return the machine as it is, and every change alone: factors at both ends of their range, swaps at every other option.
 
     An end that leaves the machine as it is is left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine.description.variation import Factor, Option
+    >>> stiffness = Factor("foundation", ("joints.foundation.stiffness.x",))
+    >>> head = Swap("head", {"light": Option(), "heavy": Option(scale={"bodies.head.mass": 2.0})})
+    >>> one_at_a_time([stiffness, head]).labels
+    ('as it is', 'foundation -20 %', 'foundation +20 %', 'head heavy')
     """
     resting = np.array(resting_shares(changes))
     points, labels = [resting], ["as it is"]

@@ -70,6 +70,21 @@ def rank_changes(result: Screening, metric: str = "", rng: np.random.Generator |
     One at a time: relative change, its interval over the draws of uncertain inputs. Factorial: contrast of the two ends over
     the mean, its interval from the scatter that the main effects leave. Sobol indices: shares of the variance. Other samples:
     rank correlation, bootstrapped. rng : of the bootstrap; seed 0 where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.variation import Factor
+    >>> from toolpoint.studies.screening.designs import one_at_a_time
+    >>> from toolpoint.studies.screening.metrics import NamedMetrics
+    >>> from toolpoint.studies.screening.screen import screen
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> result = screen(machine, one_at_a_time([Factor("head", ("bodies.head.mass",))]), NamedMetrics())
+    >>> [effect.name for effect in rank_changes(result).effects]
+    ['head -20 %', 'head +20 %']
     """
     name = metric or result.metrics[0]
     result.metric(name)

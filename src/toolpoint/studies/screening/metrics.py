@@ -32,6 +32,16 @@ class NamedMetrics:
 
     names : ``frequency 1``, ``frequency 2`` ... (Hz), ``static stiffness`` and ``dynamic stiffness`` (N/m, softest direction),
     ``response peak`` (m/N, of any direction), ``depth limit`` (m, lowest over the speeds of the machine's cut).
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> {name: round(value, 3) for name, value in NamedMetrics(("frequency 1",))(machine).items()}
+    {'frequency 1': 50.329}
     """
 
     names: tuple[str, ...] = ("frequency 1",)

@@ -137,6 +137,20 @@ def screen(
     draws : int
         How many draws beside the stated inputs; needs `rng`.
     engine, folder, progress, chunk_seconds : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.variation import Factor
+    >>> from toolpoint.studies.screening.designs import one_at_a_time
+    >>> from toolpoint.studies.screening.metrics import NamedMetrics
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> result = screen(machine, one_at_a_time([Factor("head", ("bodies.head.mass",))]), NamedMetrics())
+    >>> result.metric("frequency 1").round(2).tolist()  # as it is, 20 % lighter, 20 % heavier
+    [[50.33, 56.27, 45.94]]
     """
     description = machine.description if isinstance(machine, Machine) else machine
     check_changes(description, design.changes)

@@ -20,6 +20,11 @@ def poles_of(measured: Frf | Record | Modes, band: tuple[float, float] | None = 
     ------
     ToolpointError
         Where no mode is found; for a record with several forces.
+
+    Examples
+    --------
+    >>> poles_of(Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])).frequency.tolist()
+    [80.0, 120.0]
     """
     if isinstance(measured, Modes):
         return measured

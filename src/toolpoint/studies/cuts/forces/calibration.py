@@ -53,6 +53,12 @@ class CuttingTest:
     cut : fields of a CuttingDescription (tool, arc); speed : rev/min; depth : m; feeds : feed per tooth of each file, m;
     force_on : what the forces act on (tool or work); angle : of tooth 0 at the first sample, degrees, None where unknown;
     runout : whether it is fitted.
+
+    Examples
+    --------
+    >>> test = CuttingTest({"diameter": "10 mm", "teeth": 2}, speed=3000.0, depth=1e-3, feeds=(0.05e-3, 0.1e-3))
+    >>> test.force_on
+    'tool'
     """
 
     cut: Mapping[str, Any]

@@ -34,6 +34,11 @@ class TurningCut:
 
     cutting : K_f along the thickness of the chip, Pa; tangential : K_t along the cutting speed, Pa; normal : direction in which
     the chip is thick, from the work into the tool; velocity : direction in which the work moves past the edge (None: y).
+
+    Examples
+    --------
+    >>> TurningCut(cutting=2e9, tangential=1e9, normal=(1.0, 0.0, 0.0)).velocity is None  # then the work moves along y
+    True
     """
 
     cutting: float

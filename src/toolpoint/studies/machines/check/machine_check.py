@@ -62,6 +62,16 @@ def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedM
     """Return the machine in words with all doubts.
 
     Doubts that its file states come first, then `further` (a robot's inertias).
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> check_machine(machine).coordinates
+    3
     """
     cut = machine.description.cutting
     reduction_doubts, reduction = question_reduction(machine)
