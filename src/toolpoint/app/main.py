@@ -29,13 +29,34 @@ _COMMANDS_OF_MODULE = {
     "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
 }
+MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
 _FUNCTION_OF_COMMAND = {"map": "frequency_map"}  # where the command's name is a name of Python
+
+# What a person comes with, and the commands that answer: the order of the help, and of the README.
+COMMANDS_OF_QUESTION = {
+    "Begin, and see what is there": ("demo", "new", "check", "report", "doctor", "convert", "schema", "completion"),
+    "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
+    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test"),
+    "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
+    "A model and its test: where they differ, what to change": ("correlate", "sensitivity", "update", "screen", "improve"),
+    "A controller: contours, friction, loops": ("drive", "servo-data"),
+    "A robot that mills": ("robot", "reach", "region", "accuracy"),
+    "A video of the machine": ("video",),
+}
 
 
 class _Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return sorted(MODULE_OF_COMMAND)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by the question that they answer, each with the whole first sentence of its help."""
+        for question, names in COMMANDS_OF_QUESTION.items():
+            rows = [(name, command.get_short_help_str(MAX_HELP_LETTERS)) for name in names
+                    if (command := self.get_command(ctx, name)) is not None]
+            with formatter.section(question):
+                formatter.write_dl(rows)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in MODULE_OF_COMMAND:
