@@ -67,6 +67,7 @@ class Serial:
         start = time.perf_counter()
         for index in todo:
             chunk.append((index, evaluate(function, points[index])))
+            # Chunks are ended by the clock: points may take very different times.
             if time.perf_counter() - start >= seconds:
                 yield chunk
                 chunk, start = [], time.perf_counter()
