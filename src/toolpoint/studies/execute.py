@@ -236,7 +236,7 @@ def execute(
     function : callable
         Takes a point, returns a mapping of names to numbers or arrays. With Dask it must be importable or picklable.
     points : sequence
-        Anything that JSON or `repr` tells apart; with `folder` they identify the study.
+        Anything that JSON or `repr` distinguishes; with `folder` they identify the study.
     engine : Serial or Dask
         Serial where left out.
     folder : path, optional

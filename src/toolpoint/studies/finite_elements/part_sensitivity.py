@@ -17,7 +17,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
 
-# Share of the whole that "most of it" stands for.
+# Share of an effect that counts as most of it.
 _HELD_FRACTION = 0.8
 
 

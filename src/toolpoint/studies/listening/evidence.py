@@ -29,7 +29,7 @@ MIN_PASSING_RATIO = 0.2  # of their power there over that within, that makes it 
 MIN_PASSING_EXCESS = 25.0  # of a tooth passing over the floor
 MIN_PASSINGS = 2
 MIN_SHARPENING = 0.5  # of the comb's score, standard deviations of chance
-SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to it to be told would show
+SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to be resolved would show
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +200,7 @@ def _broadband(samples: FloatArray, rate: float, part: CuttingPart, lines: Separ
     cut, idle = samples[part.first:part.last], samples[:max(part.first - int(0.1 * rate), 0)]
     unexplained_power = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
     if not part.is_told or idle.size < MIN_IDLE_SECONDS * rate:
-        return 0.0  # noise of the surroundings cannot be told
+        return 0.0  # noise of the surroundings is not known
     return max(unexplained_power - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
 
 

@@ -109,7 +109,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     Raises
     ------
     ToolpointError
-        For points in another unit, and a frame that the bodies do not tell, see `place_test`.
+        For points in another unit, and a frame that the bodies do not fix, see `place_test`.
     """
     placement = place_test(geometry.points, components)
     geometry = replace(geometry, points=placement.places(geometry.points))
