@@ -28,8 +28,11 @@ def has_hidden_flip(evidence: Evidence) -> bool:
 
 
 def features_of(evidence: Evidence) -> FloatArray:
-    """Return what the model takes, shape (3,): a one, the log ratio of the family's power over the orders', and the log of its
-    side bands a tooth passing apart beyond chance. The lines of a hidden flip are taken for a family."""
+    """Return the features of the model, (3,): a one, and the logarithms of power ratio and of side bands.
+
+    The ratio is that of the family's power over the orders'; side bands count that are a tooth passing apart, beyond chance.
+    The lines of a hidden flip are taken for a family.
+    """
     family, lines = evidence.family, evidence.lines
     ratio, members = evidence.ratio, 0.0
     if family is not None:
