@@ -24,8 +24,8 @@ def listen(run: Frame, record: Annotated[SourceFile, Argument()], *,
 
     RECORD is a sound file (WAV, FLAC, MP3, Ogg), a video with sound, or a record of vibration (any format of `toolpoint frf`).
     """
-    heard = io.read_listened(record)
-    known = None if modes is None else io.read_modes(modes)
+    recording = io.read_listened(record)
+    known_modes = None if modes is None else io.read_modes(modes)
     spindle = studies.SpindleRange(highest, lowest)
-    result = studies.listen(heard, teeth, speed, channel=channel, modes=known, spindle=spindle)
-    run.present(pages.listening_page, result, run.warnings, notes=[*result.doubts, *result.notes], name=heard.name)
+    result = studies.listen(recording, teeth, speed, channel=channel, modes=known_modes, spindle=spindle)
+    run.present(pages.listening_page, result, run.warnings, notes=[*result.doubts, *result.notes], name=recording.name)

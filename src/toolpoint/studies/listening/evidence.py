@@ -29,7 +29,7 @@ MIN_PASSING_RATIO = 0.2  # of their power there over that within, that makes it 
 MIN_PASSING_EXCESS = 25.0  # of a tooth passing over the floor
 MIN_PASSINGS = 2
 MIN_SHARPENING = 0.5  # of the comb's score, standard deviations of chance
-SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to it to be told would show
+SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to be resolved would show
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +120,10 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
 
 
 def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, spectrum: LineSpectrum) -> CuttingPart:
-    """Return the part with what lies before and after it where teeth pass there too: chatter that sets in is louder than
-    the cut before it, and must not be taken for its beginning."""
+    """Return the part with what lies before and after it where teeth pass there too.
+
+    Chatter that sets in is louder than the cut before it, and must not be taken for the beginning of the cut.
+    """
     first, last = part.first, part.last
     passings = tooth * np.arange(1, COMPARED_PASSINGS + 1)
     power = spectrum.highest_near(passings, 1.5 * spectrum.cell)
@@ -180,7 +182,7 @@ def _check_length(seconds: float, speed: float | None) -> None:
 
 
 def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: SpectralLines) -> BoolArray:
-    """Whether each line is there without the cut: before it, or after it when the room has gone quiet."""
+    """Return whether each line is there without the cut: before it, or after it when the room has gone quiet."""
     is_background = np.zeros(lines.frequency.size, bool)
     if not part.is_told or not lines.frequency.size:
         return is_background
@@ -195,17 +197,19 @@ def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Spec
 
 
 def _broadband(samples: FloatArray, rate: float, part: CuttingPart, lines: SeparatedLines) -> float:
-    """Power of the cut that stands in no line, over that of the orders; what is there before the cut is subtracted, and where
-    nothing was recorded before it the answer is zero."""
+    """Return the power of the cut in no line over that of the orders.
+
+    What is there before the cut is subtracted; where nothing was recorded before it the answer is zero.
+    """
     cut, idle = samples[part.first:part.last], samples[:max(part.first - int(0.1 * rate), 0)]
     unexplained_power = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
     if not part.is_told or idle.size < MIN_IDLE_SECONDS * rate:
-        return 0.0  # noise of the surroundings cannot be told
+        return 0.0  # noise of the surroundings is not known
     return max(unexplained_power - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
 
 
 def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> float:
-    """Power beside the orders, nearer than can be told, over the power of the orders."""
+    """Return the power beside the orders, nearer than the resolution allows, over the power of the orders."""
     order = np.arange(1, lines.orders.size + 1)[lines.orders > 0] * spindle
     if order.size == 0:
         return 0.0
