@@ -75,9 +75,9 @@ def test_the_page_of_peers_repeats_the_bars(tmp_path):
     assert len(rows) > 15 and all(row.count("|") >= 7 for row in rows)
 
 
-def test_tutorials_are_the_five():
-    assert [page.stem for page in TUTORIALS] == ["hammer_test_to_machine", "machine_from_nothing", "servo_and_contour",
-                                                 "tap_test_to_lobes", "update_a_model"]
+def test_tutorials_are_the_six():
+    assert [page.stem for page in TUTORIALS] == ["chatter_by_ear", "hammer_test_to_machine", "machine_from_nothing",
+                                                 "servo_and_contour", "tap_test_to_lobes", "update_a_model"]
     assert all(len(blocks_of(page)) >= 3 for page in TUTORIALS)
 
 

@@ -27,7 +27,7 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
                                                             "Tooth passing at a whole fraction of the mode's frequency; the "
                                                             "interval is that of damping ratios from 1 to 5 %. The fastest has "
                                                             "the widest pocket."))
-    report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
+    report = report.with_section("Result", Table(["quantity", "value"], result.numbers()), f"Because {result.reason}.")
     highest, start = _highest(result), e.part.first / e.rate
     family = result.evidence.family if result.verdict != NO_CHATTER else None
     lines = None if family is None else family.lines

@@ -28,6 +28,7 @@ COMPARED_PASSINGS = 8  # tooth passings that are looked for beside the loud part
 MIN_PASSING_RATIO = 0.2  # of their power there over that within, that makes it cutting too
 MIN_PASSING_EXCESS = 25.0  # of a tooth passing over the floor
 MIN_PASSINGS = 2
+MIN_COMB_SCORE = 6.0  # standard deviations of chance: of a comb that tells the speed by itself
 MIN_SHARPENING = 0.5  # of the comb's score, standard deviations of chance
 SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to it to be told would show
 
@@ -143,6 +144,8 @@ def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: Spindle
     limits = [speed.frequency * (1 + way * REFINEMENT_RANGE) for way in (-1, 1)]
     steady = SpeedCourse(np.full(cut.size, speed.frequency), 0.0)
     before = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    if before.score < MIN_COMB_SCORE:  # few forced lines stand out: the distances of side bands tell more
+        return cut, spectrum, speed, steady
     course = track_speed(cut, rate, speed.frequency, teeth)
     if course.variation > 0:
         even = resample_by_angle(cut, rate, course)
@@ -188,9 +191,9 @@ def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Spec
     for idle in (head[:int(head.size - 0.1 * rate)] if head.size > 0.1 * rate else head[:0], tail):
         if idle.size >= MIN_IDLE_SECONDS * rate:
             spectrum = line_spectrum(idle, rate, highest=HIGHEST_FREQUENCY)
-            power = spectrum.highest_near(lines.frequency, 0.7 * spectrum.cell)
-            floor = np.interp(lines.frequency, spectrum.frequency, spectrum.floor)
-            is_background |= (power > MIN_IDLE_POWER_RATIO * lines.power) & (power > 8 * floor)
+            there = spectrum.lines()
+            near = np.abs(lines.frequency[:, None] - there.frequency[None, :]) < spectrum.cell
+            is_background |= (near & (there.power[None, :] > MIN_IDLE_POWER_RATIO * lines.power[:, None])).any(axis=1)
     return is_background
 
 

@@ -13,9 +13,9 @@ UNDECIDED_PROBABILITY = 0.5  # probability that such power leaves at least
 MIN_HALF_FRACTION = 1e-3  # of the power of the orders at half tooth passings: less says nothing
 MIN_HALF_DOMINANCE = 10.0  # of that power over the other orders of run-out: run-out alone spreads over all of them
 MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two teeth half a tooth passing is the spindle
-# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 to 240 cuts by `benchmarks/listen_calibration.py`,
+# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 to random cuts by `benchmarks/listen_calibration.py`,
 # seeds apart from those that the bars tell.
-LOGISTIC_COEFFICIENTS = (1.17, 1.93, 2.02)
+LOGISTIC_COEFFICIENTS = (4.86, 5.49, 4.61)
 
 
 def has_hidden_flip(evidence: Evidence) -> bool:
