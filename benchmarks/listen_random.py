@@ -19,7 +19,7 @@ from toolpoint.studies.listening.listened_cut import ListenedCut
 FREQUENCY_TOLERANCE, SPEED_TOLERANCE = 5e-3, 2e-3  # relative
 SPEED_MARGIN = 0.005  # relative: a speed exists where this much beside it is stable as well
 HIGHEST_RATIO = 1.5  # of the spindle's highest speed over the present one
-SEARCHED_SPEEDS = 120  # speeds among which a stable one is looked for
+SEARCHED_SPEEDS = 40  # speeds among which a stable one is looked for
 DEPTH_MAX_RATIO = 1.5  # of the charts over the cut's depth
 
 

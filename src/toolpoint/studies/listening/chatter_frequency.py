@@ -39,19 +39,19 @@ def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequ
     kept = power > MIN_LINE_SHARE * power.max()
     frequency, power, deviation = frequency[kept], power[kept], deviation[kept]
     motion = power / frequency**2 * np.where(np.mod(frequency / evidence.tooth, 1) > 0.5, UPPER_HALF_WEIGHT, 1.0)
-    at, mode = int(np.argmax(motion)), float("nan")
+    index, mode = int(np.argmax(motion)), float("nan")
     if modes is not None and modes.size:
         distance = frequency[:, None] / modes[None, :] - 1
         fits = (distance > MODE_BAND[0]) & (distance < MODE_BAND[1])
         if fits.any():
             weight = np.where(fits, motion[:, None], 0.0)
-            at = int(np.argmax(weight.max(axis=1)))
-            mode = float(modes[int(np.argmax(weight[at]))])
-    wander = evidence.course.variation * float(frequency[at])
-    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[at], 0.1 * evidence.spectrum.cell)) + wander
+            index = int(np.argmax(weight.max(axis=1)))
+            mode = float(modes[int(np.argmax(weight[index]))])
+    wander = evidence.course.variation * float(frequency[index])
+    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[index], 0.1 * evidence.spectrum.cell)) + wander
     order = np.argsort(-power)
-    others = tuple(float(f) for f in frequency[order] if f != frequency[at])
-    return ChatterFrequency(float(frequency[at]), half, others[:6], mode)
+    others = tuple(float(f) for f in frequency[order] if f != frequency[index])
+    return ChatterFrequency(float(frequency[index]), half, others[:6], mode)
 
 
 def _lines(evidence: Evidence) -> tuple[FloatArray, FloatArray, FloatArray]:

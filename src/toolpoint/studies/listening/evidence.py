@@ -111,11 +111,11 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
         cut = samples[part.first:part.last]
         spectrum = line_spectrum(cut, rate, highest=HIGHEST_FREQUENCY)
         rivals = _search(spectrum, teeth, speed)
-    even, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
+    followed, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
     lines = separate_lines(spectrum, refined.frequency, teeth)
     is_background = _background(samples, rate, part, lines.others)
     families = find_families(lines.others.selected(~is_background), refined.frequency, teeth, spectrum.cell)
-    return Evidence(even, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
+    return Evidence(followed, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
                     tuple(families), lines.others.selected(is_background), _skirt(spectrum, lines, refined.frequency),
                     _broadband(samples, rate, part, lines), clipped, teeth)
 
@@ -127,12 +127,12 @@ def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, s
     passings = tooth * np.arange(1, COMPARED_PASSINGS + 1)
     power = spectrum.highest_near(passings, 1.5 * spectrum.cell)
     for piece in ("head", "tail"):
-        rest = samples[:first] if piece == "head" else samples[last:]
-        if rest.size < MIN_IDLE_SECONDS * rate:
+        outside = samples[:first] if piece == "head" else samples[last:]
+        if outside.size < MIN_IDLE_SECONDS * rate:
             continue
-        beside = line_spectrum(rest, rate, highest=HIGHEST_FREQUENCY)
-        level = beside.highest_near(passings, 1.0 * beside.cell)
-        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, beside.frequency, beside.floor)
+        quieter = line_spectrum(outside, rate, highest=HIGHEST_FREQUENCY)
+        level = quieter.highest_near(passings, quieter.cell)
+        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, quieter.frequency, quieter.floor)
         if np.sum(np.where(is_line, level, 0.0)) > MIN_PASSING_RATIO * power.sum() and is_line.sum() >= MIN_PASSINGS:
             first, last = (0, last) if piece == "head" else (first, samples.size)
     return CuttingPart(first, last, part.is_told and (first > 0 or last < samples.size))
@@ -143,17 +143,17 @@ def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: Spindle
     """Return the cut at even steps of angle with its spectrum, speed and course; as it was where tracking sharpens no comb."""
     limits = [speed.frequency * (1 + way * REFINEMENT_RANGE) for way in (-1, 1)]
     steady = SpeedCourse(np.full(cut.size, speed.frequency), 0.0)
-    before = search_speed(spectrum, teeth, limits[0], limits[1])[0]
-    if before.score < MIN_COMB_SCORE:  # few forced lines stand out: the distances of side bands tell more
+    untracked = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    if untracked.score < MIN_COMB_SCORE:  # few forced lines stand out: the distances of side bands tell more
         return cut, spectrum, speed, steady
     course = track_speed(cut, rate, speed.frequency, teeth)
     if course.variation > 0:
-        even = resample_by_angle(cut, rate, course)
-        sharper = line_spectrum(even, rate, highest=HIGHEST_FREQUENCY)
-        after = search_speed(sharper, teeth, limits[0], limits[1])[0]
-        if after.score > before.score + MIN_SHARPENING:
-            return even, sharper, after, course
-    return cut, spectrum, before, steady
+        resampled = resample_by_angle(cut, rate, course)
+        sharper = line_spectrum(resampled, rate, highest=HIGHEST_FREQUENCY)
+        tracked = search_speed(sharper, teeth, limits[0], limits[1])[0]
+        if tracked.score > untracked.score + MIN_SHARPENING:
+            return resampled, sharper, tracked, course
+    return cut, spectrum, untracked, steady
 
 
 def _search(spectrum: LineSpectrum, teeth: int, speed: float | None) -> tuple[SpindleSpeed, ...]:
@@ -191,9 +191,9 @@ def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Spec
     for idle in (head[:int(head.size - 0.1 * rate)] if head.size > 0.1 * rate else head[:0], tail):
         if idle.size >= MIN_IDLE_SECONDS * rate:
             spectrum = line_spectrum(idle, rate, highest=HIGHEST_FREQUENCY)
-            there = spectrum.lines()
-            near = np.abs(lines.frequency[:, None] - there.frequency[None, :]) < spectrum.cell
-            is_background |= (near & (there.power[None, :] > MIN_IDLE_POWER_RATIO * lines.power[:, None])).any(axis=1)
+            idle_lines = spectrum.lines()
+            is_same = np.abs(lines.frequency[:, None] - idle_lines.frequency[None, :]) < spectrum.cell
+            is_background |= (is_same & (idle_lines.power[None, :] > MIN_IDLE_POWER_RATIO * lines.power[:, None])).any(axis=1)
     return is_background
 
 
@@ -201,10 +201,10 @@ def _broadband(samples: FloatArray, rate: float, part: CuttingPart, lines: Separ
     """Power of the cut that stands in no line, over that of the orders; what is there before the cut is subtracted, and where
     nothing was recorded before it the answer is zero."""
     cut, idle = samples[part.first:part.last], samples[:max(part.first - int(0.1 * rate), 0)]
-    rest = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
+    residual = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
     if not part.is_told or idle.size < MIN_IDLE_SECONDS * rate:
         return 0.0  # noise of the surroundings cannot be told
-    return max(rest - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
+    return max(residual - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
 
 
 def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> float:
@@ -214,6 +214,6 @@ def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> flo
         return 0.0
     cell = spectrum.cell
     middle, half = 0.5 * sum(SKIRT_CELLS) * cell, 0.5 * (SKIRT_CELLS[1] - SKIRT_CELLS[0]) * cell
-    beside = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
+    skirts = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
     floor = np.interp(order, spectrum.frequency, spectrum.floor)
-    return float(np.sum(np.where(beside > 10 * floor, beside, 0.0)) / max(lines.order_power, 1e-300))
+    return float(np.sum(np.where(skirts > 10 * floor, skirts, 0.0)) / max(lines.order_power, 1e-300))

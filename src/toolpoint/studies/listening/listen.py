@@ -107,8 +107,8 @@ def _choose_channel(record: Record, channel: int | None) -> tuple[int, list[str]
     if columns == 1:
         return 0, []
     power = np.var(record.samples, axis=0)
-    at = int(np.argmax(power))
-    return at, [f"The record has {columns} channels; channel {at + 1}, the strongest, is judged (`channel`)."]
+    column = int(np.argmax(power))
+    return column, [f"The record has {columns} channels; channel {column + 1}, the strongest, is judged (`channel`)."]
 
 
 def _contradict(record: Record, column: int, teeth: int, evidence: Evidence, probability: float) -> float | None:
@@ -117,8 +117,8 @@ def _contradict(record: Record, column: int, teeth: int, evidence: Evidence, pro
     rivals = [rival for rival in evidence.rivals[1:] if rival.score > (1 - RIVAL_SCORE_MARGIN) * best.score
               and abs(rival.frequency / best.frequency - 1) > RIVAL_DISTANCE]
     for rival in rivals[:MAX_RIVALS]:
-        seen = gather_evidence(record.samples[:, column], record.sample_rate, teeth, rival.speed)
-        if (chatter_probability(seen) > 0.5) != (probability > 0.5):
+        rival_evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, rival.speed)
+        if (chatter_probability(rival_evidence) > 0.5) != (probability > 0.5):
             return rival.speed
     return None
 
@@ -172,15 +172,15 @@ def _frequencies(modes: Modes | Sequence[float] | None) -> FloatArray | None:
 
 
 def _notes(evidence: Evidence, speed: float | None) -> list[str]:
-    given = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
-    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{given}.",
+    difference = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
+    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{difference}.",
              "The probability is calibrated on simulated cuts of one tool in random rooms; chatter and none are taken as "
              "equally likely before the record."]
     if evidence.course.variation > 0:
         notes.append(f"The speed varied by {100 * evidence.course.variation:.2g} %; orders were tracked.")
     if evidence.background.frequency.size:
-        heard = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
-        notes.append(f"Lines that are there without the cut were left out: {heard} Hz.")
+        listed = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
+        notes.append(f"Lines that are there without the cut were left out: {listed} Hz.")
     elif not evidence.part.is_told:
         notes.append("No time without cut stands out in the record: lines of other machines are told by their pattern alone.")
     return notes

@@ -49,7 +49,7 @@ def chatter_probability(evidence: Evidence) -> float:
     without a period: it leaves the verdict open.
     """
     logit = float(features_of(evidence) @ np.array(LOGISTIC_COEFFICIENTS))
-    seen = 1 / (1 + np.exp(-np.clip(logit, -30, 30)))
+    from_lines = 1 / (1 + np.exp(-np.clip(logit, -30, 30)))
     hidden = evidence.lines.hidden
-    least = UNDECIDED_PROBABILITY if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
-    return float(max(seen, least))
+    lower_bound = UNDECIDED_PROBABILITY if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
+    return float(max(from_lines, lower_bound))

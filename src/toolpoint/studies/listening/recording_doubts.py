@@ -9,7 +9,6 @@ from toolpoint.studies.listening.probability import has_hidden_flip
 MAX_CLEAN_CLIPPING = 2e-4  # of the samples
 MAX_HIDDEN_FRACTION = 0.1  # of the frequencies, nearer to an order than can be told
 MAX_SKIRT = 0.3  # of the power of the orders, beside them: the speed wanders, or chatter hides there
-MIN_COMB_SCORE = 4.0  # standard deviations of the comb of a given speed
 MIN_TOOTH_FRACTION = 0.3  # of the power of all orders, at tooth passings
 MIN_HALF_TOOTH_FRACTION = 0.1  # of the power of all orders, at half tooth passings of two teeth
 MIN_TELLING_BANDS = 4  # side bands a tooth passing apart, which tell the speed as well
@@ -72,9 +71,9 @@ def question_flip(evidence: Evidence) -> list[Doubt]:
 
 def _rivals(evidence: Evidence) -> list[Doubt]:
     best = evidence.rivals[0]
-    near = [rival for rival in evidence.rivals[1:] if rival.score > best.score - RIVAL_MARGIN * abs(best.score)]
+    close_rivals = [rival for rival in evidence.rivals[1:] if rival.score > best.score - RIVAL_MARGIN * abs(best.score)]
     lines = [Doubt("spindle speed", f"searched in the sound: {best.speed:.1f} rev/min", "give `speed` where it is known")]
-    if near:
-        speeds = ", ".join(f"{rival.speed:.0f}" for rival in near[:3])
+    if close_rivals:
+        speeds = ", ".join(f"{rival.speed:.0f}" for rival in close_rivals[:3])
         lines.append(Doubt("spindle speed", f"{speeds} rev/min explain the lines as well as {best.speed:.0f}", "give `speed`"))
     return lines
