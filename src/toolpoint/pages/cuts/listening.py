@@ -13,6 +13,7 @@ from toolpoint.signals.orders.growth import sample_each_turn
 from toolpoint.studies.listening.listened_cut import CHATTER, NO_CHATTER, ListenedCut
 
 MIN_SHOWN_HARMONICS = 6  # tooth passings that the charts show at least
+MAX_MARKED_LINES = 12  # chatter lines marked in the spectrogram, the strongest
 LINES_MARGIN = 1.3  # of the highest strong line
 
 
@@ -31,7 +32,7 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
     highest, start = _highest(result), e.part.first / e.rate
     family = result.evidence.family if result.verdict != NO_CHATTER else None
     lines = None if family is None else family.lines
-    shown = np.zeros(0) if lines is None else lines.frequency
+    shown = np.zeros(0) if lines is None else lines.frequency[:MAX_MARKED_LINES]
     sound = Chart(spectrogram(e.samples, e.rate, e.tooth, shown, highest=highest, start=start),
                   "The cut over time; tooth passings and chatter lines are marked at the right edge.")
     report = report.with_section("Spectrogram", sound)
