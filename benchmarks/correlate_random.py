@@ -73,11 +73,11 @@ def trial(seed: int, case: str) -> tuple[str, list[str], float]:
             result = compare_with_test(machine, test)
     except Exception as error:
         return "refused", [str(error)[:60]], 0.0
-    pairs = {str(a): str(b) for a, b in result.now.points.pairs.items()}
+    pairs = {str(a): str(b) for a, b in result.correlation.points.pairs.items()}
     wrong = [n for n in used if pairs.get(str(numbers[n])) not in (n, None)]
     kind = "wrong" if wrong else "right" if len(pairs) >= 0.6 * len(used) else "few pairs"
-    return (kind, [str(d) for d in result.now.doubts],
-            float(result.now.pairs.values.min(initial=1.0)))
+    return (kind, [str(d) for d in result.correlation.doubts],
+            float(result.correlation.pairs.values.min(initial=1.0)))
 
 
 def main() -> None:

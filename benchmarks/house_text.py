@@ -36,6 +36,9 @@ PLACES_IN_A_SENTENCE = frozenset((ROOT / "benchmarks/unclear_words/locals.txt").
 KEY_MEANINGS = ROOT / SOURCE / "io/yaml/key_meanings.yaml"
 KEYS_OF_FILES = frozenset(re.findall(r"^  (\w+):", KEY_MEANINGS.read_text(encoding="utf-8"), re.MULTILINE))
 
+# Fields of a rectangle of a picture, beside left, width and height.
+RECTANGLE_FIELDS = frozenset({"top"})
+
 UNREADABLE_START = re.compile(
     r"(?:About|Above|Across|After|Against|Along|Among|As|At|Before|Below|Beside|Between|Beyond|By|During|For|From|How|In|Inside|Into|Like"
     r"|Near|Nor|Not|Of|On|Over|Per|Since|So|That|Through|To|Under|Until|Upon|What|Where|Which|While|Who|Whom|Whose|With|Within|Without)\b"
@@ -117,7 +120,7 @@ def _name_places(path: Path, tree: ast.Module) -> Iterator[Place]:
     fields = {field.target for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
               for field in node.body if isinstance(field, ast.AnnAssign)}
     for node in ast.walk(tree):
-        if node in fields and isinstance(node, ast.Name) and node.id in KEYS_OF_FILES:
+        if node in fields and isinstance(node, ast.Name) and node.id in KEYS_OF_FILES | RECTANGLE_FIELDS:
             continue
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             name, line = node.id, node.lineno

@@ -38,7 +38,7 @@ def main(count: int = 50) -> None:
         answer = (ResponsePeak(static=True), ResponsePeak(), DepthLimit(CUT))[seed % 3]
         # As far as the ranges go.
         first = improve(machine, factors, answer, goal=1e-30 if not answer.rises else 1e6, poses=[pose])
-        goal = first.before * (first.value / first.before) ** 0.5
+        goal = first.start_value * (first.value / first.start_value) ** 0.5
         result = improve(machine, factors, answer, goal=goal, poses=[pose])
         good = result.value >= goal if answer.rises else result.value <= goal
         sense = 1 if answer.rises else -1
@@ -46,7 +46,8 @@ def main(count: int = 50) -> None:
         met += good
         ahead += behind >= -3e-4
         worst = min(worst, behind)
-        print(f"{seed:3d} {answer.name:18s} {result.before:.4g} -> {goal:.4g}: {result.value:.5g}, cost {result.cost:.3f}, "
+        print(f"{seed:3d} {answer.name:18s} {result.start_value:.4g} -> {goal:.4g}: {result.value:.5g}, cost "
+              f"{result.cost:.3f}, "
               f"{len(result.changes())} changes, single {result.best_single[1]:.5g}, affine error {result.error:.1e}",
               flush=True)
     print(f"{met} of {count} goals met by the full model; in {ahead} no single change of equal cost does better (least lead "

@@ -120,7 +120,7 @@ def run_peer(work: Work, score: Score, settings: dict[str, int]) -> None:
                 continue
             result = setup["ssi"].result
             values = np.ravel(result.Fn), np.ravel(result.Xi)
-            if np.isfinite(values[0]).all() and np.isfinite(values[1]).all():
+            if values[0].size and np.isfinite(values[0]).all() and np.isfinite(values[1]).all():
                 frequency.append(float(values[0][0]))
                 damping.append(float(values[1][0]))
                 shape.append(np.asarray(result.Phi).reshape(work.shape.shape[0], -1)[:, 0])

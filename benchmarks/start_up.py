@@ -49,13 +49,13 @@ def cpu_of(arguments: Sequence[str], folder: str) -> tuple[float, int]:
 
 def calls(folder: Path) -> dict[str, int]:
     """Return every call with the exit code that it must end with."""
-    from toolpoint.app.main import HOME
+    from toolpoint.app.main import MODULE_OF_COMMAND
 
     wrong, text = folder / "wrong.yaml", folder / "wrong.txt"
     wrong.write_text(MACHINE)
     text.write_text("this is no response\n1 2\nthree\n")
     missing = {"yaml": folder / "none.yaml", "frf": folder / "none.txt"}
-    helps = {f"{name} --help": 0 for name in sorted(HOME)} | {"--help": 0, "--version": 0}
+    helps = {f"{name} --help": 0 for name in sorted(MODULE_OF_COMMAND)} | {"--help": 0, "--version": 0}
     impossible = {call.format(good=GOOD): 2 for call in IMPOSSIBLE}
     wrongs = {call.format(**names): 2 for names in ({"yaml": wrong, "frf": text}, missing) for call in FAULTY}
     return helps | wrongs | impossible

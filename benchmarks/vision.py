@@ -310,11 +310,11 @@ def _shape_held(scene: Any, body: Any, result: Any, at: int, r: int) -> list[boo
 
 def mill_bars(seed: int) -> Row:
     """P4: two planes, ranking, FRAC."""
-    from toolpoint.app.commands.demos import MILL
+    from toolpoint.app.commands.demos import MILL_FILE
     from toolpoint.io import read_machine
     from toolpoint.studies import FILMED_TRUTH
 
-    machine = read_machine(Path(__file__).resolve().parents[1] / "src/toolpoint/app/machines" / MILL)
+    machine = read_machine(Path(__file__).resolve().parents[1] / "src/toolpoint/app/machines" / MILL_FILE)
     rows: Row = {}
     for method in ("templates", "phase"):
         result = update_from_virtual_videos(machine, FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),

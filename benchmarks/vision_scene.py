@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint.vision.clip import Region
-from toolpoint.vision.rendering.scene import MARGIN, PicturedBody, Scene2D, decays
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, PicturedBody, Scene2D, decays
 from toolpoint.vision.rendering.texture import plain, random_texture
 
 SHAPE, RATE, FRAMES = (720, 1280), 960.0, 960
@@ -29,7 +29,7 @@ def c_frame(rng: np.random.Generator, amplitude: tuple[float, float], *, shape: 
     bodies = []
     for name, full in BOXES.items():
         box = tuple(round(scale * value) for value in full)
-        texture = random_texture((box[3] + 2 * MARGIN, box[2] + 2 * MARGIN), rng, contrast=contrast)
+        texture = random_texture((box[3] + 2 * TEXTURE_MARGIN, box[2] + 2 * TEXTURE_MARGIN), rng, contrast=contrast)
         extent, centre = max(box[2:]) / 2, np.array([box[0] + (box[2] - 1) / 2, box[1] + (box[3] - 1) / 2])
         field = np.zeros((2, 2, 6))
         field[0] = _turn(centre, extent, scale * np.array(FOOT)) / (550 * scale) * amplitude[0]
@@ -39,7 +39,7 @@ def c_frame(rng: np.random.Generator, amplitude: tuple[float, float], *, shape: 
             field[1, 0, 5] += BEND * amplitude[1]
             field[1, 1, 3] += 0.7 * BEND * amplitude[1]
         bodies.append(PicturedBody(name, box, texture, field))
-    size = (shape[0] + 2 * MARGIN, shape[1] + 2 * MARGIN)
+    size = (shape[0] + 2 * TEXTURE_MARGIN, shape[1] + 2 * TEXTURE_MARGIN)
     wall = random_texture(size, rng, contrast=wall_contrast, grey=200.0) if wall_contrast else plain(size, 200.0)
     return Scene2D(tuple(bodies), decays(FREQUENCY, RATIO), wall)
 

@@ -22,7 +22,7 @@ def main() -> float:
     print(result.table())
     with tempfile.TemporaryDirectory() as folder:
         print(correlation_page(result).save(folder))
-    return min(float(result.now.mac[i, j]) for i, j in result.now.pairs.pairs)
+    return min(float(result.correlation.mac[i, j]) for i, j in result.correlation.pairs.pairs)
 
 
 if __name__ == "__main__":

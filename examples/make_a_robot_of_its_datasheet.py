@@ -11,7 +11,7 @@ def main() -> float:
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "milling_robot_datasheet.yaml") as path:
         study = study_datasheet(read_datasheet(path), read_robot_machine(path))
     print(study.table())
-    return study.still.vertical_force
+    return study.rest_load.vertical_force
 
 
 if __name__ == "__main__":

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from toolpoint.app.main import HOME, cli
+from toolpoint.app.main import MODULE_OF_COMMAND, cli
 
 
 def write_commands(folder: Path) -> None:
     """Write the help of every command."""
     lines = ["# Commands", "",
              "`toolpoint COMMAND --help` says the same. Lengths and angles of options carry units: `200mm`, `30deg`.", ""]
-    for name in sorted(HOME):
+    for name in sorted(MODULE_OF_COMMAND):
         context = click.Context(cli, info_name="toolpoint")
         command = cli.get_command(context, name)
         assert command is not None

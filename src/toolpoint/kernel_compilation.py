@@ -203,13 +203,13 @@ def _video() -> None:
     from toolpoint.vision.displacement.measure import measure, scan
     from toolpoint.vision.displacement.points import windows_at
     from toolpoint.vision.rendering import texture
-    from toolpoint.vision.rendering.scene import MARGIN, Camera, PicturedBody, Scene2D, film
+    from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, PicturedBody, Scene2D, film
 
     scanned = scan(clip_of(np.random.default_rng(1).integers(0, 255, (40, 64, 64), dtype=np.uint8), 100.0))
     for method in ("templates", "lucas-kanade", "phase"):
         measure(scanned, windows_at(scanned.reference, np.array([[20, 20]]), 17), method)
-    body = PicturedBody("body", (20, 20, 8, 8), texture.plain((8 + 2 * MARGIN,) * 2, 130.0), np.zeros((1, 2, 6)))
-    scene = Scene2D((body,), lambda t: np.ones((len(t), 1)), texture.plain((48 + 2 * MARGIN,) * 2, 205.0))
+    body = PicturedBody("body", (20, 20, 8, 8), texture.plain((8 + 2 * TEXTURE_MARGIN,) * 2, 130.0), np.zeros((1, 2, 6)))
+    scene = Scene2D((body,), lambda t: np.ones((len(t), 1)), texture.plain((48 + 2 * TEXTURE_MARGIN,) * 2, 205.0))
     film(scene, Camera(shape=(48, 48), frame_rate=100.0), 4, rng=np.random.default_rng(1))
 
 

@@ -17,7 +17,7 @@ from toolpoint.machine import description as d
 from toolpoint.pages.robots.accuracy import accuracy_page
 from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path, mill_side
-from toolpoint.studies.accuracy.side_run import _every, time_shares
+from toolpoint.studies.accuracy.side_run import _keep_interval, time_shares
 from toolpoint.studies.accuracy.tool_paths import line
 
 CUT = CuttingDescription.of(diameter=0.006, teeth=2, helix=np.radians(42), tangential=1780e6, normal=593e6, edge_tangential=9e3,
@@ -85,7 +85,7 @@ def test_the_chip_of_a_file_and_what_it_needs(tmp_path):
 @pytest.mark.parametrize("per_turn", [32, 100, 150, 200, 210, 720])
 @pytest.mark.parametrize("steps", [1000, 1_000_001, 2_500_000, 3_750_000, 8_400_001])
 def test_samples_that_are_kept_take_all_phases_of_a_revolution_alike(steps, per_turn):
-    keep = _every(steps, per_turn)
+    keep = _keep_interval(steps, per_turn)
     assert math.gcd(keep, per_turn) == 1 and steps / keep <= 1_000_000
     assert len(set(keep * np.arange(per_turn) % per_turn)) == per_turn
 

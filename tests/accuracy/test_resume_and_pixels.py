@@ -33,7 +33,7 @@ class Stopped(Exception):
 
 @pytest.mark.slow
 def test_a_stopped_run_goes_on_to_the_same_numbers(tmp_path, monkeypatch):
-    monkeypatch.setattr(side_run, "_BLOCK", 10_000)
+    monkeypatch.setattr(side_run, "_SIDE_BLOCK_STEPS", 10_000)
     machine, path = slide(), line([0, 0, 0], [0.01, 0, 0])
     setup = replace(SETUP, halved=True, regenerative=True, depth=0.1e-3)
 

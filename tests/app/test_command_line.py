@@ -205,3 +205,16 @@ def test_matrices_of_other_names_and_units(tmp_path, capsys):
         assert run(["modes", path, *words]) == 2
         assert message in capsys.readouterr().err
     assert run(["modes", MACHINE, "--units", "mm-t-s"]) == 2
+
+
+def test_help_answers_by_question_and_cuts_no_sentence(capsys):
+    from toolpoint.app.main import COMMANDS_OF_QUESTION, MODULE_OF_COMMAND
+
+    grouped = [name for names in COMMANDS_OF_QUESTION.values() for name in names]
+    assert sorted(grouped) == sorted(MODULE_OF_COMMAND)
+    assert run(["--help"]) == 0
+    printed = capsys.readouterr().out
+    assert "..." not in printed.split("Options:")[1] and all(f"{question}:" in printed for question in COMMANDS_OF_QUESTION)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    positions = [readme.index(f"**{question}**") for question in COMMANDS_OF_QUESTION]
+    assert positions == sorted(positions)

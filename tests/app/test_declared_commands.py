@@ -49,7 +49,7 @@ class Shown:
 def try_options(run: Frame, name: Annotated[str, Argument()], pair: Pair, *,
                 word: Annotated[Literal["a", "b"], Help("W.")] = "a",
                 numbers: Annotated[Numbers | None, Help("N.")] = None,
-                many: Annotated[tuple[int, ...], Help("M.", least=2, excludes="--flag, which is one too")] = (),
+                many: Annotated[tuple[int, ...], Help("M.", minimum=2, excludes="--flag, which is one too")] = (),
                 flag: Annotated[bool, Help("F.")] = False,
                 size: Annotated[float, Reading(float), Help("S.", default="2.5")]) -> None:
     """Show what was received."""
@@ -87,7 +87,7 @@ def test_what_cannot_be_is_refused(words, told):
 def test_numbers_are_typed_in_their_unit_and_received_in_si():
     @command(page=False)
     def weigh(run: Frame, *, depth: Annotated[float, Help("Depth, mm.", scale=1e-3)],
-              share: Annotated[float, Help("Share, %.", scale=1e-2, above=0, most=100)] = 50.0,
+              share: Annotated[float, Help("Share, %.", scale=1e-2, above=0, maximum=100)] = 50.0,
               none: Annotated[float | None, Help("None.", scale=1e-3)] = None) -> None:
         """Say what was received."""
         run.show(Shown(depth=depth, share=share, none=none))

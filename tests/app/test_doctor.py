@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.app.main import HOME, main
+from toolpoint.app.main import MODULE_OF_COMMAND, main
 from toolpoint.studies.environment import examine_environment
 
 
@@ -45,7 +45,7 @@ def test_commands_and_options_are_completed():
                               text=True)
         return [line.split(",")[-1] for line in done.stdout.splitlines()]
 
-    assert set(completed("toolpoint ", 1)) == set(HOME)
+    assert set(completed("toolpoint ", 1)) == set(MODULE_OF_COMMAND)
     assert "--teeth" in completed("toolpoint lobes --tee", 2)
 
 

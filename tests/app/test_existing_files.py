@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from toolpoint.app.declare import Help, command
-from toolpoint.app.main import HOME, main
+from toolpoint.app.main import MODULE_OF_COMMAND, main
 from toolpoint.app.values import NewFile
 
 
@@ -39,7 +39,7 @@ WRITING = {"identify": ["-m"], "frf": ["--save"], "joints": ["--machine"], "upda
 
 @pytest.mark.parametrize(("command", "option"), [(name, option) for name, options in WRITING.items() for option in options])
 def test_no_command_writes_over_a_file(tmp_path, capsys, command, option):
-    assert command in HOME
+    assert command in MODULE_OF_COMMAND
     file = tmp_path / "kept.yaml"
     file.write_text("old")
     with pytest.raises(SystemExit) as ended:

@@ -12,14 +12,14 @@ from conftest import MACHINES
 from toolpoint import ToolpointError, io
 from toolpoint.app.declare import Help, command
 from toolpoint.app.frame import Frame
-from toolpoint.app.main import HOME, cli, main
+from toolpoint.app.main import MODULE_OF_COMMAND, cli, main
 from toolpoint.app.values import NewFile
 from toolpoint.io.output_places import check_file_place, check_folder_place, check_page_place
 
 
 def all_commands():
     context = click.Context(cli)
-    return {name: cli.get_command(context, name) for name in HOME}
+    return {name: cli.get_command(context, name) for name in MODULE_OF_COMMAND}
 
 
 PAGED = [name for name, each in all_commands().items() if any(p.name == "output" for p in each.params)]

@@ -14,8 +14,8 @@ from toolpoint.app.terminal import _FirstUse
 
 @pytest.fixture
 def _quick(monkeypatch):
-    monkeypatch.setattr(console, "FIRST_LINE", 0.05)
-    monkeypatch.setattr(console, "NEXT_LINE", 0.05)
+    monkeypatch.setattr(console, "FIRST_LINE_DELAY", 0.05)
+    monkeypatch.setattr(console, "LINE_INTERVAL", 0.05)
     monkeypatch.setattr(console, "interactive", lambda: False)
 
 

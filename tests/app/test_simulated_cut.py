@@ -53,7 +53,7 @@ def test_a_cut_from_measured_lines_is_that_of_their_modes(folder, tmp_path, caps
     with pytest.raises(SystemExit):
         main(["mill", "--frf", str(folder / "noise.txt"), *map(str, common)])
     assert "no mode found" in capsys.readouterr().err
-    monkeypatch.setattr(dynamics, "LEAST_FIT", 1.1)
+    monkeypatch.setattr(dynamics, "MIN_LINE_FIT", 1.1)
     with pytest.raises(SystemExit):
         main(["mill", *map(str, [*pair, *common])])
     assert "explain only 100 % of a response; identify them with care" in capsys.readouterr().err

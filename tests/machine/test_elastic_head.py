@@ -29,7 +29,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module", autouse=True)
 def _cold():
     """What other tests of this process keep in memory is forgotten: it would not be written."""
-    body_store._kept.cache_clear()
+    body_store._load_or_reduce.cache_clear()
 
 
 @pytest.fixture(autouse=True)
@@ -60,14 +60,14 @@ def test_bodies_are_kept_on_disk_by_content(head, folder):
     kept = list(folder.glob("body-*.npz"))
     assert len(kept) == 1  # three limbs of one description
     body = body_store.read_body(kept[0]).nominal
-    body_store._kept.cache_clear()
+    body_store._load_or_reduce.cache_clear()
     again = machine_file.read(MACHINES / "three_rps_elastic_head.yaml")
     assert np.array_equal(again.bodies[1].mass, body.mass) and again.bodies[1].notes == head.bodies[1].notes
     pose = {"Z": -0.9, "tilt": 0.2, "azimuth": 0.0}
     assert np.array_equal(estimate_reduction(again, pose).error, estimate_reduction(head, pose).error)
     assert np.array_equal(again.bodies[1].interfaces["guide"].slide.values, head.bodies[1].interfaces["guide"].slide.values)
     kept[0].write_bytes(b"cut off")
-    body_store._kept.cache_clear()
+    body_store._load_or_reduce.cache_clear()
     assert np.allclose(machine_file.read(MACHINES / "three_rps_elastic_head.yaml").bodies[1].stiffness, body.stiffness)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.machine import assemble, build
-from toolpoint.machine.assembly.gyroscopics import at_speed
+from toolpoint.machine.assembly.gyroscopics import run_at_speed
 from toolpoint.machine.description import (
     BodyDescription,
     FrameDescription,
@@ -114,7 +114,7 @@ def test_lobes_take_the_modes_of_every_speed(vertical):
     speeds = np.array([6000.0, 20000.0])
     chart = lobes(tool_point(machine), speeds=speeds, method=ZeroOrder())[0]
     for i, speed in enumerate(speeds):
-        single = lobes(tool_point(at_speed(machine, speed * np.pi / 30)), speeds=speeds[i:i + 1], method=ZeroOrder())[0]
+        single = lobes(tool_point(run_at_speed(machine, speed * np.pi / 30)), speeds=speeds[i:i + 1], method=ZeroOrder())[0]
         assert chart.limit[i] == pytest.approx(single.limit[0], rel=1e-9)
     still = build(replace(machine.description, bodies={"rotor": replace(machine.description.bodies["rotor"], spin=None)}))
     plain = lobes(tool_point(still), speeds=speeds, method=ZeroOrder())[0]

@@ -7,7 +7,7 @@ import pytest
 
 from toolpoint._doubt import Doubt
 from toolpoint.io import read_machine
-from toolpoint.machine.assembly.mesh_estimate import MESH_LARGE
+from toolpoint.machine.assembly.mesh_estimate import MAX_MESH_ERROR
 from toolpoint.studies import check_machine, solve_modes
 from toolpoint.vibration.sparse import factorisation
 
@@ -49,7 +49,7 @@ def test_a_coarse_mesh_is_doubted_beside_a_fine_reduction(tmp_path, monkeypatch)
     truth = solve_modes(machine(tmp_path, 25.0), None, 6)
     true = coarse.frequency / truth.frequency - 1
     mesh = coarse.reduction.mesh
-    assert coarse.reduction.error.max() < 1e-3 < MESH_LARGE < true.max()
+    assert coarse.reduction.error.max() < 1e-3 < MAX_MESH_ERROR < true.max()
     assert (mesh > true / 3).all() and (mesh < 8 * true).all()
     assert truth.reduction.mesh.max() < 0.7 * mesh.max()
     doubt, = (note for note in coarse.notes if isinstance(note, Doubt))
@@ -65,7 +65,7 @@ def test_the_estimate_is_the_same_from_disk(tmp_path, monkeypatch):
     monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path / "cache"))
     found = []
     for _ in range(2):
-        body_store._kept.cache_clear()
+        body_store._load_or_reduce.cache_clear()
         found.append(solve_modes(machine(tmp_path, 50.0), None, 4).reduction.mesh)
-    body_store._kept.cache_clear()
+    body_store._load_or_reduce.cache_clear()
     assert list((tmp_path / "cache").glob("body-*.npz")) and np.array_equal(*found)

@@ -15,11 +15,12 @@ from toolpoint.modal_identification.operational.bands import plan_bands
 from toolpoint.modal_identification.operational.correlations import Correlations, correlate_blocks
 from toolpoint.modal_identification.operational.drift import question_drift
 from toolpoint.modal_identification.operational.harmonics import Harmonic, number_orders, remove_harmonics
+from toolpoint.modal_identification.operational.line_remainders import remainders_of_lines
 from toolpoint.modal_identification.operational.mode_selection import SelectedModes
 from toolpoint.modal_identification.operational.record_doubts import question_records
 from toolpoint.modal_identification.operational.shapes import fit_shapes
 from toolpoint.modal_identification.operational.subspace import subspace_poles
-from toolpoint.vibration import Record
+from toolpoint.vibration import Modes, Record
 from toolpoint.vibration.correlation import mac
 
 POLES = 2 * np.pi * np.array([10.0, 17.0, 31.0]) * np.array([-0.01 + 1j, -0.02 + 1j, -0.015 + 1j])
@@ -194,6 +195,18 @@ def test_shapes_are_displacements_whatever_is_measured() -> None:
     record = Record(mixed, RATE, [f"{k}:+x" for k in range(4)], ["displacement", "velocity", "displacement", "displacement"])
     found = identify_operational(record, band=(5.0, 39.0))
     assert np.diag(mac(found.modes.shape, shapes)).min() > 0.98
+
+
+def test_what_a_removed_line_leaves_is_no_mode() -> None:
+    """A shape of mixed phases within its half width of a removed line is a remainder; one of one phase is kept and doubted."""
+    shape = np.array([[1.0, 1.0], [1.0j, -0.8], [-1.0, 0.5]])
+    modes = Modes([20.0, 30.0], [0.003, 0.004], shape, ["1:+x", "2:+x", "3:+x"], "unscaled")
+    lines = tuple(Harmonic(f, 1e-4, 0.99, 1.0) for f in (20.03, 30.02, 50.0))
+    is_remainder, doubts = remainders_of_lines(modes, np.array([0.01, 0.01]), lines)
+    assert is_remainder.tolist() == [True, False]
+    assert len(doubts) == 1 and doubts[0].startswith("mode at 30 Hz")
+    far, none = remainders_of_lines(modes, np.array([0.01, 0.01]), (Harmonic(20.1, 1e-4, 0.99, 1.0),))
+    assert not far.any() and none == ()
 
 
 def test_noise_has_no_modes() -> None:

@@ -417,7 +417,8 @@ def finite_elements() -> Report:
 
     mill = small_mill()
     return finite_element_page(study_finite_elements(mill, {"denser low part": mill.scaled(density={"column.low": 1.1})},
-                                                     tested=mill.scaled(joints={"flange": 0.8}), finer=mill, damper_mass=3.0))
+                                                     tested=mill.scaled(joints={"flange": 0.8}), finer_machine=mill,
+                                                     damper_mass=3.0))
 
 
 @case

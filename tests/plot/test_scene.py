@@ -88,7 +88,7 @@ def test_signed_directions_repeated_directions_and_gaps():
     modes = Modes([5.0], [0.01], np.array([[-2.0], [4.0], [1.0], [99.0], [0.5]]), dofs)
     shapes = AnimatedShapes.from_modes(modes, {1: (0, 0, 0), 2: (1, 0, 0), 3: (2, 0, 0)})
     np.testing.assert_allclose(shapes.displacement[0], [[3, 1, 0], [0, 0, 0.5], [0, 0, 0]], atol=1e-12)
-    assert shapes.known.tolist() == [True, True, False]
+    assert shapes.has_data.tolist() == [True, True, False]
     assert any("1 of 3 points have no data" in note for note in shapes.notes)
     assert any("one or two directions" in note for note in shapes.notes)
 

@@ -20,10 +20,10 @@ from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import rigid_members, robot_machine
 from toolpoint.studies.machines.branch_words import name_branches
 from toolpoint.studies.machines.pose_map import pose_map
-from toolpoint.studies.machines.reach import LARGEST_AXIS_STEP, branch_names, reach_places
+from toolpoint.studies.machines.reach import MAX_AXIS_STEP, branch_names, reach_places
 from toolpoint.studies.robots.reach_study import study_reach
 from toolpoint.studies.robots.regions import search_regions
-from toolpoint.studies.robots.segment_poses import FINE_STEP
+from toolpoint.studies.robots.segment_poses import FOLLOWING_STEP
 
 MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
 
@@ -157,8 +157,8 @@ def test_a_segment_stays_on_one_branch_and_no_axis_jumps(seed):
         assert set(name_branches(machine, batch)) == {each.branch} and BranchChoice.parsed(branch).allows(each.branch)
         tips = tool_place(machine, batch)[0]
         np.testing.assert_allclose(tips, np.linspace(each.start, each.end, 4), atol=1e-9)
-        parts = np.ceil(0.05 / FINE_STEP)
-        assert max(np.abs(np.diff(v)).max() for v in batch.values()) <= LARGEST_AXIS_STEP * parts + 1e-9
+        parts = np.ceil(0.05 / FOLLOWING_STEP)
+        assert max(np.abs(np.diff(v)).max() for v in batch.values()) <= MAX_AXIS_STEP * parts + 1e-9
 
 
 def test_the_shipped_robot_has_no_even_segment_across_branches():

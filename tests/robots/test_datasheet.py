@@ -45,7 +45,7 @@ def test_rows_of_table_3_that_do_not_follow_are_listed(sheet):
 
 
 def test_nearest_reducers_of_the_catalogue_are_those_of_the_source(sheet):
-    assert [row.nearest for row in compute_gearing(sheet)] == [row.reducer for row in compute_gearing(sheet)]
+    assert [row.nearest_reducer for row in compute_gearing(sheet)] == [row.reducer for row in compute_gearing(sheet)]
 
 
 def test_the_robot_weighs_what_the_datasheet_says(machine):
@@ -55,8 +55,8 @@ def test_the_robot_weighs_what_the_datasheet_says(machine):
 @pytest.mark.slow
 def test_base_reaction_at_rest_is_the_manual_s_weight(sheet, machine):
     result = study_datasheet(sheet, machine.description, finite_elements=False)
-    assert result.still.vertical_force == pytest.approx(313.6, abs=1e-9)
-    assert result.still.horizontal_force == pytest.approx(0, abs=1e-9)
+    assert result.rest_load.vertical_force == pytest.approx(313.6, abs=1e-9)
+    assert result.rest_load.horizontal_force == pytest.approx(0, abs=1e-9)
     assert any("power-off" in line for line in result.differences)
 
 

@@ -65,7 +65,7 @@ def test_one_file_may_hold_all_three(sheet, tmp_path):
     assert machine.description.joints["joint_q3"].parent_interface == "far"
     assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(32.0, rel=1e-9)
     study = study_datasheet(mixed, machine.description, finite_elements=False)
-    assert study.still.vertical_force == pytest.approx(313.6, abs=1e-9)
+    assert study.rest_load.vertical_force == pytest.approx(313.6, abs=1e-9)
     lowest = natural_frequencies(machine, {}, 1)[0, 0]
     assert lowest < natural_frequencies(build(robot_machine(rigid_members(mixed))), {}, 1)[0, 0]
 
@@ -151,7 +151,7 @@ def test_a_member_of_another_program_s_mesh_is_the_same_box(sheet, tmp_path):
     assert sum(b.mass[0, 0] for b in mine.bodies) == pytest.approx(32.0, rel=1e-9)
     assert np.allclose(natural_frequencies(mine, {}, 4), natural_frequencies(other, {}, 4), rtol=1e-6)
     study = study_datasheet(robot_file.read(path), machine, finite_elements=False)
-    assert study.still.vertical_force == pytest.approx(313.6, abs=1e-9)
+    assert study.rest_load.vertical_force == pytest.approx(313.6, abs=1e-9)
 
 
 def test_a_surface_alone_is_no_finite_elements(tmp_path):

@@ -32,7 +32,7 @@ def robot():
 def test_slopes_are_exact(robot, answer):
     factors = [*FACTORS, Factor("mass", ("bodies.link6.mass",), 0.5, 1.0)]
     model = _AffineModel.of(robot, factors, [{"q2": 0.2}])
-    at = model.rest + np.array([0.3, 0.3, 0.3, 0.3, -0.3])
+    at = model.resting + np.array([0.3, 0.3, 0.3, 0.3, -0.3])
 
     def value(shares):
         values = answer.evaluate(model.at(shares)[0], None)[0]
@@ -72,7 +72,7 @@ def test_the_cheapest_change_is_that_of_the_closed_form():
 @pytest.mark.parametrize(("answer", "share"), [
     (ResponsePeak(static=True), 0.8), pytest.param(DepthLimit(CUT), 1.3, marks=pytest.mark.slow)])
 def test_goals_are_met_by_the_full_model_and_no_single_change_does_better(robot, answer, share):
-    before = improve(robot, FACTORS, answer, goal=1e-9 if answer.rises else 1.0).before
+    before = improve(robot, FACTORS, answer, goal=1e-9 if answer.rises else 1.0).start_value
     result = improve(robot, FACTORS, answer, goal=share * before, doubts=[Factor("tool", ("bodies.link6.mass",), 0.9, 1.1)],
                      draws=4, rng=np.random.default_rng(1))
     sense = 1 if answer.rises else -1
@@ -83,7 +83,7 @@ def test_goals_are_met_by_the_full_model_and_no_single_change_does_better(robot,
 
 def test_a_goal_out_of_reach_says_so(robot):
     result = improve(robot, FACTORS, ResponsePeak(static=True), goal=1e-9)
-    assert result.status.startswith("the goal cannot be met") and result.value < result.before
+    assert result.status.startswith("the goal cannot be met") and result.value < result.start_value
 
 
 def test_command(tmp_path, capsys):

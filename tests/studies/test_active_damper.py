@@ -119,7 +119,7 @@ def test_least_depth_is_the_lowest_point_of_all_lobes():
     least, frequency = least_depth(response.values, mean_factors(problem), lines)
     chart = stability.chart(problem, np.linspace(60, 160, 4000), ZeroOrder(), depth_max=3 * least)
     assert least <= chart.limit.min() * (1 + 1e-6) and chart.limit.min() == pytest.approx(least, rel=2e-3)
-    assert cut_limit(response, CUT).least == least and 30 < frequency < 90
+    assert cut_limit(response, CUT).depth == least and 30 < frequency < 90
 
 
 def test_damper_for_a_cut_is_no_worse_than_those_for_other_goals():

@@ -56,7 +56,7 @@ def test_screening_takes_moduli_by_pattern(arm):
 
 def test_improve_reaches_its_goal_by_a_modulus(arm):
     factors = [Factor("casting", (MODULUS,), 1.0, 1.5, cost=2.0), Factor("foot", ("joints.foot.stiffness.ry",), 1.0, 1.5)]
-    before = improve_machine(arm, factors, ResponsePeak(static=True), goal=1e-12).before
+    before = improve_machine(arm, factors, ResponsePeak(static=True), goal=1e-12).start_value
     result = improve_machine(arm, factors, ResponsePeak(static=True), goal=0.85 * before)
     # The full model reduces the body anew: what the kept shapes lack is in the value and said.
     assert result.value == pytest.approx(0.85 * before, rel=0.01) and result.error < 0.01

@@ -64,7 +64,7 @@ def test_damper_of_one_mode_is_den_hartogs():
     modes = Modes([100.0], [1e-9], [[1.0]], [Dof("tool", "+x")])
     damper = tune_damper(modes, "tool:+x", "tool:+x", mass=mu, lines=np.linspace(70, 130, 6001))
     assert damper.start == pytest.approx((100 / (1 + mu), np.sqrt(3 * mu / (8 * (1 + mu) ** 3))))
-    assert abs(damper.after).max() * w**2 == pytest.approx(np.sqrt(1 + 2 / mu), rel=5e-3)
+    assert abs(damper.with_damper).max() * w**2 == pytest.approx(np.sqrt(1 + 2 / mu), rel=5e-3)
     assert damper.frequency == pytest.approx(damper.start[0], rel=2e-3)
 
 

@@ -37,14 +37,14 @@ def small_mill(loss_factor=0.01, lower=IRON):
 def study():
     mill = small_mill()
     return study_finite_elements(mill, {"denser low part": mill.scaled(density={"column.low": 1.1})},
-                                 tested=mill.scaled(joints={"flange": 0.8}), finer=mill, damper_mass=3.0)
+                                 tested=mill.scaled(joints={"flange": 0.8}), finer_machine=mill, damper_mass=3.0)
 
 
 @pytest.mark.slow
 def test_grams_are_what_thicker_walls_give(study):
     """E and density of a set times 1 + e adds e times its mass: Hz/kg of its elements, weighted by their mass."""
     mill, e = study.machine, 1e-4
-    gains = study.whole.hertz_a_kilogram("column")[:3]
+    gains = study.whole_sensitivity.hertz_a_kilogram("column")[:3]
     names = np.array(study.sensitivities["column"].set_names)
     masses = np.array([0.25 * 0.2 * 0.3, 0.25 * 0.2 * 0.4]) * 7000
     for name, mass in zip(("low", "high"), masses, strict=True):
@@ -108,16 +108,16 @@ def test_options_are_judged_by_the_same_cut(study):
     base = study.base.limit
     for option in study.every_option:
         assert option.limit.chart.depth_max == base.chart.depth_max
-        assert option.limit.least <= option.limit.chart.limit.min() * (1 + 1e-3)
-    assert study.dampers.tuned.depths[0] == pytest.approx(base.least, rel=1e-9)
-    assert study.dampers.active.depths[0] == pytest.approx(base.least, rel=1e-3)
-    assert all(option.limit.least > base.least for option in study.dampers.options)
+        assert option.limit.depth <= option.limit.chart.limit.min() * (1 + 1e-3)
+    assert study.dampers.tuned.depths[0] == pytest.approx(base.depth, rel=1e-9)
+    assert study.dampers.active.depths[0] == pytest.approx(base.depth, rel=1e-3)
+    assert all(option.limit.depth > base.depth for option in study.dampers.options)
     assert study.options[0].frequency[0] < study.base.frequency[0]
 
 
 @pytest.mark.slow
 def test_a_part_alone_and_its_slopes(study):
-    alone = study.alone
+    alone = study.part_sensitivity
     assert alone.pairs.frequency[0] > study.pairs.frequency[0], "its foot stands on the ground"
     assert np.allclose(alone.frequency["column"].density.sum(axis=1), -0.5, atol=1e-9)
     e, rho = alone.motion.by_part()["column"]

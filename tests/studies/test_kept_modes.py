@@ -12,7 +12,7 @@ from toolpoint.cutting.cut.kept_modes import MAX_LEFT_OUT_GAIN, find_least_frequ
 from toolpoint.io.yaml import machine_file
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.machines.reach import reach_places
-from toolpoint.studies.machines.tool_point import deepest, lobes, milling_problem, pose_problem, tool_point
+from toolpoint.studies.machines.tool_point import first_loss_depth, lobes, milling_problem, pose_problem, tool_point
 
 ROBOT = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
 PLACES = np.array([[0.6, 0, 0.1], [0.35, 0, 0.3]])
@@ -63,7 +63,7 @@ def test_limits_of_a_robot_with_the_modes_that_count_are_those_with_all(robot):
         problem = pose_problem(study, machine.description.cutting, 0)
         every = milling_problem(machine.description.cutting, study.modes.at_pose(0), "tip:+x", y="tip:+y")
         assert every.plane.poles.size > problem.plane.poles.size + 20
-        method, depth = PanelArnoldi(first_only=True, tolerance=1e-4), deepest(problem)
+        method, depth = PanelArnoldi(first_only=True, tolerance=1e-4), first_loss_depth(problem)
         kept, whole = (stability.chart(p, speeds, method, depth_max=depth).limit for p in (problem, every))
         np.testing.assert_allclose(kept, whole, rtol=5e-3)
 
@@ -89,7 +89,7 @@ def test_a_root_beside_a_level_is_found_with_more_nodes(robot):
     speed = np.linspace(2000, 24000, 200)[107:108]
     pose = reach_places(machine, [[-0.15, 0.0, 0.25]], point="wrist").poses[0]
     problem = pose_problem(tool_point(machine, [pose]), machine.description.cutting, 0)
-    first, whole = (stability.chart(problem, speed, method, depth_max=deepest(problem)) for method in (
+    first, whole = (stability.chart(problem, speed, method, depth_max=first_loss_depth(problem)) for method in (
         PanelArnoldi(first_only=True, tolerance=1e-3), PanelArnoldi(levels=60)))
     assert first.limit_error[0] < 5e-3 * first.limit[0]
     assert abs(first.limit[0] - whole.limit[0]) <= first.limit_error[0] + whole.limit_error[0]

@@ -17,7 +17,7 @@ from toolpoint.machine.description import (
 )
 from toolpoint.studies import Measurement, update_machine
 from toolpoint.studies.measured.machine_update import problem
-from toolpoint.studies.measured.measured_update import SCALE, default_paths
+from toolpoint.studies.measured.measured_update import SCALE_REMARK, default_paths
 from toolpoint.updating import Targets
 from toolpoint.vibration import eigen, frequency_response
 
@@ -103,9 +103,9 @@ def test_slopes_along_one_damping_ratio_are_those_of_central_differences():
 def test_modes_alone_tell_no_mass_and_it_is_said():
     modes = eigen.solve_undamped(assemble(slides(), outputs=["1:+x", "2:+x"]))
     alone = update_machine(slides(stiffness=(5e5, 2.2e5)), [Measurement(modes)])
-    assert SCALE in alone.notes
+    assert SCALE_REMARK in alone.notes
     both = update_machine(slides(stiffness=(5e5, 2.2e5)), [Measurement(modes, measured(slides(), np.random.default_rng(2)))])
-    assert SCALE not in both.notes
+    assert SCALE_REMARK not in both.notes
 
 
 def test_modes_alone_move_stiffnesses_and_responses_the_damping_too():

@@ -10,7 +10,7 @@ from toolpoint import ToolpointError
 from toolpoint.bodies.solid import Material, Patch
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import plan_nodes, reachable_nodes, run_hammer_test
-from toolpoint.studies.finite_elements.nodal_correlation import between_nodes, correlate_finite_elements
+from toolpoint.studies.finite_elements.nodal_correlation import correlate_finite_elements, question_close_nodes
 from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElementMachine, PatchJoint
 from toolpoint.studies.measured.point_pairing import PointPairing, register_points
 
@@ -85,8 +85,8 @@ def test_a_point_between_two_nodes_is_doubted(tested):
     at = {"a": [1e-3, 0, 0], "b": [1.0, 1e-3, 0], "c": [0, 1.001, 0], "d": [0.005, 0, 1]}
     moved = replace(test, coordinates={name: np.array(place) for name, place in at.items()})
     pairing = replace(PointPairing.identity(list(at)), pairs={"a": 1, "b": 2, "c": 3, "d": 4})
-    assert between_nodes(pairing, moved, nodes).startswith("points d: lie between two nodes, within the error of places")
-    assert between_nodes(replace(pairing, pairs={"a": 1, "b": 2, "c": 3}), moved, nodes) is None
+    assert question_close_nodes(pairing, moved, nodes).startswith("points d: lie between two nodes, within the error of places")
+    assert question_close_nodes(replace(pairing, pairs={"a": 1, "b": 2, "c": 3}), moved, nodes) is None
 
 
 def test_a_machine_alike_from_both_sides_is_doubted():

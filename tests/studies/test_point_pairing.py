@@ -25,7 +25,7 @@ def scene(angle=0.3, turn=None):
 
 def test_known_pairs_and_small_motions_find_the_transform():
     test, model, motion = scene(1.2)
-    known = pair_points(test, model, 0.01, known={0: "m0", 1: "m1", 2: "m2", 3: "m3"})
+    known = pair_points(test, model, 0.01, known_pairs={0: "m0", 1: "m1", 2: "m2", 3: "m3"})
     near, other, small = scene(0.05)
     for found, want in ((known, motion), (pair_points(near, other, 0.01), small)):
         assert all(found.pairs[k] == f"m{k}" for k in range(12)) and not found.single
@@ -36,14 +36,14 @@ def test_a_point_without_partner_stays_single_and_is_said():
     test, model, _ = scene(0.05)
     known = {k: f"m{k}" for k in range(4)}
     del model["m7"]
-    found = pair_points(test, model, 0.01, known=known)
+    found = pair_points(test, model, 0.01, known_pairs=known)
     assert found.single == (7,) and "no model point" in found.status
 
 
 def test_directions_turn_with_the_frame():
     quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     test, model, _ = scene(turn=quarter)
-    found = pair_points(test, model, 0.01, known={k: f"m{k}" for k in range(6)})
+    found = pair_points(test, model, 0.01, known_pairs={k: f"m{k}" for k in range(6)})
     modes = Modes([10.0], 0.01, np.array([[1.0], [2.0]]), ("3:+x", "3:+y"))
     labels = found.renamed(modes).dofs
     assert [d.point for d in labels] == ["m3", "m3"]

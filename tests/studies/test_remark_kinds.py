@@ -6,7 +6,7 @@ from conftest import MACHINES
 from toolpoint.io.yaml import machine_file
 from toolpoint.studies import chart_lobes, modal_dynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty
-from toolpoint.studies.machines.sensitivity_study import SHOWN, study_sensitivity
+from toolpoint.studies.machines.sensitivity_study import MAX_PRINTED_PARAMETERS, study_sensitivity
 from toolpoint.studies.remark_kinds import first_of_each_kind
 from toolpoint.vibration import Modes
 
@@ -30,9 +30,9 @@ def test_a_hundred_samples_bring_no_hundred_notes(recwarn):
 
 def test_the_table_of_sensitivities_shows_those_that_matter():
     study = study_sensitivity(machine_file.read(MACHINES / "three_axis_vertical_drives.yaml"))
-    assert len(study.paths) > 2 * SHOWN
+    assert len(study.paths) > 2 * MAX_PRINTED_PARAMETERS
     lines = study.table().splitlines()
-    assert len(lines) <= 2 * SHOWN + 3
+    assert len(lines) <= 2 * MAX_PRINTED_PARAMETERS + 3
     strongest = study.paths[int(np.argmax(np.abs(study.frequency).max(axis=1)))]
     assert lines[1].startswith(strongest)
     assert len(study.to_dict()["relative_sensitivity"]) == len(study.paths)

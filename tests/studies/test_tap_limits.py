@@ -30,8 +30,8 @@ def test_speeds_to_use_are_stable_beside_themselves_with_depth_in_hand(problem):
     picked, left_out = speeds_to_use(problem)
     assert len(picked) == 3 and left_out == 0 and picked[0].worth == 1
     for speed in picked:
-        beside = speed.speed * np.linspace(1 - tap_limits.BESIDE, 1 + tap_limits.BESIDE, 3)
-        assert speed.depth / 0.8 / (1 - tap_limits.IN_HAND) <= stability.chart(problem, beside, depth_max=0.05).limit.min()
+        beside = speed.speed * np.linspace(1 - tap_limits.SPEED_MARGIN, 1 + tap_limits.SPEED_MARGIN, 3)
+        assert speed.depth / 0.8 / (1 - tap_limits.DEPTH_MARGIN) <= stability.chart(problem, beside, depth_max=0.05).limit.min()
     for a, b in itertools.pairwise(picked):
         assert abs(a.speed / b.speed - 1) > 0.07 and a.worth >= b.worth
 
@@ -39,20 +39,20 @@ def test_speeds_to_use_are_stable_beside_themselves_with_depth_in_hand(problem):
 def test_a_speed_whose_exact_limit_is_not_known_is_left_out_and_counted(problem, monkeypatch):
     """The most promising speed on the rough chart: its exact limit less the stated error is zero."""
     known, _ = speeds_to_use(problem)
-    exact, first = tap_limits._checked, []
+    exact, first = tap_limits._check_speed, []
 
     def checked(cut, speed, low, depth):
         first.append(speed)
         result = exact(cut, speed, low, depth)
         return replace(result, depth=0.0) if speed == first[0] else result
 
-    monkeypatch.setattr(tap_limits, "_checked", checked)
+    monkeypatch.setattr(tap_limits, "_check_speed", checked)
     picked, left_out = speeds_to_use(problem)
     assert left_out == 1 and len(picked) == 3 and first[0] in [speed.speed for speed in known]
     assert first[0] not in [speed.speed for speed in picked] and min(speed.depth for speed in picked) > 0
 
 
 def test_where_no_exact_limit_stands_no_speed_is_given(problem, monkeypatch):
-    monkeypatch.setattr(tap_limits, "_checked", lambda cut, speed, low, depth: tap_limits.SpeedToUse(speed, 0.0, 0.0, 1.0))
+    monkeypatch.setattr(tap_limits, "_check_speed", lambda cut, speed, low, depth: tap_limits.SpeedToUse(speed, 0.0, 0.0, 1.0))
     picked, left_out = speeds_to_use(problem)
-    assert picked == () and left_out == tap_limits.TRIED
+    assert picked == () and left_out == tap_limits.MAX_TRIED_SPEEDS

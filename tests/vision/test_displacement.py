@@ -9,11 +9,11 @@ from toolpoint import ToolpointError
 from toolpoint.vision.clip import Region, clip_of
 from toolpoint.vision.displacement.background import smooth_motion, windows_inside, without_shake
 from toolpoint.vision.displacement.measure import measure, scan
-from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, choose_points, windows_at
+from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, FULL_SIGHT, choose_points, windows_at
 from toolpoint.vision.displacement.quality import judge_quality
 from toolpoint.vision.displacement.templates import TemplateProducts
-from toolpoint.vision.rendering.scene import MARGIN
-from toolpoint.vision.rendering.texture import FINE, random_texture
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN
+from toolpoint.vision.rendering.texture import SPLINE_POINTS_PER_PIXEL, random_texture
 from toolpoint.vision.view import View
 
 METHODS = ("templates", "lucas-kanade", "phase")
@@ -29,7 +29,7 @@ def case():
 
 def errors(field, scene):
     truth, owner = scenes.true_motion(scene, field.windows)
-    on = (owner >= 0) & (field.windows.sight == BOTH)
+    on = (owner >= 0) & (field.windows.sight == FULL_SIGHT)
     centred = (lambda values: values - values.mean(axis=0))
     return centred(field.values[:, on]) - centred(truth[:, on]), centred(truth[:, on]), field.covariance[on]
 
@@ -39,7 +39,7 @@ def test_noise_is_that_of_the_bound(case, method, above):
     scene, scanned, points = case
     field = measure(scanned, points, method)
     error, truth, _ = errors(field, scene)
-    on = (scenes.true_motion(scene, points)[1] >= 0) & (field.windows.sight == BOTH)
+    on = (scenes.true_motion(scene, points)[1] >= 0) & (field.windows.sight == FULL_SIGHT)
     middle = points.corners[on] + points.side // 2
     bound = np.linalg.inv(scanned.reference.information(points.side)[middle[:, 0], middle[:, 1]])
     least = np.sqrt(np.trace(bound, axis1=1, axis2=2).mean() / 2)
@@ -75,8 +75,9 @@ def test_lamps_do_not_move_the_machine():
 
 def stripes(shape, period=24.0, blur=1.2):
     """Coefficients of parallel edges: motion shows across them only."""
-    x = np.mgrid[:FINE * shape[0], :FINE * shape[1]][1] / FINE
-    return (120.0 + 40.0 * gaussian_filter(np.sign(np.sin(2 * np.pi * x / period)), FINE * blur)).astype(np.float32)
+    x = np.mgrid[:SPLINE_POINTS_PER_PIXEL * shape[0], :SPLINE_POINTS_PER_PIXEL * shape[1]][1] / SPLINE_POINTS_PER_PIXEL
+    return (120.0 + 40.0
+            * gaussian_filter(np.sign(np.sin(2 * np.pi * x / period)), SPLINE_POINTS_PER_PIXEL * blur)).astype(np.float32)
 
 
 def test_parallel_edges_show_one_direction_and_plain_parts_none():
@@ -85,7 +86,7 @@ def test_parallel_edges_show_one_direction_and_plain_parts_none():
     scanned = scan(scenes.filmed(scene, rng))
     corners = np.array([[80, 60], [10, 150], [150, 10]])
     windows = windows_at(scanned.reference, corners, 25)
-    assert windows.sight.tolist() == [EDGE, BLIND, BLIND]
+    assert windows.sight.tolist() == [EDGE_SIGHT, BLIND_SIGHT, BLIND_SIGHT]
     np.testing.assert_allclose(np.abs(windows.normal[0]), [1, 0], atol=0.02)
     field = measure(scanned, windows)
     truth = scenes.true_motion(scene, windows)[0][:, 0, 0]
@@ -103,14 +104,15 @@ def test_saturated_windows_are_left_out_and_said():
     scanned = scan(clipped)
     corners = np.array([[60, 50], [100, 60]])
     windows = windows_at(scanned.reference, corners, 21, saturated=scanned.survey.saturated)
-    assert (windows.sight == BLIND).all()
+    assert (windows.sight == BLIND_SIGHT).all()
     assert "saturated" in measure(scanned, windows).doubts[0]
 
 
 def test_shake_is_taken_off_by_the_background():
     rng = np.random.default_rng(7)
     scene = scenes.c_frame(rng, contrast=15.0)
-    wall = random_texture((scenes.SHAPE[0] + 2 * MARGIN, scenes.SHAPE[1] + 2 * MARGIN), rng, contrast=15.0, grey=190.0)
+    wall = random_texture((scenes.SHAPE[0] + 2 * TEXTURE_MARGIN, scenes.SHAPE[1] + 2 * TEXTURE_MARGIN), rng, contrast=15.0,
+                          grey=190.0)
     scene = type(scene)(scene.bodies, scene.amplitudes, wall)
 
     def shake(times):

@@ -17,7 +17,7 @@ from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.magnification.writing import encode_moving, encode_picture, write_frames
 from toolpoint.vision.modes.bodies import fit_bodies
 from toolpoint.vision.modes.full_field import full_field
-from toolpoint.vision.rendering.scene import MARGIN, Camera, RenderedFrames
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, RenderedFrames
 from toolpoint.vision.rendering.texture import random_texture
 
 OMEGA = 2 * np.pi * np.array(scenes.FREQUENCIES)
@@ -29,7 +29,8 @@ SMALL = 0.15
 def case():
     rng = np.random.default_rng(31)
     scene = scenes.c_frame(rng, amplitude=SMALL)
-    wall = random_texture((scenes.SHAPE[0] + 2 * MARGIN, scenes.SHAPE[1] + 2 * MARGIN), rng, contrast=12.0, grey=190.0)
+    wall = random_texture((scenes.SHAPE[0] + 2 * TEXTURE_MARGIN, scenes.SHAPE[1] + 2 * TEXTURE_MARGIN), rng, contrast=12.0,
+                          grey=190.0)
     scene = type(scene)(scene.bodies, scene.amplitudes, wall)
     scanned = scan(scenes.filmed(scene, rng))
     whole = full_field(scanned, POLES)

@@ -9,7 +9,7 @@ from toolpoint.vibration import Dof
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.background import CameraMotion
 from toolpoint.vision.displacement.measure import measure, scan
-from toolpoint.vision.displacement.points import BLIND, BOTH, Windows, windows_at
+from toolpoint.vision.displacement.points import BLIND_SIGHT, FULL_SIGHT, Windows, windows_at
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.magnification.reached import measure_gain
 from toolpoint.vision.magnification.warp import ShapeWarp
@@ -31,19 +31,19 @@ def grid(rows, columns, side=12):
     """Windows side by side that see both ways."""
     at = side * np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1).reshape(-1, 2)
     n = len(at)
-    return Windows(at, side, np.full(n, BOTH), np.tile([1.0, 0.0], (n, 1)), np.full((n, 2), 0.1), np.zeros(n))
+    return Windows(at, side, np.full(n, FULL_SIGHT), np.tile([1.0, 0.0], (n, 1)), np.full((n, 2), 0.1), np.zeros(n))
 
 
 def test_a_window_that_noise_explains_as_well_as_motion_is_left_out_and_a_box_on_a_plain_wall_is_unknown(case):
     _, scanned = case
     plain = np.array([[150, 120], [150, 136], [134, 120], [134, 136]])
     seen = windows_at(scanned.reference, np.array([[60, 120], *plain]), 16)
-    told = Windows(seen.corners, 16, np.full(5, BOTH), seen.normal, np.full((5, 2), 0.1), seen.saturated)
+    told = Windows(seen.corners, 16, np.full(5, FULL_SIGHT), seen.normal, np.full((5, 2), 0.1), seen.saturated)
     field = measure(scanned, told)
-    assert field.windows.sight.tolist() == [BOTH, *[BLIND] * 4] and "4 of 5 windows are left out" in field.doubts[0]
+    assert field.windows.sight.tolist() == [FULL_SIGHT, *[BLIND_SIGHT] * 4] and "4 of 5 windows are left out" in field.doubts[0]
     assert (np.linalg.eigvalsh(field.covariance[0]) > 0).all() and not field.covariance[1:].any()
     whole = full_field(scanned, POLES)
-    seeing = whole.windows.sight == BOTH
+    seeing = whole.windows.sight == FULL_SIGHT
     assert (np.linalg.eigvalsh(whole.shapes.covariance[seeing])[:, 0] > 0).all()
     wall = fit_bodies(whole.windows, whole.shapes, {"wall": Region(110, 118, 90, 54)})[0]
     assert set(wall.orders) == {"unknown"} and "not known" in wall.doubts[0]
@@ -95,9 +95,9 @@ def test_a_missing_frame_is_named_exactly_and_a_flash_is_none():
     assert find_jump(decay(history)) is None
     for dropped in (60, 150, 287):
         jump = find_jump(decay(np.delete(history, dropped, 0)))
-        assert jump.frame == 7 + dropped and jump.missing == 1
+        assert jump.frame == 7 + dropped and jump.missing_frames == 1
     again = find_jump(decay(np.insert(history, 120, history[120], 0)))
-    assert abs(again.frame - 127) <= 1 and again.missing == -1
+    assert abs(again.frame - 127) <= 1 and again.missing_frames == -1
     flashed = history.copy()
     flashed[200] += 150.0
     assert find_jump(decay(flashed)) is None

@@ -5,18 +5,18 @@ import pytest
 import video_scenes as scenes
 
 from toolpoint import ToolpointError
-from toolpoint.vision.rendering.scene import MARGIN, Camera, PicturedBody, RenderedFrames, Scene2D, decays
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, PicturedBody, RenderedFrames, Scene2D, decays
 from toolpoint.vision.rendering.texture import plain, random_texture
 
 
 def shifted(right, down, rng_seed=3):
     """The picture of one body that stands (right, down) pixels from its place."""
     box = (30, 20, 60, 50)
-    skin = random_texture((box[3] + 2 * MARGIN, box[2] + 2 * MARGIN), np.random.default_rng(rng_seed))
+    skin = random_texture((box[3] + 2 * TEXTURE_MARGIN, box[2] + 2 * TEXTURE_MARGIN), np.random.default_rng(rng_seed))
     field = np.zeros((1, 2, 6))
     field[0, :, 0] = right, down
     scene = Scene2D((PicturedBody("a", box, skin, field),), lambda t: np.ones((len(t), 1)),
-                    plain((120 + 2 * MARGIN,) * 2, 200.0))
+                    plain((120 + 2 * TEXTURE_MARGIN,) * 2, 200.0))
     return RenderedFrames(scene, Camera(shape=(120, 120)), 2).picture(0.0)
 
 

@@ -9,14 +9,14 @@ import video_scenes as scenes
 from toolpoint import Modes
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.measure import measure, scan
-from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, Windows, windows_at
+from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, FULL_SIGHT, Windows, windows_at
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.modes.bodies import fit_bodies
 from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import full_field
 from toolpoint.vision.modes.lines import lamps_alone, name_modes
 from toolpoint.vision.modes.rate import doubt_rate
-from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
+from toolpoint.vision.modes.scatter import inflate_by_loss, inflate_by_windows
 
 OMEGA = 2 * np.pi * np.array(scenes.FREQUENCIES)
 POLES = OMEGA * (-np.array(scenes.RATIOS) + 1j * np.sqrt(1 - np.array(scenes.RATIOS) ** 2))
@@ -32,14 +32,14 @@ def case():
 
 def widened(modes, field):
     """Poles as wide as the windows of a whole decay scatter."""
-    return widen_by_windows(modes, field, first=0, count=FRAMES)
+    return inflate_by_windows(modes, field, first=0, count=FRAMES)
 
 
 def field_of(values, sigma=0.02):
     """A field of windows that see both ways, from (frames, n, 2)."""
     n = values.shape[1]
     at = np.stack([np.arange(n), np.arange(n)], axis=1) * 24
-    windows = Windows(at, 24, np.full(n, BOTH), np.tile([1.0, 0.0], (n, 1)), np.full((n, 2), sigma), np.zeros(n))
+    windows = Windows(at, 24, np.full(n, FULL_SIGHT), np.tile([1.0, 0.0], (n, 1)), np.full((n, 2), sigma), np.zeros(n))
     return DisplacementField(windows, values.astype(np.float32), np.tile(sigma**2 * np.eye(2), (n, 1, 1)), RATE, 0.0,
                              np.zeros(n, int), "made up")
 
@@ -63,14 +63,14 @@ def test_a_window_that_an_edge_only_reaches_into_is_blind(case):
     _, scanned = case
     side, rim = 24, 180  # right rim of the head: columns 96 .. 179, the wall beyond is plain
     inside, outside = np.array([[56, rim - side // 2]]), np.array([[56, rim - 1]])
-    assert windows_at(scanned.reference, inside, side).sight[0] > BLIND
-    assert windows_at(scanned.reference, outside, side).sight[0] == BLIND
+    assert windows_at(scanned.reference, inside, side).sight[0] > BLIND_SIGHT
+    assert windows_at(scanned.reference, outside, side).sight[0] == BLIND_SIGHT
 
 
 def test_a_method_that_sees_no_edge_leaves_it_out(case):
     _, scanned = case
     windows = windows_at(scanned.reference, np.array([[60, 120], [70, 140]]), 21)
-    sight = np.array([BOTH, EDGE])
+    sight = np.array([FULL_SIGHT, EDGE_SIGHT])
     edge = Windows(windows.corners, 21, sight, windows.normal, windows.bound, windows.saturated)
     field = measure(scanned, edge, "lucas-kanade")
     _, sigma, window, _ = field.measured()
@@ -122,11 +122,11 @@ def test_errors_of_windows_that_repeat_with_the_motion_widen_the_intervals():
 
 def test_compression_widens_by_what_the_noise_lost():
     modes = modes_of(POLES)
-    wider = widen_by_loss(modes, 0.2)
+    wider = inflate_by_loss(modes, 0.2)
     # At x264 quality 10 damping came out up to 37 % too large.
     assert (wider.damping_interval > 0.5 * modes.damping_ratio).all()
     # Without it, by the share to which windows follow a decay: 3.5 intervals off without it in a random film.
-    clean = widen_by_loss(modes, 0.0)
+    clean = inflate_by_loss(modes, 0.0)
     share = clean.damping_interval / modes.damping_ratio
     assert share.min() > 0.01 and share.max() < 0.02
 

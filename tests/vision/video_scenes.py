@@ -3,7 +3,7 @@
 import numpy as np
 
 from toolpoint.vision.clip import Region
-from toolpoint.vision.rendering.scene import MARGIN, Camera, PicturedBody, Scene2D, decays, film
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, PicturedBody, Scene2D, decays, film
 from toolpoint.vision.rendering.texture import plain, random_texture
 
 SHAPE, FRAMES, RATE = (176, 208), 384, 480.0
@@ -18,7 +18,7 @@ def c_frame(rng, amplitude=0.4, contrast=20.0, shape=SHAPE, texture=random_textu
     """Column and head; the first mode rocks both about the foot of the column, the second turns the head on the column."""
     bodies = []
     for name, box in (("column", COLUMN), ("head", HEAD)):
-        size = (box[3] + 2 * MARGIN, box[2] + 2 * MARGIN)
+        size = (box[3] + 2 * TEXTURE_MARGIN, box[2] + 2 * TEXTURE_MARGIN)
         skin = plain(size, 130.0) if plain_head and name == "head" else texture(size, rng, contrast=contrast)
         extent = max(box[2], box[3]) / 2
         centre = np.array([box[0] + (box[2] - 1) / 2, box[1] + (box[3] - 1) / 2])
@@ -27,7 +27,7 @@ def c_frame(rng, amplitude=0.4, contrast=20.0, shape=SHAPE, texture=random_textu
         if name == "head":
             field[1] = 0.4 * turn(centre, extent, pivot=(96, 70), rate=1 / 84)
         bodies.append(PicturedBody(name, box, skin, amplitude * field))
-    wall = plain((shape[0] + 2 * MARGIN, shape[1] + 2 * MARGIN), 205.0)
+    wall = plain((shape[0] + 2 * TEXTURE_MARGIN, shape[1] + 2 * TEXTURE_MARGIN), 205.0)
     return Scene2D(tuple(bodies), decays(FREQUENCIES, RATIOS), wall)
 
 

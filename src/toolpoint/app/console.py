@@ -1,4 +1,4 @@
-"""What the terminal shows: tables, progress, and errors without a traceback."""
+"""Output to the terminal: tables, progress, and errors without a traceback."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from toolpoint._check import FileDoubt, ToolpointWarning
 from toolpoint._doubt import Doubt
 from toolpoint.app.first_use import COMPILING, is_compiling
 
-FIRST_LINE, NEXT_LINE = 2.0, 10.0  # s, of progress without a terminal
-ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
+FIRST_LINE_DELAY, LINE_INTERVAL = 2.0, 10.0  # s until the first line of progress without a terminal, and between further ones
+ASCII_LINES = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
 
 
 def text(lines: str) -> None:
     """Print plain text as it is; where the terminal knows no lines for tables, with plain signs."""
-    from toolpoint.app.terminal import OUT
+    from toolpoint.app.terminal import OUTPUT_CONSOLE
 
-    plain = spell_options(lines)
-    OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
+    spelled = spell_options(lines)
+    OUTPUT_CONSOLE.print(spelled.translate(ASCII_LINES) if OUTPUT_CONSOLE.options.ascii_only else spelled, markup=False)
 
 
 def warning(message: str) -> None:
     """Print a warning beside the result."""
-    from toolpoint.app.terminal import ERR
+    from toolpoint.app.terminal import ERROR_CONSOLE
 
-    ERR.print("warning: " + spell_options(message), markup=False, style="yellow")
+    ERROR_CONSOLE.print("warning: " + spell_options(message), markup=False, style="yellow")
 
 
 def remark(message: str) -> None:
     """Print what goes on beside the result."""
-    from toolpoint.app.terminal import ERR
+    from toolpoint.app.terminal import ERROR_CONSOLE
 
-    ERR.print(spell_options(message), markup=False, soft_wrap=True)
+    ERROR_CONSOLE.print(spell_options(message), markup=False, soft_wrap=True)
 
 
 def error(message: str) -> None:
@@ -54,30 +54,30 @@ def spell_options(text: str) -> str:
 
 
 @contextmanager
-def _spoken() -> Iterator[Callable[[str], None]]:
+def _progress_lines() -> Iterator[Callable[[str], None]]:
     """Give a function that takes what is being done; it is printed, a line now and then, where nobody watches a terminal: in a
     log, a pipe, a batch job."""
-    ended, start, said = threading.Event(), time.monotonic(), ""
+    has_ended, start, last_words = threading.Event(), time.monotonic(), ""
 
     def say(words: str) -> None:
-        nonlocal said
-        said = words
+        nonlocal last_words
+        last_words = words
 
     def speak() -> None:
-        wait = FIRST_LINE
-        while not ended.wait(wait):
-            if said:
-                from toolpoint.app.terminal import ERR
+        wait = FIRST_LINE_DELAY
+        while not has_ended.wait(wait):
+            if last_words:
+                from toolpoint.app.terminal import ERROR_CONSOLE
 
                 meanwhile = f" ({COMPILING})" if is_compiling() else ""
-                ERR.print(f"{said}, {time.monotonic() - start:.0f} s{meanwhile}", markup=False)
-                wait = NEXT_LINE
+                ERROR_CONSOLE.print(f"{last_words}, {time.monotonic() - start:.0f} s{meanwhile}", markup=False)
+                wait = LINE_INTERVAL
     thread = threading.Thread(target=speak, daemon=True)
     thread.start()
     try:
         yield say
     finally:
-        ended.set()
+        has_ended.set()
         thread.join()
 
 
@@ -86,21 +86,21 @@ def show_progress(quiet: bool = False) -> Iterator[Callable[..., None]]:
     """Show how work goes on; the given function takes the name of a part, how much of it is done, and of how much. With `step`
     the part is the next of so many: it takes the place of the one before."""
     if quiet:
-        yield lambda name, done, total, *, step=False: None
+        yield lambda name, completed, total, *, step=False: None
     elif not interactive():
-        with _spoken() as say:
-            yield lambda name, done, total, *, step=False: say(
-                f"{name} (step {done + 1} of {total})" if step else f"{name}: {done} of {total}")
+        with _progress_lines() as say:
+            yield lambda name, completed, total, *, step=False: say(
+                f"{name} (step {completed + 1} of {total})" if step else f"{name}: {completed} of {total}")
     else:
         from toolpoint.app.terminal import progress_bars
 
         with progress_bars() as bars:
             tasks: dict[str, Any] = {}
 
-            def show(name: str, done: int, total: int, *, step: bool = False) -> None:
+            def show(name: str, completed: int, total: int, *, step: bool = False) -> None:
                 if (key := "" if step else name) not in tasks:
                     tasks[key] = bars.add_task(name, total=total)
-                bars.update(tasks[key], description=name, completed=done, total=total)
+                bars.update(tasks[key], description=name, completed=completed, total=total)
             yield show
 
 
@@ -111,7 +111,7 @@ def collect_warnings(file_doubts: list[Doubt] | None = None) -> Iterator[list[st
     texts: list[str] = []
     original = warnings.showwarning
 
-    def keep(message: Any, category: type[Warning], *rest: Any) -> None:
+    def keep(message: Any, category: type[Warning], *location: Any) -> None:
         if file_doubts is not None and issubclass(category, FileDoubt):
             doubt = Doubt.parsed(message.args[0])
             if doubt not in file_doubts:
@@ -120,7 +120,7 @@ def collect_warnings(file_doubts: list[Doubt] | None = None) -> Iterator[list[st
             if spell_options(str(message)) not in texts:
                 texts.append(spell_options(str(message)))
         else:
-            original(message, category, *rest)
+            original(message, category, *location)
     with warnings.catch_warnings():
         warnings.simplefilter("always", ToolpointWarning)
         warnings.showwarning = keep  # type: ignore[assignment]

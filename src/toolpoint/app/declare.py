@@ -25,7 +25,7 @@ from toolpoint._check import ToolpointError, suggestion
 from toolpoint.app import console
 from toolpoint.app.frame import Frame
 
-REPLACE = "toolpoint.replace"
+REPLACE_KEY = "toolpoint.replace"
 
 if TYPE_CHECKING:
     _ParameterType = click.ParamType[Any]
@@ -40,8 +40,8 @@ class WordChoice(_WordsType):
 
     def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
         """Return what is wrong, with the word that was meant."""
-        near = suggestion(str(value), map(str, self.choices))
-        return super().get_invalid_choice_message(value, ctx) + (f" ({near})" if near else "")
+        proposal = suggestion(str(value), map(str, self.choices))
+        return super().get_invalid_choice_message(value, ctx) + (f" ({proposal})" if proposal else "")
 
 
 @dataclass(frozen=True)
@@ -49,20 +49,20 @@ class Help:
     """Help of an option, and what limits it.
 
     name : as it is typed, where it is not the parameter's name (``--at``; ``-m --modes``);
-    least, above, most : limits of a number; scale : SI units in the unit in which a number is typed, default and limits too;
-    default : as it is typed, where the function has none; shown : what the help says is the default, where that is no value;
+    minimum, above, maximum : limits of a number; scale : SI units in the unit in which a number is typed, default and limits
+    too; default : as it is typed, where the function has none; default_text : the default in words, where it is no value;
     needs, excludes : an option without which, or beside which, this one has no meaning, and why.
     """
 
     help: str
     name: str = ""
     metavar: str | None = None
-    least: float | None = None
+    minimum: float | None = None
     above: float | None = None
-    most: float | None = None
+    maximum: float | None = None
     scale: float = 1.0
     default: str = ""
-    shown: str = ""
+    default_text: str = ""
     needs: str = ""
     excludes: str = ""
 
@@ -123,6 +123,8 @@ class Reading(_ParameterType):
 
 
 class _Number(click.FloatRange):
+    """A number with limits, in the unit that is typed, returned in SI."""
+
     scale = 1.0
     help = ""
 
@@ -139,6 +141,7 @@ class _Number(click.FloatRange):
 
 
 def _is_float(text: str) -> bool:
+    """Whether a text is a number."""
     try:
         float(text)
     except ValueError:
@@ -154,23 +157,23 @@ class DeclaredCommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Keep the words, read them, and refuse options that contradict each other."""
         self.words = tuple(args)
-        rest = super().parse_args(ctx, args)
-        given = {option for parameter in self.params if _is_given(ctx, parameter) for option in parameter.opts}
+        remaining = super().parse_args(ctx, args)
+        typed_options = {option for parameter in self.params if _is_given(ctx, parameter) for option in parameter.opts}
         for parameter in self.params:
-            if isinstance(parameter, _DeclaredOption) and given & set(parameter.opts):
-                parameter.check(given)
-        return rest
+            if isinstance(parameter, _DeclaredOption) and typed_options & set(parameter.opts):
+                parameter.check(typed_options)
+        return remaining
 
 
 class _DeclaredOption(click.Option):
     declared: Help
 
-    def check(self, given: set[str]) -> None:
+    def check(self, typed_options: set[str]) -> None:
         """Refuse the option beside those that were given."""
         name, needs, excludes = self.opts[-1], self.declared.needs, self.declared.excludes
-        if needs and needs.split(",")[0] not in given:
+        if needs and needs.split(",")[0] not in typed_options:
             raise ToolpointError(f"{name}: needs {needs}")
-        if excludes and excludes.split(",")[0] in given:
+        if excludes and excludes.split(",")[0] in typed_options:
             raise ToolpointError(f"{name}: must not stand beside {excludes}; must be one of them")
 
 
@@ -181,6 +184,7 @@ def list_given(*names: str) -> list[str]:
 
 
 def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
+    """Whether a parameter was typed in the command."""
     return ctx.get_parameter_source(parameter.name or "") is ParameterSource.COMMANDLINE
 
 
@@ -221,7 +225,7 @@ def _output_options(page: bool, json: bool) -> Iterator[click.Option]:
 
 def _replace_option() -> click.Option:
     return click.Option(["--replace"], is_flag=True, is_eager=True, expose_value=False, help="Write over existing files.",
-                        callback=lambda ctx, option, value: ctx.meta.update({REPLACE: value}))
+                        callback=lambda ctx, option, value: ctx.meta.update({REPLACE_KEY: value}))
 
 
 class _Signature:
@@ -238,15 +242,15 @@ class _Signature:
         return [parameter for name, (kind, default) in self.kinds.items()
                 for parameter in (kind.group.parameters() if kind.group else [_parameter(name, kind, default)])]
 
-    def gather(self, values: dict[str, Any], **more: Any) -> Any:
+    def gather(self, values: dict[str, Any], **fixed_values: Any) -> Any:
         """Take the values of the parameters out of all values; return what the function, or the record, makes of them."""
         taken = {name: kind.group.gather(values) if kind.group else values.pop(name) for name, (kind, _) in self.kinds.items()}
-        return self.owner(**more, **taken)
+        return self.owner(**fixed_values, **taken)
 
 
 @dataclass
 class _Kind:
-    """What an annotation says: the innermost type, the marks around it, whether several values may be given."""
+    """Content of an annotation: the innermost type, the marks around it, whether several values may be given."""
 
     base: Any
     marks: tuple[Any, ...] = ()
@@ -254,18 +258,18 @@ class _Kind:
 
     @classmethod
     def of(cls, hint: Any) -> _Kind:
-        """Return what an annotation says."""
+        """Return the content of an annotation."""
         origin, parts = get_origin(hint), get_args(hint)
         if origin is Annotated and any(isinstance(mark, click.ParamType) for mark in parts[1:]):
             return cls(parts[0], parts[1:])
         if origin is Annotated:
-            inner = cls.of(parts[0])
-            return cls(inner.base, (*parts[1:], *inner.marks), inner.several)
+            element = cls.of(parts[0])
+            return cls(element.base, (*parts[1:], *element.marks), element.several)
         if origin in (Union, types.UnionType) and type(None) in parts:
             return cls.of(next(part for part in parts if part is not type(None)))
         if origin is tuple and parts[1:] == (...,):
-            inner = cls.of(parts[0])
-            return cls(inner.base, inner.marks, True)
+            element = cls.of(parts[0])
+            return cls(element.base, element.marks, True)
         return cls(hint)
 
     def mark(self, kind: Any) -> Any:
@@ -287,30 +291,31 @@ class _Kind:
         if get_origin(self.base) is Literal:
             return WordChoice(list(get_args(self.base)))
         limits = self.mark(Help)
-        if self.base not in (int, float) or not limits or (limits.least is limits.above is limits.most is None
+        if self.base not in (int, float) or not limits or (limits.minimum is limits.above is limits.maximum is None
                                                            and limits.scale == 1):
             return self.base
         if self.base is int:
-            return click.IntRange(limits.least, limits.most)
-        number = _Number(limits.least if limits.above is None else limits.above, limits.most, min_open=limits.above is not None)
+            return click.IntRange(limits.minimum, limits.maximum)
+        number = _Number(limits.minimum if limits.above is None else limits.above, limits.maximum,
+                         min_open=limits.above is not None)
         number.scale, number.help = limits.scale, limits.help
         return number
 
 
 def _parameter(name: str, kind: _Kind, default: Any) -> click.Parameter:
     """Return the argument or option of an annotated parameter."""
-    missing = default is Parameter.empty
+    is_required = default is Parameter.empty
     if kind.mark(Argument) is not None:
-        return click.Argument([name], type=kind.type, required=missing, nargs=-1 if kind.several else 1,
-                              **({} if missing else {"default": default}))
+        return click.Argument([name], type=kind.type, required=is_required, nargs=-1 if kind.several else 1,
+                              **({} if is_required else {"default": default}))
     declared: Help = kind.mark(Help)
-    if missing and declared.default:
-        missing, default = False, declared.default
-    more: dict[str, Any] = {"is_flag": True} if kind.base is bool else {"type": kind.type}
-    if not missing:
-        shown = kind.base is not bool and default not in (None, "", ())
-        more |= {"default": default, "show_default": declared.shown or shown}
+    if is_required and declared.default:
+        is_required, default = False, declared.default
+    settings: dict[str, Any] = {"is_flag": True} if kind.base is bool else {"type": kind.type}
+    if not is_required:
+        has_default_text = kind.base is not bool and default not in (None, "", ())
+        settings |= {"default": default, "show_default": declared.default_text or has_default_text}
     option = _DeclaredOption([name, *(declared.name or "--" + name.replace("_", "-")).split()], help=declared.help,
-                             metavar=declared.metavar, multiple=kind.several, required=missing, **more)
+                             metavar=declared.metavar, multiple=kind.several, required=is_required, **settings)
     option.declared = declared
     return option

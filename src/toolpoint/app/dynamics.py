@@ -1,4 +1,4 @@
-"""Where the dynamics of a cut come from: options, and the reads that they stand for."""
+"""Source of the dynamics of a cut: options, and the reads that they stand for."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Where the dynamics of a cut come from: a machine file at a pose, FRF files, an FRF for each direction, or saved modes."""
+    """Source of the dynamics of a cut: a machine file at a pose, FRF files, an FRF for each direction, or saved modes."""
 
     naming: Naming
     machine: Annotated[SourceFile | None, Argument()] = None
@@ -47,20 +47,21 @@ class Dynamics:
     def __post_init__(self) -> None:
         """Refuse what contradicts itself before any file is read."""
         options = {"a machine file": self.machine, "--frf": self.frf, "--frf-x": self.frf_x, "--modes": self.modes}
-        given = [name for name, value in options.items() if value]
-        if not given:
+        named_sources = [name for name, value in options.items() if value]
+        if not named_sources:
             raise ToolpointError("dynamics: none given; name a machine file, or give --frf, --frf-x and --frf-y, or --modes")
-        if len(given) > 1:
-            raise ToolpointError(f"dynamics: {' and '.join(given)} given; must be one of them")
+        if len(named_sources) > 1:
+            raise ToolpointError(f"dynamics: {' and '.join(named_sources)} given; must be one of them")
         if self.pose and self.machine is None:
             raise ToolpointError("--pose: needs a machine file to be applied to")
         if (self.machine or self.modes) and (of_frf := list_given("band", "quantity", "name", "struck", "variables",
                                                                      "sensor_mass")):
-            raise ToolpointError(f"{of_frf[0]}: is for measured FRFs; {given[0]} has none")
+            raise ToolpointError(f"{of_frf[0]}: is for measured FRFs; {named_sources[0]} has none")
         for name, label in (("--x", self.x), ("--y", self.y)):
             if label is not None and (self.machine or self.frf_x) and not (name == "--y" and label in ("same", "rigid")):
-                where = "its tool point" if self.machine else "--frf-x and --frf-y"
-                raise ToolpointError(f"{name}: is for FRFs and modes of several points; {given[0]} tells by {where}")
+                place_words = "its tool point" if self.machine else "--frf-x and --frf-y"
+                raise ToolpointError(f"{name}: is for FRFs and modes of several points; {named_sources[0]} tells by "
+                                     f"{place_words}")
 
     def read(self) -> ToolDynamics:
         """Read the dynamics; raises ToolpointError where files do not fit."""
@@ -98,5 +99,5 @@ def _remedies(remedies: Mapping[str, str]) -> Iterator[None]:
     try:
         yield
     except ToolpointError as error:
-        more = next((remedy for words, remedy in remedies.items() if words in str(error)), "")
-        raise ToolpointError(f"{error}{more}") from None
+        remedy_text = next((remedy for words, remedy in remedies.items() if words in str(error)), "")
+        raise ToolpointError(f"{error}{remedy_text}") from None

@@ -1,13 +1,12 @@
-"""Where the process of a command begins: Ctrl-C and plain output first, before anything that takes long to load."""
+"""Start of a command's process: Ctrl-C and plain output first, before anything that takes long to load."""
 
 from __future__ import annotations
 
 import _signal  # of the interpreter itself: the module around it takes twenty milliseconds to load
 import os
 
-INTERRUPTED = 130  # as in `interrupt`, which is not loaded yet
-
-_signal.signal(_signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
+# 128 and the signal's number, as `interrupt` ends a command, which is not loaded yet.
+_signal.signal(_signal.SIGINT, lambda number, frame: os._exit(128 + number))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""First use: kernels are compiled where they are first called and kept on disk. Who shows progress says so meanwhile."""
+"""First use: kernels are compiled where they are first called and kept on disk; progress says so meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frame: what every command does around its one call: steps, progress, collected warnings, the page, the console or JSON."""
+"""Frame of a command around its one call: steps, progress, collected warnings, the page, the console or JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Result(Protocol):
-    """What a command prints: a table for the terminal, plain data for --json."""
+    """Result that a command prints: a table for the terminal, plain data for --json."""
 
     def table(self) -> str:
         """Return the result as text."""
@@ -44,7 +44,7 @@ class Frame:
         self.warnings, self.file_doubts = list[str](), list[Doubt]()
         self._stack, self._steps_begun = ExitStack(), 0
         self._show: Callable[..., None] | None = None
-        self._later, self._written, self._shown = list[Callable[[], None]](), list[str](), list[str]()
+        self._pending_output, self._written, self._shown_lines = list[Callable[[], None]](), list[str](), list[str]()
         self._unwritten: list[Exception] = []
 
     def __enter__(self) -> Frame:
@@ -57,9 +57,9 @@ class Frame:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._stack.__exit__(kind, error, trace)
         if not self.as_json:
-            for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown)):
+            for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown_lines)):
                 console.text(line)
-        for show in self._later:
+        for show in self._pending_output:
             show()
         if kind is None and self._unwritten:
             raise self._unwritten[0]
@@ -76,12 +76,12 @@ class Frame:
         count = self.progress_of_parts()
         silent = folder is None or not any(folder.glob("**/chunk-*.npz"))
 
-        def report(done: int, total: int) -> None:
+        def report(completed: int, total: int) -> None:
             nonlocal silent
-            if not silent and done > 0:
-                console.remark(f"{done} of {total} {name} kept in {folder} by an earlier run")
+            if not silent and completed > 0:
+                console.remark(f"{completed} of {total} {name} kept in {folder} by an earlier run")
             silent = True
-            count(name, done, total)
+            count(name, completed, total)
         return report
 
     def progress_of_parts(self) -> Callable[..., None]:
@@ -116,10 +116,11 @@ class Frame:
             except (ToolpointError, OSError) as error:
                 self._unwritten.append(ToolpointError(f"Page not written: {place}: {error}"))
 
-    def present(self, page: Callable[..., Report], result: Result, *more: Any, notes: Sequence[str] = (), **named: Any) -> None:
+    def present(self, page: Callable[..., Report], result: Result, *arguments: Any, notes: Sequence[str] = (),
+                **named: Any) -> None:
         """Write the page of a result, then print the result."""
         self.step("page")
-        self.save(page, result, *more, **named)
+        self.save(page, result, *arguments, **named)
         self.show(result, notes)
 
     def show(self, result: Result, notes: Sequence[str] = ()) -> None:
@@ -135,33 +136,36 @@ class Frame:
     def show_text(self, *lines: str) -> None:
         """Print lines, of which each may be a table; --json leaves them out."""
         if not self.as_json:
-            self._shown += lines
-            self._later.append(lambda: console.text("\n".join(lines)))
+            self._shown_lines += lines
+            self._pending_output.append(lambda: console.text("\n".join(lines)))
 
     def show_json(self, data: object) -> None:
         """Print plain data as JSON, the doubts of the files that were read first."""
-        self._later.append(lambda: print(console.spell_options(json.dumps(self._doubted(data)))))
+        self._pending_output.append(lambda: print(console.spell_options(json.dumps(self._doubted(data)))))
 
     def _doubted(self, data: object) -> object:
+        """Return plain data with the doubts of the files first."""
         if not self.file_doubts:
             return data
         if not isinstance(data, dict):
             return {"doubts": list(self.file_doubts), "result": data}
-        known = data.get("doubts", [])
-        if not isinstance(known, (list, tuple)):
+        result_doubts = data.get("doubts", [])
+        if not isinstance(result_doubts, (list, tuple)):
             return {"file_doubts": list(self.file_doubts), **data}
-        return {"doubts": list(dict.fromkeys([*self.file_doubts, *known])), **{k: v for k, v in data.items() if k != "doubts"}}
+        return {"doubts": list(dict.fromkeys([*self.file_doubts, *result_doubts])),
+                **{k: v for k, v in data.items() if k != "doubts"}}
 
     def show_rest(self, notes: Sequence[str] = (), *, first: Sequence[str] = ()) -> None:
         """Print notes, warnings that are none of them, and the files that were written; `first` : notes that were printed."""
         if not self.as_json:
-            self._later.append(lambda: self._print_rest(tuple(notes), tuple(first)))
+            self._pending_output.append(lambda: self._print_rest(tuple(notes), tuple(first)))
 
     def suggest(self, *commands: str) -> None:
         """Say which commands come next."""
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
     def _print_rest(self, notes: Sequence[str], first: Sequence[str]) -> None:
+        """Print notes not yet printed, warnings that are none of them, and the files written."""
         for line in mark_notes(dict.fromkeys(note for note in notes if note not in first), "note: "):
             console.text(line)
         for warning in self.warnings:

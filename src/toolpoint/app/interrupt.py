@@ -18,10 +18,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-INTERRUPTED = 130  # exit code of a command that Ctrl-C ended: 128 + SIGINT
-MAX_WRITING_S = 2.0  # s that a file in the making is waited for; a second Ctrl-C does not wait
-SAME_INTERRUPT_S = 0.1  # s within which a second signal is the first one, told twice
-MESSAGE = "\nerror: interrupted; finished parts of a study are kept where it was given a --folder\n"
+INTERRUPT_EXIT_CODE = 130  # exit code of a command that Ctrl-C ended: 128 + SIGINT
+MAX_WRITING_SECONDS = 2.0  # s that a file in the making is waited for; a second Ctrl-C does not wait
+SAME_INTERRUPT_SECONDS = 0.1  # s within which a second signal is the first one, told twice
+INTERRUPT_MESSAGE = "\nerror: interrupted; finished parts of a study are kept where it was given a --folder\n"
 SHOW_CURSOR = "\x1b[?25h"
 
 _writing = threading.RLock()
@@ -58,27 +58,30 @@ def unbroken_writing() -> Iterator[None]:
 
 def _wait(receiver: socket.socket, sender: socket.socket) -> None:
     # `sender` is kept alive by this thread: the signal writes to its number.
+    """Wait for Ctrl-C, then for a file in the making, and end the process."""
     while signal.SIGINT not in receiver.recv(1):
         pass
     threading.Thread(target=_wait_again, args=(receiver, time.monotonic()), daemon=True).start()
-    _writing.acquire(timeout=MAX_WRITING_S)
+    _writing.acquire(timeout=MAX_WRITING_SECONDS)
     _end()
 
 
 def _wait_again(receiver: socket.socket, first: float) -> None:
     # The wake-up and the handler each write a byte for one Ctrl-C.
-    while signal.SIGINT not in receiver.recv(1) or time.monotonic() - first < SAME_INTERRUPT_S:
+    """End the process at once at a second Ctrl-C."""
+    while signal.SIGINT not in receiver.recv(1) or time.monotonic() - first < SAME_INTERRUPT_SECONDS:
         pass
     _end()
 
 
 def _end() -> None:
+    """End all processes of the command at once, with its message."""
     for process in _descendants(os.getpid()):
         with contextlib.suppress(OSError):
             os.kill(process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
     with contextlib.suppress(OSError, ValueError):
-        os.write(2, ((SHOW_CURSOR if sys.stderr.isatty() else "") + MESSAGE).encode())
-    os._exit(INTERRUPTED)
+        os.write(2, ((SHOW_CURSOR if sys.stderr.isatty() else "") + INTERRUPT_MESSAGE).encode())
+    os._exit(INTERRUPT_EXIT_CODE)
 
 
 def _descendants(root: int) -> list[int]:

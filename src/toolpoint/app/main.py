@@ -13,10 +13,10 @@ import click
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._threads import hold_process
-from toolpoint.app.interrupt import INTERRUPTED
+from toolpoint.app.interrupt import INTERRUPT_EXIT_CODE
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
-_MODULES = {
+_COMMANDS_OF_MODULE = {
     "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate", "rcsa"),
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
@@ -24,30 +24,52 @@ _MODULES = {
     "listening": ("listen",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
+    "operation": ("operational",),
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
 }
-HOME = {command: module for module, commands in _MODULES.items() for command in commands}
-_FUNCTION = {"map": "frequency_map"}  # where the command's name is a name of Python
+MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
+MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
+_FUNCTION_OF_COMMAND = {"map": "frequency_map"}  # where the command's name is a name of Python
+
+# What a person comes with, and the commands that answer: the order of the help, and of the README.
+COMMANDS_OF_QUESTION = {
+    "Begin, and see what is there": ("demo", "new", "check", "report", "doctor", "convert", "schema", "completion"),
+    "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
+    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test"),
+    "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
+    "A model and its test: where they differ, what to change": ("correlate", "sensitivity", "update", "screen", "improve"),
+    "A controller: contours, friction, loops": ("drive", "servo-data"),
+    "A robot that mills": ("robot", "reach", "region", "accuracy"),
+    "A video of the machine": ("video",),
+}
 
 
 class _Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(HOME)
+        return sorted(MODULE_OF_COMMAND)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by the question that they answer, each with the whole first sentence of its help."""
+        for question, names in COMMANDS_OF_QUESTION.items():
+            rows = [(name, command.get_short_help_str(MAX_HELP_LETTERS)) for name in names
+                    if (command := self.get_command(ctx, name)) is not None]
+            with formatter.section(question):
+                formatter.write_dl(rows)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
-        if name not in HOME:
+        if name not in MODULE_OF_COMMAND:
             return None
-        module = importlib.import_module(f"toolpoint.app.commands.{HOME[name]}")
-        command: click.Command = getattr(module, _FUNCTION.get(name, name.replace("-", "_")))
+        module = importlib.import_module(f"toolpoint.app.commands.{MODULE_OF_COMMAND[name]}")
+        command: click.Command = getattr(module, _FUNCTION_OF_COMMAND.get(name, name.replace("-", "_")))
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            hint = suggestion(args[0], HOME) if args else ""
+            hint = suggestion(args[0], MODULE_OF_COMMAND) if args else ""
             raise click.UsageError(f"{error.message} {hint}".strip(), ctx) from None
 
 
@@ -78,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
         _error("interrupted; finished parts of a study are kept where it was given a --folder")
-        sys.exit(INTERRUPTED)
+        sys.exit(INTERRUPT_EXIT_CODE)
 
 
 def _error(message: str) -> None:

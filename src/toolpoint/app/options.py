@@ -23,8 +23,8 @@ Quantity = Annotated[Literal["receptance", "mobility", "accelerance"] | None, He
 Speeds = Annotated[SpindleSpeeds | None, Help("Spindle speeds, rev/min.", metavar="3000:20000:200")]
 Speed = Annotated[float, Help("Spindle speed, rev/min.")]
 Depth = Annotated[float, Help("Axial depth of cut, mm.", scale=1e-3)]
-Count = Annotated[int, Help("How many of the lowest modes.", least=1)]
-Workers = Annotated[int, Help("Worker processes (extra 'cluster'); 0 is this process.", least=0)]
+Count = Annotated[int, Help("How many of the lowest modes.", minimum=1)]
+Workers = Annotated[int, Help("Worker processes (extra 'cluster'); 0 is this process.", minimum=0)]
 Folder = Annotated[KeptFolder | None, Help("Keep finished parts here and resume from them.")]
 GEOMETRY = "Universal file, CSV (point,x,y,z in m), or machine YAML."
 Geometry = Annotated[SourceFile | None, Help(GEOMETRY)]
@@ -39,7 +39,7 @@ Variables = Annotated[Mapping[str, str], Reading(lambda text: read_pairs(
 
 @dataclass(frozen=True)
 class Naming:
-    """What names of files and variables say of measurements."""
+    """Measurements named by files and variables."""
 
     name: Annotated[str | None, Help("Where names of text files say what was measured and struck: Point_{output}_*, or "
                                      "P{input}_at_{output}.", metavar="PATTERN")] = None

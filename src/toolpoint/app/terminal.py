@@ -1,4 +1,4 @@
-"""The terminal: where text goes, and how progress looks. Loaded when something is shown, not with every command."""
+"""Terminal: consoles of text and progress. Loaded when something is shown, not with every command."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class _FirstUse(ProgressColumn):
 
 
 # Emoji codes are off: 'machine.yaml:100:7' names a place.
-OUT = _Lines(highlight=False, emoji=False)
-ERR = _Lines(stderr=True, highlight=False, emoji=False)
+OUTPUT_CONSOLE = _Lines(highlight=False, emoji=False)
+ERROR_CONSOLE = _Lines(stderr=True, highlight=False, emoji=False)
 
 
 def progress_bars() -> Progress:
     """Return the bars of a command's steps, or of a study's parts."""
     return Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
-                    TimeElapsedColumn(), _FirstUse(), console=ERR, transient=True)
+                    TimeElapsedColumn(), _FirstUse(), console=ERROR_CONSOLE, transient=True)

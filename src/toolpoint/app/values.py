@@ -1,4 +1,4 @@
-"""Types of options: how the text that a person types becomes a value, and files that are there or not there yet."""
+"""Types of options: values from the text that a person types, and files that exist or not yet."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import click
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
-from toolpoint.app.declare import REPLACE, Reading
+from toolpoint.app.declare import REPLACE_KEY, Reading
 from toolpoint.io.output_places import check_file_place, check_folder_place
 from toolpoint.io.quantities import written
 from toolpoint.io.quantities.written import AxisPoints, Vector
@@ -35,7 +35,7 @@ class _NewFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         path = Path(value)
-        if os.path.exists(path) and not (ctx is not None and ctx.meta.get(REPLACE)):
+        if os.path.exists(path) and not (ctx is not None and ctx.meta.get(REPLACE_KEY)):
             can_replace = ctx is not None and any(option.name == "replace" for option in ctx.command.params)
             raise ToolpointError(f"{path}: exists already; nothing was written; choose another name"
                                  + (", or add --replace" if can_replace else ""))

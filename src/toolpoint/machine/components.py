@@ -1,4 +1,4 @@
-"""Components of a measured machine: which points ride on which, what carries what, and all else that its tester knows."""
+"""Components of a measured machine: their points, the order in which they carry each other, and all that its tester knows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # as in the description of a machine
 
 @dataclass(frozen=True)
 class MassDeviation:
-    """Standard deviations of what is known of a body: `mass` and `inertia` as shares of themselves (the inertia goes with the
+    """Standard deviations of a body's mass properties: `mass` and `inertia` as shares of themselves (the inertia goes with the
     mass, its own comes beside), `centre` of each coordinate, m."""
 
     mass: float = 0.0
@@ -41,7 +41,7 @@ class DrivenAxis:
 
 @dataclass(frozen=True)
 class Components:
-    """What a component file says.
+    """Content of a component file.
 
     name : of the machine; chain : components from the ground up, or child to parent; points : component to its measured points;
     bodies : component to its mass properties in the machine frame, empty where they are not known; deviations : how well these

@@ -21,18 +21,19 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.gyroscopics import elastic_spins
 from toolpoint.machine.assembly.joint_terms import loop_motion
 from toolpoint.machine.assembly.system import loop_basis
-from toolpoint.machine.description.machine import SCALING, MachineDescription, parameters
+from toolpoint.machine.description.machine import SCALING_KEYS, MachineDescription, parameters
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.laws import law_in
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
-_WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+# Seven-point central difference: weights of f(x + k h) - f(x - k h).
+_DIFFERENCE_WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
 _JOINT_FIELDS = ("stiffness", "damping", "loss_factor")
 _BODY_FIELDS = ("mass", "density", "centre", "inertia", "shape")
-SECTION = ("diameter", "bore", "width", "height")  # of a beam: polynomials, or smooth by Cowper's coefficient
-_TERMS = ("mass", "damping", "stiffness", "structural_damping")
+SECTION_NUMBERS = ("diameter", "bore", "width", "height")  # of a beam: polynomials, or smooth by Cowper's coefficient
+_MATRIX_TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
 def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | None = None) -> MatrixDerivatives:
@@ -61,46 +62,47 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
     place = place_machine(machine, poses)
     basis = loop_basis(place) if machine.loops else None
     size = machine.size if basis is None else basis.shape[-1]
-    result = {term: np.zeros((place.poses, len(names), size, size)) for term in _TERMS}
+    result = {term: np.zeros((place.poses, len(names), size, size)) for term in _MATRIX_TERMS}
     for k, path in enumerate(names):
-        for term, matrix in _one(place, path).items():
+        for term, matrix in _derivatives_to(place, path).items():
             result[term][:, k] = matrix if basis is None else np.swapaxes(basis, -1, -2) @ matrix @ basis
     single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
     return MatrixDerivatives(names, **{
-        term: (a[0] if single or _constant(a) else a) if np.any(a) else None for term, a in result.items()})
+        term: (a[0] if single or _is_constant(a) else a) if np.any(a) else None for term, a in result.items()})
 
 
 def has_derivative(description: MachineDescription, path: str) -> bool:
     """Return whether a listed parameter is one whose exact derivative is known."""
     room, name, kind = path.split(".")[:3]
     if room == "bodies" and description.bodies[name].is_elastic:
-        return kind in SCALING and path.rsplit(".", 1)[1] in (*KINDS, *(SECTION if kind == "beam" else ()))
+        return kind in SCALING_KEYS and path.rsplit(".", 1)[1] in (*KINDS, *(SECTION_NUMBERS if kind == "beam" else ()))
     return kind in (*_JOINT_FIELDS, *_BODY_FIELDS)
 
 
-def _constant(array: FloatArray) -> bool:
+def _is_constant(array: FloatArray) -> bool:
     # Derivatives of tree joints do not depend on the pose; without the pose axis they are far cheaper to use.
     return bool((array == array[:1]).all())
 
 
-def _one(place: Placement, path: str) -> dict[str, FloatArray]:
+def _derivatives_to(place: Placement, path: str) -> dict[str, FloatArray]:
+    """Return the derivatives of a machine's matrices, by term, to one parameter."""
     machine = place.machine
     value = machine.value(path)
     room, name, kind = [*path.split("."), "", "", ""][:3]
     if room == "bodies" and kind in _BODY_FIELDS and name in machine.body_names:
         link = machine.link(name)
-        slope = _inertia_slope(path) if kind == "inertia" else _exact(
+        slope = _inertia_slope(path) if kind == "inertia" else _difference(
             machine.description, path, value, lambda d: _body_mass(machine, d, name))
         coordinates = body_coordinates(place, link)
         return {"mass": np.swapaxes(coordinates, -1, -2) @ slope @ coordinates}
-    if room == "bodies" and name in machine.reduced and kind in SCALING:
+    if room == "bodies" and name in machine.reduced and kind in SCALING_KEYS:
         return _motion_terms(place, name, elastic_slope(machine, path))
     if room == "joints" and kind in _JOINT_FIELDS:
-        return _joint(place, path, name, value)
+        return _joint_derivatives(place, path, name, value)
     if path == "damping_ratio":
         return {}
-    known = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
-    fail("path", repr(path), "has no exact derivative", remedy=f"known: {', '.join(known[:4])} ...")
+    known_paths = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
+    fail("path", repr(path), "has no exact derivative", remedy=f"known: {', '.join(known_paths[:4])} ...")
 
 
 def _motion_terms(place: Placement, name: str, slope: BodySlope) -> dict[str, FloatArray]:
@@ -120,43 +122,44 @@ def _motion_terms(place: Placement, name: str, slope: BodySlope) -> dict[str, Fl
 
 def elastic_slope(machine: Machine, path: str) -> BodySlope:
     """Return the derivative of an elastic body's matrices to a number of its materials or sections, its shapes kept."""
-    name, (*inner, number) = path.split(".")[1], path.split(".")[4:]
-    kept, part = machine.reduced[name], ".".join(inner)
+    name, (*part_keys, number) = path.split(".")[1], path.split(".")[4:]
+    kept_body, part = machine.reduced[name], ".".join(part_keys)
     if number in KINDS:
-        return kept.reduced.slope(part, number, kept.part.numbers[part])
-    if kept.basis is None or number not in SECTION:
+        return kept_body.reduced.slope(part, number, kept_body.part.numbers[part])
+    if kept_body.basis is None or number not in SECTION_NUMBERS:
         fail("path", repr(path), f"has no exact derivative: {number} moves nodes, or enters them otherwise",
              remedy="vary it by `screen`, or by machine.with_values")
     from toolpoint.machine.parts.beam_body import beam_part  # only where a body is a beam
 
-    basis, segment = kept.basis, inner[0]
-    parts = [each for each in kept.part.numbers if each.partition(".")[0] == segment]
+    basis, segment = kept_body.basis, part_keys[0]
+    parts = [each for each in kept_body.part.numbers if each.partition(".")[0] == segment]
 
     def matrices(description: MachineDescription) -> FloatArray:
         beam = description.bodies[name].beam
         assert beam is not None
-        size = kept.reduced.nominal.mass.shape[0]
+        size = kept_body.reduced.nominal.mass.shape[0]
         total = np.zeros((4, size, size))
         for each in parts:
-            brought = beam_part(beam, basis, each)
-            total[0] += brought.mass
-            total[1, 6:, 6:] += brought.stiffness
-            total[2, 6:, 6:] += brought.numbers.loss_factor * brought.stiffness
-            total[3] += 0.0 if brought.gyroscopic is None else brought.gyroscopic
+            segment_part = beam_part(beam, basis, each)
+            total[0] += segment_part.mass
+            total[1, 6:, 6:] += segment_part.stiffness
+            total[2, 6:, 6:] += segment_part.numbers.loss_factor * segment_part.stiffness
+            total[3] += 0.0 if segment_part.gyroscopic is None else segment_part.gyroscopic
         return total
 
-    mass, stiffness, structural, gyroscopic = _exact(machine.description, path, machine.value(path), matrices)
+    mass, stiffness, structural, gyroscopic = _difference(machine.description, path, machine.value(path), matrices)
     return BodySlope(mass, stiffness[6:, 6:], structural[6:, 6:] if structural.any() else None, gyroscopic)
 
 
-def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, FloatArray]:
+def _joint_derivatives(place: Placement, path: str, name: str, value: float) -> dict[str, FloatArray]:
+    """Return the derivatives to a number of a joint, in the tree's coordinates."""
     machine = place.machine
 
     def law(description: MachineDescription) -> FloatArray:
         joint = law_in(description, name)
         return np.stack([joint.damping, joint.stiffness, joint.structural_damping])
 
-    slopes = dict(zip(_TERMS[1:], _exact(machine.description, path, value, law), strict=True))
+    slopes = dict(zip(_MATRIX_TERMS[1:], _difference(machine.description, path, value, law), strict=True))
     if name in machine.joint_names:
         i = machine.joint_names.index(name)
         free, columns = list(machine.joints[i].freedoms), list(machine.joint_columns[i])
@@ -166,6 +169,7 @@ def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, Fl
 
 
 def _embedded(block: FloatArray, columns: list[int], size: int) -> FloatArray:
+    """Return a block put into a matrix of zeros."""
     matrix = np.zeros((size, size))
     matrix[np.ix_(columns, columns)] = block
     return matrix
@@ -180,19 +184,21 @@ def _inertia_slope(path: str) -> FloatArray:
 
 
 def _body_mass(machine: Machine, description: MachineDescription, name: str) -> FloatArray:
+    """Return the spatial inertia (6, 6) of a body of a changed description."""
     return np.asarray(build(description).bodies[machine.link(name)].mass)
 
 
-def _exact(
+def _difference(
     description: MachineDescription, path: str, value: float, part: Callable[[MachineDescription], FloatArray]
 ) -> FloatArray:
+    """Return the derivative of a part by the seven-point central difference, exact for polynomials up to degree six."""
     if not value and ".loss_factor" in path:  # its matrix is proportional to it, and it cannot be negative
         return np.asarray(part(description.with_values({path: 1.0})) - part(description))
     # Steps stay small against the value, so that positive quantities stay positive; rounding grows to about 1e-13.
     step = 0.02 * abs(value) if value else 1e-3
     total: FloatArray | float = 0.0
-    for k, weight in _WEIGHTS.items():
-        ahead = part(description.with_values({path: value + k * step}))
-        back = part(description.with_values({path: value - k * step}))
-        total = total + weight * (ahead - back)
+    for k, weight in _DIFFERENCE_WEIGHTS.items():
+        forward = part(description.with_values({path: value + k * step}))
+        backward = part(description.with_values({path: value - k * step}))
+        total = total + weight * (forward - backward)
     return np.asarray(total) / step

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
+    from toolpoint.pages.measured.operational import operational_page
     from toolpoint.pages.measured.update import update_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
@@ -43,7 +44,7 @@ __all__ = [
     "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
     "lobes_page",
     "machine_page", "map_page",
-    "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
+    "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
     "update_page", "video_page", "workspace_page",
 ]
@@ -68,6 +69,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.hammer_records": ("hammer_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
+    "measured.operational": ("operational_page",),
     "measured.update": ("update_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),

@@ -1,4 +1,4 @@
-"""What every page ends in and begins with: what was assumed goes to its end, what is doubtful under its answer."""
+"""Remarks of a page: assumptions at its end, doubts under its answer."""
 
 from __future__ import annotations
 

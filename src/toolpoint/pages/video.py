@@ -18,14 +18,15 @@ from toolpoint.studies.video.interfaces import InterfaceRanking
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
 from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate
 from toolpoint.studies.video.virtual_update import VirtualUpdate
-from toolpoint.vision.displacement.points import COARSEST
+from toolpoint.vision.displacement.points import MAX_POINT_DEVIATION
 from toolpoint.vision.magnification.edges import overlay
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.magnification.writing import eight_bits, encode_moving, encode_picture
 
-PHASES, SHOWN_MODES, WIDEST, CLIP_FRAMES = 12, 4, 720, 36
-# Largest motion of a drawn shape, share of the picture's longer side.
-DRAWN = 0.03
+# Pictures of one period of a shape; modes shown; pixels of the longer side of a picture; frames of the clip.
+PERIOD_PICTURES, MAX_SHOWN_MODES, MAX_PICTURE_SIDE, MAX_CLIP_PICTURES = 12, 4, 720, 36
+# Largest motion of a drawn shape, as a fraction of the picture's longer side.
+DRAWN_MOTION_FRACTION = 0.03
 
 
 def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRanking | None = None, *,
@@ -34,8 +35,9 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
     names = ", ".join(video.scan.clip.name for video in videos)
     report = Report("Modes from video", " ".join(map(_answer, videos)), subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
-    more = [] if result is None else [text for text in result.doubts if not any(text in video.doubts for video in videos)]
-    report = report.with_doubts(*more, *doubts)
+    further_doubts = [] if result is None else [text for text in result.doubts
+                                                if not any(text in video.doubts for video in videos)]
+    report = report.with_doubts(*further_doubts, *doubts)
     if result is not None:
         report = _machine(report, result)
     for number, video in enumerate(videos, start=1):
@@ -45,7 +47,7 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
 
 
 def _assumptions(video: VideoStudy) -> list[str]:
-    """Return what the modes of a video rest on, whatever it shows."""
+    """Return the assumptions on which the modes of any video rest."""
     clip = video.scan.clip
     source = (f"of a free decay, on {clip.frame_rate:g} frames/s: a rate that is off by a per cent moves every frequency by "
               "that per cent" if video.source == "video" else f"from the record {video.source}")
@@ -58,36 +60,38 @@ def _assumptions(video: VideoStudy) -> list[str]:
 
 def _answer(video: VideoStudy) -> str:
     """Return the modes of a video with the intervals of their frequencies."""
-    at = np.flatnonzero(video.is_mode)
+    mode_indices = np.flatnonzero(video.is_mode)
     name = video.scan.clip.name or "The clip"
-    if not at.size:
+    if not mode_indices.size:
         return f"{name}: no mode is seen."
-    half = video.poles.frequency_interval if video.poles.covariance is not None else None
-    parts = [with_uncertainty(float(video.poles.frequency[i]), None if half is None else float(half[i]), "Hz")
-             for i in at[:4].tolist()]
-    more = f" and {at.size - 4} more" if at.size > 4 else ""
-    return f"{name}: {at.size} mode{'s' if at.size > 1 else ''}, {', '.join(parts)}{more}{'' if half is None else ' (95 %)'}."
+    half_width = video.poles.frequency_interval if video.poles.covariance is not None else None
+    parts = [with_uncertainty(float(video.poles.frequency[i]), None if half_width is None else float(half_width[i]), "Hz")
+             for i in mode_indices[:4].tolist()]
+    further_text = f" and {mode_indices.size - 4} more" if mode_indices.size > 4 else ""
+    return (f"{name}: {mode_indices.size} mode{'s' if mode_indices.size > 1 else ''}, "
+            f"{', '.join(parts)}{further_text}{'' if half_width is None else ' (95 %)'}.")
 
 
 def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of virtual videos: what the videos say, and responses of the truth beside those before and after."""
     report = video_page(result.videos, result.update, warnings=warnings)
     charts = []
-    for truth, before, after, (low, high) in zip(result.truth, result.before, result.after, result.frac, strict=True):
-        charts.append(Chart(bode({"truth": truth, "before": before, "updated": after},
-                                 title=f"{truth.outputs[0]}: FRAC before {low:.3f}, updated {high:.4f}")))
-    first, rest = report.sections[:2], report.sections[2:]
-    report = replace(report, title="A mill updated from two videos", sections=first).with_section("Responses", *charts)
-    report = replace(report, sections=(*report.sections, *rest))
+    for truth, original, updated, (frac_before, frac_after) in zip(result.truth, result.before_update, result.after_update,
+                                                                   result.frac, strict=True):
+        charts.append(Chart(bode({"truth": truth, "before": original, "updated": updated},
+                                 title=f"{truth.outputs[0]}: FRAC before {frac_before:.3f}, updated {frac_after:.4f}")))
+    first_sections, later_sections = report.sections[:2], report.sections[2:]
+    report = replace(report, title="A mill updated from two videos", sections=first_sections).with_section("Responses", *charts)
+    report = replace(report, sections=(*report.sections, *later_sections))
     notes = result.update.machine.description.assumptions
     return report.with_section("Inputs", Notes(list(notes), "assumed"), Listing(f"Machine file {name}", text))
 
 
-def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN) -> float:
+def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN_MOTION_FRACTION) -> float:
     """Return the factor at which the largest motion of a mode is a share of the picture's longer side."""
-    sure = video.shapes.deviation().max(axis=1)[:, mode] < 0.2 * np.abs(video.shapes.shape[:, :, mode]).max()
-    moved = np.sqrt((np.abs(video.shapes.shape[:, :, mode]) ** 2).sum(axis=1))
-    largest = float(moved[sure].max()) if sure.any() else float(moved.max())
+    is_clear = video.shapes.deviation().max(axis=1)[:, mode] < 0.2 * np.abs(video.shapes.shape[:, :, mode]).max()
+    motion = np.sqrt((np.abs(video.shapes.shape[:, :, mode]) ** 2).sum(axis=1))
+    largest = float(motion[is_clear].max()) if is_clear.any() else float(motion.max())
     return float(min(1e4, share * max(video.scan.clip.shape) / max(largest, 1e-9)))
 
 
@@ -109,7 +113,7 @@ def _video(report: Report, video: VideoStudy, number: int) -> Report:
     picture = encode_picture(eight_bits(video.scan.reference.picture.astype(np.uint16) if clip.source.bits > 8
                                         else np.clip(video.scan.reference.picture + 0.5, 0, 255).astype(np.uint8)), "jpeg")
     report = report.with_section(f"{title}: modes", Table(HEADER, video.rows()), _clip(video))
-    warp, modes = shape_warp(video), np.flatnonzero(video.is_mode)[:SHOWN_MODES]
+    warp, modes = shape_warp(video), np.flatnonzero(video.is_mode)[:MAX_SHOWN_MODES]
     for i in modes.tolist():
         report = report.with_section(f"{title}: {video.poles.frequency[i]:.2f} Hz", *_shape_parts(video, warp, i, picture))
     chosen = spread_points(field)
@@ -123,21 +127,24 @@ def _video(report: Report, video: VideoStudy, number: int) -> Report:
 
 def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) -> list[Any]:
     factor = shape_factor(video, mode)
-    rest = video.scan.reference.picture
-    turn = _real_phase(video, mode)
-    frames = [_small(warp.still(mode, factor, turn * np.exp(2j * np.pi * k / PHASES))) for k in range(PHASES)]
-    edges = overlay(rest, warp.still(mode, factor, turn).astype(float))
+    reference = video.scan.reference.picture
+    phase = _real_phase(video, mode)
+    frames = [_shrink(warp.deform_reference(mode, factor, phase * np.exp(2j * np.pi * k / PERIOD_PICTURES)))
+              for k in range(PERIOD_PICTURES)]
+    edges = overlay(reference, warp.deform_reference(mode, factor, phase).astype(float))
     windows, shapes = video.picture.windows, video.picture.shapes
     lengths = shapes.deviation()[:, :, mode].max(axis=1)
-    sure = (windows.bound[:, 0] <= COARSEST) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
+    is_clear = (windows.bound[:, 0] <= MAX_POINT_DEVIATION) & (lengths < 0.25
+                                                               * float(np.abs(video.shapes.shape[:, :, mode]).max()))
     parts: list[Any] = [
         Picture(encode_moving(frames, 16), f"the shape at {video.poles.frequency[mode]:.2f} Hz, moving",
                 f"Motion of this mode alone, {factor:.0f} times its largest in the clip."),
-        Picture(encode_picture(_small(edges), "webp"), "edges of the deformed machine over the machine at rest",
+        Picture(encode_picture(_shrink(edges), "webp"), "edges of the deformed machine over the machine at rest",
                 "Edges at rest in blue, deformed in red.")]
-    if sure.any():
-        chart = picture_shape(picture, video.scan.clip.shape, windows.centres[sure], moved=shapes.shape[sure][:, :, mode])
-        parts.append(Chart(chart, f"Shape of {int(sure.sum())} windows that see it clearly, lines to where they move."))
+    if is_clear.any():
+        chart = picture_shape(picture, video.scan.clip.shape, windows.centres[is_clear],
+                              shape_values=shapes.shape[is_clear][:, :, mode])
+        parts.append(Chart(chart, f"Shape of {int(is_clear.sum())} windows that see it clearly, lines to where they move."))
     return parts
 
 
@@ -151,26 +158,27 @@ def _clip(video: VideoStudy) -> Picture:
     """Return the first periods of the decay as they were filmed."""
     rate = video.scan.clip.frame_rate
     lowest = float(video.poles.frequency.min())
-    step = max(1, round(3 * rate / lowest / CLIP_FRAMES))
-    frames = [_small(frame) for frame in _some(video, step)]
+    step = max(1, round(3 * rate / lowest / MAX_CLIP_PICTURES))
+    frames = [_shrink(frame) for frame in _clip_pictures(video, step)]
     return Picture(encode_moving(frames, 16, quality=45), "the clip", f"The clip itself, every {step}. frame from the blow on.")
 
 
-def _some(video: VideoStudy, step: int) -> Iterator[np.ndarray]:
-    at, last = 0, video.decay.first + step * CLIP_FRAMES
+def _clip_pictures(video: VideoStudy, step: int) -> Iterator[np.ndarray]:
+    """Yield every step-th frame from the blow on."""
+    frame_index, end_frame = 0, video.decay.first + step * MAX_CLIP_PICTURES
     for frames in video.scan.clip.chunks():
-        for k, frame in enumerate(frames, start=at):
-            if video.decay.first <= k < last and (k - video.decay.first) % step == 0:
+        for k, frame in enumerate(frames, start=frame_index):
+            if video.decay.first <= k < end_frame and (k - video.decay.first) % step == 0:
                 yield frame
-        at += len(frames)
-        if at >= last:
+        frame_index += len(frames)
+        if frame_index >= end_frame:
             return
 
 
-def _small(frame: np.ndarray) -> np.ndarray:
-    """Return a frame of at most `WIDEST` pixels, by means of whole blocks."""
+def _shrink(frame: np.ndarray) -> np.ndarray:
+    """Return a frame of at most `MAX_PICTURE_SIDE` pixels, by means of whole blocks."""
     picture = eight_bits(frame)
-    side = -(-max(picture.shape[:2]) // WIDEST)
+    side = -(-max(picture.shape[:2]) // MAX_PICTURE_SIDE)
     if side == 1:
         return picture
     rows, columns = picture.shape[0] // side * side, picture.shape[1] // side * side

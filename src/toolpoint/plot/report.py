@@ -23,7 +23,7 @@ from toolpoint.plot.page.tables import Table
 from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
 Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | PolePicker | ShapeView
-_ASSUMPTIONS = "Assumptions"
+_ASSUMPTIONS_TITLE = "Assumptions"
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,13 @@ class Report:
 
     def with_section(self, title: str, *parts: Part | str) -> Report:
         """Return the report with one more section."""
-        shown = tuple(Text(part) if isinstance(part, str) else part for part in parts)
-        for number, part in enumerate(shown):
+        checked_parts = tuple(Text(part) if isinstance(part, str) else part for part in parts)
+        for number, part in enumerate(checked_parts):
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
                      "must be Text, Table, Notes, Listing, Lookup, Picture, Chart or ShapeView",
                      remedy="wrap a plotly figure as Chart(figure)")
-        return replace(self, sections=(*self.sections, Section(str(title), shown)))
+        return replace(self, sections=(*self.sections, Section(str(title), checked_parts)))
 
     def with_doubts(self, *doubts: str) -> Report:
         """Return the report with more doubts, each once."""
@@ -139,7 +139,8 @@ class Report:
         return target
 
     def _named(self) -> list[Section]:
-        number, seen, views = 0, set[str](), set[str]()
+        """Return the sections with names given to unnamed charts; refuse a name that appears twice."""
+        number, used_names, views = 0, set[str](), set[str]()
         result = []
         for section in self.sections:
             parts: list[Any] = []
@@ -149,9 +150,9 @@ class Report:
                     part = replace(part, name=f"chart-{number}")
                 if isinstance(part, (Chart, ShapeView)):
                     key = f"{type(part).__name__} {part.name!r}"
-                    if key in seen:
+                    if key in used_names:
                         fail("Report", f"{key} appears twice", "names must differ", remedy="give one of them another name")
-                    seen.add(key)
+                    used_names.add(key)
                 if isinstance(part, ShapeView):
                     views.add(part.name)
                 parts.append(part)
@@ -161,6 +162,7 @@ class Report:
 
     @staticmethod
     def _check_clicks(sections: Sequence[Section], views: set[str]) -> None:
+        """Refuse a chart that follows, or shows on a click, a part that is not on the page."""
         charts = {part.name for section in sections for part in section.parts if isinstance(part, Chart)}
         for part in (part for section in sections for part in section.parts):
             if isinstance(part, ClickedSeries) and part.follows and part.follows not in charts:
@@ -169,27 +171,28 @@ class Report:
                 fail("Chart.click_view", repr(part.click_view), "must name a ShapeView on the page")
 
     def _body(self, sections: Sequence[Section]) -> str:
+        """Return contents, sections and footer as HTML."""
         date = self.date or datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
         if self.assumptions:
-            sections = [*sections, Section(_ASSUMPTIONS, (Notes(self.assumptions, "assumed", "What this rests on"),))]
+            sections = [*sections, Section(_ASSUMPTIONS_TITLE, (Notes(self.assumptions, "assumed", "What this rests on"),))]
         anchors = [f"{section.anchor}-{i}" for i, section in enumerate(sections, start=1)]
         links = "".join(f'<a href="#{a}">{mark_up(s.title)}</a>' for a, s in zip(anchors, sections))
         contents = f'<nav aria-label="Contents">{links}</nav>' if len(sections) > 1 else ""
-        inner = "".join(
+        content = "".join(
             f'<section id="{a}"><h2>{mark_up(s.title)}</h2>'
             + "".join(part.fragment() for part in s.parts) + "</section>\n"
             for a, s in zip(anchors, sections))
         return (
             f'<a class="skip" href="#content">To the content</a><header>{self._head()}{contents}</header>\n'
-            f'<main id="content">\n{inner}</main>\n'
+            f'<main id="content">\n{content}</main>\n'
             f"<footer>toolpoint {html.escape(toolpoint.__version__)} · {html.escape(date)} · "
             "self-contained page: it asks no host for anything</footer>")
 
     def _head(self) -> str:
-        """Return title, answer and doubts."""
+        """Return title, answer and doubts as HTML."""
         subtitle = f'<p class="subtitle">{mark_up(self.subtitle)}</p>' if self.subtitle else ""
-        answer, _, rest = self.summary.strip().partition("\n\n")
-        lead = f'<p class="answer">{mark_up(answer)}</p>' if answer else ""
-        more = f'<div class="summary">{Text(rest).fragment()}</div>' if rest else ""
+        answer, _, further_text = self.summary.strip().partition("\n\n")
+        answer_line = f'<p class="answer">{mark_up(answer)}</p>' if answer else ""
+        summary_block = f'<div class="summary">{Text(further_text).fragment()}</div>' if further_text else ""
         doubts = Notes(self.doubts, "warning", "Before you rely on this").fragment()
-        return f'<div class="brand">toolpoint</div><h1>{mark_up(self.title)}</h1>{subtitle}{lead}{doubts}{more}'
+        return f'<div class="brand">toolpoint</div><h1>{mark_up(self.title)}</h1>{subtitle}{answer_line}{doubts}{summary_block}'

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
+    from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.reach_study import study_pose, study_reach
@@ -82,7 +83,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup",
-    "NamedMetrics", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "SpindleRange", "Swap", "ToolStance",
+    "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "SpindleRange",
+    "Swap", "ToolStance",
     "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
     "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
     "compare_branches", "compare_with_test", "core_count",
@@ -98,7 +100,8 @@ __all__ = [
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
     "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
-    "study_modes", "study_pose", "study_reach", "study_region", "study_responses", "study_responses_of_machine",
+    "study_modes", "study_operational", "study_pose", "study_reach", "study_region", "study_responses",
+    "study_responses_of_machine",
     "study_sensitivity", "study_tap", "study_tool",
     "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
     "update_machine",
@@ -149,6 +152,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
+    "measured.operational_study": ("OperationalStudy", "study_operational"),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),

@@ -1,4 +1,4 @@
-"""What toolpoint stands on here: versions, threads, caches, extras, the browser; what is missing, and what to do about it."""
+"""Environment of toolpoint: versions, threads, caches, extras, the browser; missing parts and their remedies."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a poste
           "tdms": ("nptdms", "TDMS records")}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-GOOD, MISSING, DOUBTFUL = "good", "not there", "doubtful"
+GOOD_STATE, MISSING_STATE, DOUBTFUL_STATE = "good", "not there", "doubtful"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A part of the environment: what it is, how it stands, a word of detail, and the remedy where there is one."""
+    """Part of the environment: its name, state, detail, and the remedy where there is one."""
 
     part: str
     state: str
@@ -45,7 +45,7 @@ class Environment(NotebookText):
     @property
     def is_whole(self) -> bool:
         """Whether the core is there and nothing is doubtful."""
-        return all(finding.state == GOOD or finding.part.startswith(("extra ", "browser")) for finding in self.findings)
+        return all(finding.state == GOOD_STATE or finding.part.startswith(("extra ", "browser")) for finding in self.findings)
 
     def table(self) -> str:
         """Return the findings as text."""
@@ -59,16 +59,22 @@ class Environment(NotebookText):
 
 
 def examine_environment() -> Environment:
-    """Return what toolpoint stands on in this process: nothing is installed, loaded or changed."""
+    """Return the environment of this process: nothing is installed, loaded or changed.
+
+    Examples
+    --------
+    >>> [finding.part for finding in examine_environment().findings[:2]]
+    ['Python', 'toolpoint']
+    """
     return Environment((_python(), *map(_distribution, CORE), _threads(), _cache(), _kernels(), *map(_extra, EXTRAS),
                         _browser()))
 
 
 def _python() -> Finding:
     version = platform.python_version()
-    state = GOOD if sys.version_info >= (3, 11) else DOUBTFUL
+    state = GOOD_STATE if sys.version_info >= (3, 11) else DOUBTFUL_STATE
     return Finding("Python", state, f"{version} on {platform.system()} {platform.machine()}",
-                   "" if state == GOOD else "install Python 3.11 or newer")
+                   "" if state == GOOD_STATE else "install Python 3.11 or newer")
 
 
 def _version(name: str) -> str:
@@ -80,11 +86,18 @@ def _version(name: str) -> str:
 
 def _distribution(name: str) -> Finding:
     version = _version(name)
-    return Finding(name, GOOD, version) if version else Finding(name, MISSING, "not installed", f"pip install {name}")
+    return Finding(name, GOOD_STATE, version) if version else Finding(name, MISSING_STATE, "not installed",
+                                                                      f"pip install {name}")
 
 
 def core_count() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use.
+
+    Examples
+    --------
+    >>> core_count() >= 1
+    True
+    """
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -93,7 +106,7 @@ def _threads() -> Finding:
     stated = {name: os.environ[name] for name in THREADS if name in os.environ}
     crowded = [name for name, value in stated.items() if value.isdigit() and int(value) > cores]
     words = f"{cores} cores; " + (", ".join(f"{name}={value}" for name, value in stated.items()) or "no limits of threads")
-    return Finding("threads", DOUBTFUL if crowded else GOOD, words,
+    return Finding("threads", DOUBTFUL_STATE if crowded else GOOD_STATE, words,
                    f"set {crowded[0]} to at most {cores}" if crowded else "")
 
 
@@ -107,8 +120,9 @@ def _cache() -> Finding:
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "toolpoint"
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
     if _is_writable(folder):
-        return Finding("cache of elastic bodies", GOOD, f"{folder}, {size / 1e6:.1f} MB")
-    return Finding("cache of elastic bodies", DOUBTFUL, f"{folder} cannot be written; castings are reduced anew every time",
+        return Finding("cache of elastic bodies", GOOD_STATE, f"{folder}, {size / 1e6:.1f} MB")
+    return Finding("cache of elastic bodies", DOUBTFUL_STATE,
+                   f"{folder} cannot be written; castings are reduced anew every time",
                    "set XDG_CACHE_HOME to a folder that can be written")
 
 
@@ -119,19 +133,20 @@ def _kernels() -> Finding:
     if _is_writable(folder):
         words = f"{count} kept beside {folder}" if count else (
             "none yet: the first use compiles them, half a minute once; doctor --compile does so now")
-        return Finding("compiled kernels", GOOD, words)
-    return Finding("compiled kernels", DOUBTFUL, f"{folder} cannot be written; they are compiled in every process",
+        return Finding("compiled kernels", GOOD_STATE, words)
+    return Finding("compiled kernels", DOUBTFUL_STATE, f"{folder} cannot be written; they are compiled in every process",
                    "set NUMBA_CACHE_DIR to a folder that can be written")
 
 
 def _extra(name: str) -> Finding:
     distribution, use = EXTRAS[name]
     version = _version(distribution)
-    return Finding(f"extra {name}", GOOD if version else MISSING, f"{distribution} {version}".strip() + f", for {use}",
+    return Finding(f"extra {name}", GOOD_STATE if version else MISSING_STATE,
+                   f"{distribution} {version}".strip() + f", for {use}",
                    "" if version else f"pip install 'toolpoint[{name}]'")
 
 
 def _browser() -> Finding:
     path = next((place for name in BROWSERS if (place := shutil.which(name))), "")
     words = path or "no Chromium; only pictures of pages and tests of pages need it"
-    return Finding("browser", GOOD if path else MISSING, words, "" if path else "install chromium")
+    return Finding("browser", GOOD_STATE if path else MISSING_STATE, words, "" if path else "install chromium")

@@ -32,7 +32,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one point gave: named arrays, or the reason why there are none, and the seconds it took."""
+    """Outcome of one point: named arrays, or the reason why there are none, and the seconds it took."""
 
     values: Values | None
     failure: str = ""
@@ -52,7 +52,14 @@ class Engine(Protocol):
 
 @dataclass(frozen=True)
 class Serial:
-    """In this process, one point after the other."""
+    """Engine of this process: one point after the other.
+
+    Examples
+    --------
+    >>> result = execute(lambda point: {"square": point**2}, [1, 2, 3], Serial())
+    >>> [int(outcome.values["square"]) for outcome in result.outcomes]
+    [1, 4, 9]
+    """
 
     def run(self, function: Function, points: Sequence[Any], todo: list[int], *, seconds: float) -> Iterator[Chunk]:
         """Yield chunks of about `seconds`; see `Engine`."""
@@ -69,7 +76,7 @@ class Serial:
 
 @dataclass(frozen=True)
 class Dask:
-    """On Dask workers: own processes on this machine, or those of a scheduler.
+    """Engine of Dask workers: processes on this machine, or those of a scheduler.
 
     Parameters
     ----------
@@ -77,6 +84,11 @@ class Dask:
         Processes on this machine, one thread each; ignored with an `address`.
     address : str, optional
         Address of a running scheduler, e.g. ``tcp://10.0.0.5:8786``; it must be a network that you trust.
+
+    Examples
+    --------
+    >>> Dask(workers=4).address is None  # processes of this machine
+    True
     """
 
     workers: int = 2
@@ -86,7 +98,7 @@ class Dask:
         """Yield chunks as workers finish them; see `Engine`."""
         client, cluster = self._connected()
         try:
-            yield from _distributed(client, function, points, todo, seconds)
+            yield from _run_distributed(client, function, points, todo, seconds)
             if cluster is not None:
                 # Closing while a killed worker is being started again fails inside the library.
                 client.wait_for_workers(self.workers, timeout=60)
@@ -113,7 +125,15 @@ class Dask:
 
 
 def choose_engine(workers: int = 0, address: str | None = None) -> Engine:
-    """Return this process for no workers and no address of a scheduler, else Dask workers, see `Dask`."""
+    """Return this process for no workers and no address of a scheduler, else Dask workers, see `Dask`.
+
+    Examples
+    --------
+    >>> choose_engine()
+    Serial()
+    >>> choose_engine(workers=2)
+    Dask(workers=2, address=None)
+    """
     return Dask(workers, address) if workers or address else Serial()
 
 
@@ -127,15 +147,16 @@ def evaluate(function: Function, point: Any) -> Outcome:
     return Outcome(values, "", time.perf_counter() - start)
 
 
-def _evaluated_chunk(function: Function, points: Sequence[Any], indices: Sequence[int]) -> Chunk:
+def _evaluate_chunk(function: Function, points: Sequence[Any], indices: Sequence[int]) -> Chunk:
     return [(index, evaluate(function, point)) for index, point in zip(indices, points, strict=True)]
 
 
-def _distributed(client: Any, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+def _run_distributed(client: Any, function: Function, points: Sequence[Any], todo: list[int],
+                     seconds: float) -> Iterator[Chunk]:
     from distributed import KilledWorker, as_completed
 
     def submit(indices: list[int]) -> Any:
-        future = client.submit(_evaluated_chunk, function, [points[i] for i in indices], indices, pure=False)
+        future = client.submit(_evaluate_chunk, function, [points[i] for i in indices], indices, pure=False)
         owners[future.key] = indices
         return future
 
@@ -161,14 +182,14 @@ def _distributed(client: Any, function: Function, points: Sequence[Any], todo: l
     # A worker takes what else it holds down with it, so the points of lost chunks run again one at a time: only the one
     # that kills a worker when nothing else runs is to blame.
     for index in suspects:
-        yield [_alone(client, function, points[index], index)]
+        yield [_run_alone(client, function, points[index], index)]
 
 
-def _alone(client: Any, function: Function, point: Any, index: int) -> tuple[int, Outcome]:
+def _run_alone(client: Any, function: Function, point: Any, index: int) -> tuple[int, Outcome]:
     from distributed import KilledWorker
 
     try:
-        result: Chunk = client.submit(_evaluated_chunk, function, [point], [index], pure=False).result()
+        result: Chunk = client.submit(_evaluate_chunk, function, [point], [index], pure=False).result()
     except KilledWorker:
         return index, Outcome(None, "its worker process died each time it ran (out of memory, or a crash in compiled code)")
     return result[0]
@@ -232,18 +253,18 @@ def execute(
     """
     positive("chunk_seconds", chunk_seconds)
     store = None if folder is None else _Store(Path(folder), _fingerprint(function, points))
-    done: dict[int, Outcome] = store.load() if store else {}
-    resumed = len(done)
-    todo = [i for i in range(len(points)) if i not in done]
+    outcomes: dict[int, Outcome] = store.load() if store else {}
+    resumed = len(outcomes)
+    todo = [i for i in range(len(points)) if i not in outcomes]
     if progress and resumed:  # before anything is computed: how much was kept
         progress(resumed, len(points))
     for chunk in (engine or Serial()).run(function, points, todo, seconds=chunk_seconds) if todo else ():
-        done.update(chunk)
+        outcomes.update(chunk)
         if store:
             store.save(chunk)
         if progress:
-            progress(len(done), len(points))
-    return Execution(tuple(done[i] for i in range(len(points))), resumed)
+            progress(len(outcomes), len(points))
+    return Execution(tuple(outcomes[i] for i in range(len(points))), resumed)
 
 
 def _fingerprint(function: Function, points: Sequence[Any]) -> str:
@@ -278,7 +299,7 @@ class _Store:
         _atomic(self.folder / f"chunk-{chunk[0][0]:09d}.npz", buffer.getvalue())
 
     def load(self) -> dict[int, Outcome]:
-        done: dict[int, Outcome] = {}
+        outcomes: dict[int, Outcome] = {}
         for path in sorted(self.folder.glob("chunk-*.npz")):
             try:
                 with np.load(path, allow_pickle=False) as file:
@@ -293,8 +314,8 @@ class _Store:
                                      "computed again") from None
             for row in table:
                 value = None if row["failed"] else values.get(row["index"], {})
-                done[row["index"]] = Outcome(value, row["failure"], row["seconds"])
-        return done
+                outcomes[row["index"]] = Outcome(value, row["failure"], row["seconds"])
+        return outcomes
 
 
 def _fingerprint_of(manifest: Path) -> str:

@@ -1,4 +1,4 @@
-"""What is asked first of a machine, of measured responses, or of both: the machine's modes and lobes, the lobes of the data."""
+"""First look at a machine, at measured responses, or at both: the machine's modes and lobes, the lobes of the data."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class FirstLook(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed of the measured responses, and what could not be computed of them."""
+        """Assumptions on the measured responses, and results that could not be computed of them."""
         return () if self.measured is None else self.measured.notes
 
     def table(self) -> str:

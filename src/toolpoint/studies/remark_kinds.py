@@ -13,15 +13,15 @@ def first_of_each_kind(remarks: Iterable[str]) -> tuple[str, ...]:
     kinds: dict[str, list[str]] = {}
     for remark in dict.fromkeys(remarks):
         kinds.setdefault(NUMBER.sub("#", remark), []).append(remark)
-    return tuple(_merged(alike) for alike in kinds.values())
+    return tuple(_merge_kind(kind) for kind in kinds.values())
 
 
-def _merged(alike: list[str]) -> str:
-    columns = list(zip(*(NUMBER.findall(remark) for remark in alike), strict=True))
+def _merge_kind(kind: list[str]) -> str:
+    columns = list(zip(*(NUMBER.findall(remark) for remark in kind), strict=True))
     ranges = iter([_span(column) for column in columns])
-    return NUMBER.sub(lambda _: next(ranges), alike[0])
+    return NUMBER.sub(lambda _: next(ranges), kind[0])
 
 
 def _span(numbers: tuple[str, ...]) -> str:
-    low, high = min(numbers, key=float), max(numbers, key=float)
-    return numbers[0] if float(low) == float(high) else f"{low} to {high}"
+    smallest, largest = min(numbers, key=float), max(numbers, key=float)
+    return numbers[0] if float(smallest) == float(largest) else f"{smallest} to {largest}"

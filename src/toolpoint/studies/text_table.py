@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from itertools import zip_longest
 
-WIDEST = 48  # characters of a column of words before its cells are broken into lines
+MAX_WORD_COLUMN_WIDTH = 48  # characters, before cells of words are broken into lines
 
 
 def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -14,7 +14,8 @@ def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     columns = [[name, *(row[k] for row in rows)] for k, name in enumerate(header)]
     is_left = [k == 0 or _is_words(column[1:]) for k, column in enumerate(columns)]
     lines = [line for row in rows for line in zip_longest(
-        *(textwrap.wrap(cell, WIDEST) or [""] if left else [cell] for cell, left in zip(row, is_left, strict=True)),
+        *(textwrap.wrap(cell, MAX_WORD_COLUMN_WIDTH) or [""] if left else [cell] for cell,
+          left in zip(row, is_left, strict=True)),
         fillvalue="")]
     widths = [max(len(name), *(len(row[k]) for row in lines)) if lines else len(name) for k, name in enumerate(header)]
 

@@ -14,12 +14,12 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 
 Frames = NDArray[np.unsignedinteger]
-CHUNK_BYTES = 24_000_000
-SMALLEST, LARGEST = 8, 16_384
+CHUNK_BYTES = 24_000_000  # of the frames that are held at once
+MIN_FRAME_SIDE, MAX_FRAME_SIDE = 8, 16_384  # pixels of a side of a frame or region
 
 
 class FrameSource(Protocol):
-    """Where frames come from: they can be read again and again from the start, a chunk at a time."""
+    """Source of frames that can be read repeatedly from the start, a chunk at a time."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -57,10 +57,10 @@ class Region:
         """Return the region after checking that it lies in a picture of (rows, columns)."""
         rows, columns = shape
         fits = self.left >= 0 and self.top >= 0 and self.left + self.width <= columns and self.top + self.height <= rows
-        if not fits or self.width < SMALLEST or self.height < SMALLEST:
+        if not fits or self.width < MIN_FRAME_SIDE or self.height < MIN_FRAME_SIDE:
             fail(name, f"{self.left},{self.top},{self.width},{self.height}",
-                 f"must lie within 0,0,{columns},{rows} (left,top,width,height) and be at least {SMALLEST} pixels wide and "
-                 f"high")
+                 f"must lie within 0,0,{columns},{rows} (left,top,width,height) and be at least {MIN_FRAME_SIDE} "
+                 f"pixels wide and high")
         return self
 
     def holds(self, points: np.ndarray) -> np.ndarray:
@@ -120,14 +120,16 @@ class Clip(NotebookText):
     def chunks(self, size: int | None = None) -> Iterator[Frames]:
         """Yield the frames in order, (n, rows, columns); as many at once as fit `CHUNK_BYTES` where no size is given."""
         rows, columns = self.shape
-        wide = 2 if self.source.bits > 8 else 1
-        number = max(4, min(256, CHUNK_BYTES // (rows * columns * wide))) if size is None else count("size", size)
-        for frames in self.source.chunks(number):
+        bytes_per_pixel = 2 if self.source.bits > 8 else 1
+        # Enough frames to keep the compiled loops busy, and no more than the byte limit of a chunk.
+        frame_count = max(4, min(256,
+                                 CHUNK_BYTES // (rows * columns * bytes_per_pixel))) if size is None else count("size", size)
+        for frames in self.source.chunks(frame_count):
             if self.region is None:
                 yield frames
             else:
-                left, top = self.region.left, self.region.top
-                yield np.ascontiguousarray(frames[:, top:top + rows, left:left + columns])
+                first_column, first_row = self.region.left, self.region.top
+                yield np.ascontiguousarray(frames[:, first_row:first_row + rows, first_column:first_column + columns])
 
     def cropped_to(self, region: Region) -> Clip:
         """Return the clip of a part of the picture, in the coordinates of the whole one."""
@@ -154,8 +156,8 @@ class FrameArray:
             fail("frames", f"shape {self.frames.shape}, {self.frames.dtype}",
                  "must be (frames, rows, columns) of uint8 or uint16")
         rows, columns = self.frames.shape[1:]
-        if not (SMALLEST <= rows <= LARGEST and SMALLEST <= columns <= LARGEST):
-            fail("frames", f"{columns} x {rows} pixels", f"must be {SMALLEST} to {LARGEST} wide and high")
+        if not (MIN_FRAME_SIDE <= rows <= MAX_FRAME_SIDE and MIN_FRAME_SIDE <= columns <= MAX_FRAME_SIDE):
+            fail("frames", f"{columns} x {rows} pixels", f"must be {MIN_FRAME_SIDE} to {MAX_FRAME_SIDE} wide and high")
         if len(self.frames) < 2:
             fail("frames", f"{len(self.frames)} frames", "must be two at least")
 

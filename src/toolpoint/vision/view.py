@@ -1,4 +1,4 @@
-"""View: how the picture lies in the machine: which way right and down are, metres a pixel, where the origin is seen."""
+"""View of a picture: machine directions of right and down, metres a pixel, and the pixel of the origin."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint.vibration import Dof
 
+# Right and down of the picture for each plane.
 _PLANES = {"xz": ("+x", "-z"), "yz": ("+y", "-z"), "xy": ("+x", "-y")}
 
 
@@ -76,10 +77,10 @@ class View:
         return View(self.right, self.down, positive("length", length) / pixels, self.origin)
 
     def project(self, places: ArrayLike) -> FloatArray:
-        """Return where places of the machine (n, 3), m, are seen: columns and rows (n, 2)."""
+        """Return the pixels (n, 2), column and row, of places of the machine (n, 3), m."""
         return floats("places", places, (3,)) @ self.axes.T / self.metres + np.asarray(self.origin)
 
     def locate(self, pixels: ArrayLike, depth: float = 0.0) -> FloatArray:
-        """Return the places (n, 3) in m that are seen at these pixels (n, 2), `depth` along the line of sight."""
-        flat = (floats("pixels", pixels, (2,)) - np.asarray(self.origin)) * self.metres
-        return np.asarray(flat @ self.axes + depth * self.normal)
+        """Return the places (n, 3), m, behind these pixels (n, 2), `depth` (m) along the line of sight."""
+        offsets = (floats("pixels", pixels, (2,)) - np.asarray(self.origin)) * self.metres
+        return np.asarray(offsets @ self.axes + depth * self.normal)

@@ -22,7 +22,8 @@ from toolpoint.io.quantities.written import read_shares, read_tried_cut
 if TYPE_CHECKING:
     from toolpoint.substructuring import PlaneReceptance
 
-CHARTED = np.linspace(3000, 20000, 60)  # rev/min
+DEFAULT_CHART_SPEEDS = np.linspace(3000, 20000, 60)  # rev/min
+# Shares in percent, as a person types them; `Uncertainty` takes fractions.
 Spreads = Annotated[dict[str, Any], Reading(
     lambda text: read_shares(text, ("frequency", "damping", "stiffness", "coefficients")),
     "four numbers in percent, none below zero, for example 1,10,5,10; - keeps one")]
@@ -38,7 +39,7 @@ Method = Annotated[str, Help("auto (chosen to suit the cut), floquet, panel, hil
 def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None, method: Method = "auto",
           simulate: Annotated[bool, Help("Also simulate cuts on a grid; a click on one shows its vibration.")] = False,
           samples: Annotated[int | None, Help("Also P(stable) from that many charts with uncertain parameters.",
-                                              name="--probability", metavar="SAMPLES", least=2)] = None,
+                                              name="--probability", metavar="SAMPLES", minimum=2)] = None,
           uncertainty: Annotated[Spreads | None, Help(
               "Standard deviations of frequencies, damping ratios, stiffnesses and cutting coefficients, percent; - for "
               "measured, or 1, 10, 5, 10.", metavar="F,Z,K,C", needs="--probability, for example --probability 200")] = None,
@@ -49,11 +50,11 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     progress, dynamics = run.progress_of_parts(), source.read()
     heard = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
-    told = [(speed, depth, outcome) for speed, depth, outcome in tried if isinstance(outcome, bool)]
+    decided = [(speed, depth, outcome) for speed, depth, outcome in tried if isinstance(outcome, bool)]
     judged, notes = studies.hear_tried(heard, cut.get("teeth")) if heard else ([], [])
-    known = studies.Uncertainty(samples or 0, cuts=(*told, *judged), **(uncertainty or {}))
+    parameters = studies.Uncertainty(samples or 0, cuts=(*decided, *judged), **(uncertainty or {}))
     result = studies.chart_lobes(dynamics, cut, method=cutting.stability.method_named(method, "`method`"), speeds=speeds,
-                                 simulate_cuts=simulate, uncertainty=known, progress=progress).noted([*notes, *run.warnings])
+                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress).noted([*notes, *run.warnings])
     run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
 
 
@@ -92,8 +93,9 @@ def speeds(run: Frame, *, chatter: Annotated[float, Help("Chatter frequency, Hz,
 
 @command(steps=3)
 def mill(run: Frame, source: Dynamics, cut: CutValues, *, speed: Speed, depth: Depth, revolutions: Annotated[int | None, Help(
-        "As many as the start-up needs to die out where left out.", least=1)] = None) -> None:
+        "As many as the start-up needs to die out where left out.", minimum=1)] = None) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
+    # Before any file is read: a cut beyond the tool's edge needs no dynamics to be refused.
     check_cut(cut, speed, depth)
     dynamics = source.read()
     result = studies.simulate_cut(dynamics, cut, speed=speed, depth=depth, revolutions=revolutions, step=run.step)
@@ -149,7 +151,7 @@ def calibrate(run: Frame, forces: Files, tool: ToolValues, *,
 
 @dataclass(frozen=True)
 class Spindle:
-    """Where the spindle comes from: a gauge that was struck in it, responses with rotations, or a machine file."""
+    """Source of the spindle: a gauge that was struck in it, responses with rotations, or a machine file."""
 
     frf: Annotated[tuple[SourceFile, ...], Help("Measured responses: of a gauge's stations (with --gauge), or of the spindle "
                                                 "with its rotations (with --at).")] = ()
@@ -162,7 +164,7 @@ class Spindle:
     noise: Annotated[float | None, Help("Standard deviation of measured responses, percent of each, where the files state "
                                         "none.", metavar="PERCENT", scale=1e-2)] = None
     calibration: Annotated[float, Help("Standard deviation of the gain of hammer and sensor together, percent, alike for "
-                                       "all responses of a gauge.", metavar="PERCENT", least=0, scale=1e-2)] = 1.0
+                                       "all responses of a gauge.", metavar="PERCENT", minimum=0, scale=1e-2)] = 1.0
 
     def __post_init__(self) -> None:
         """Refuse none and several."""
@@ -194,7 +196,7 @@ def rcsa(run: Frame, tool: Annotated[SourceFile, Argument()], spindle: Spindle, 
          stick_out: Annotated[LengthRange | None, Help("Also at other lengths of a segment: first, last, number.",
                                                        metavar="SEGMENT=30mm:80mm:6")] = None,
          lobes: Annotated[bool, Help("Also stability lobes; the cut is given by the options below.")] = False,
-         speeds: Speeds = None, draws: Annotated[int, Help("Equally likely spindles and tools.", least=20)] = 200,
+         speeds: Speeds = None, draws: Annotated[int, Help("Equally likely spindles and tools.", minimum=20)] = 200,
          seed: Annotated[int, Help("Of the random draws.")] = 1, quantity: Quantity = None, cut: CutValues,
          save: Annotated[NewFile | None, Help("Save the tool-point responses here: universal (.uff) or HDF5 (.h5) "
                                               "file.")] = None) -> None:
@@ -209,7 +211,7 @@ def rcsa(run: Frame, tool: Annotated[SourceFile, Argument()], spindle: Spindle, 
     bases = spindle.read(quantity, draws, generator)
     result = studies.study_tool(bases, shaft, cut=cut if lobes else None,
                                 stick_out=None if stick_out is None else (stick_out.name, stick_out.positions),
-                                speeds=CHARTED if speeds is None else speeds, generator=generator,
+                                speeds=DEFAULT_CHART_SPEEDS if speeds is None else speeds, generator=generator,
                                 progress=run.progress_of_parts())
     run.write("Responses", save, io.write_frf, result.frf)
     run.present(pages.tool_coupling_page, result, run.warnings, notes=result.notes)

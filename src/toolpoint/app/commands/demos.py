@@ -17,11 +17,11 @@ from toolpoint._check import fail, one_of
 from toolpoint.app.declare import Argument, Help, command
 from toolpoint.app.frame import Frame
 
-DEFAULT = "machining-centre"
-MACHINES = Path(__file__).parents[1] / "machines"
-CASTING, DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
+DEFAULT_DEMO = "machining-centre"
+MACHINE_FOLDER = Path(__file__).parents[1] / "machines"
+CASTING_FILE, DRIVE_FILE = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
 
-MILL = "small_mill.yaml"
+MILL_FILE = "small_mill.yaml"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Demo:
 
 
 @command(json=False)
-def demo(run: Frame, name: Annotated[str, Argument()] = DEFAULT, *,
+def demo(run: Frame, name: Annotated[str, Argument()] = DEFAULT_DEMO, *,
          listed: Annotated[bool, Help("Print the names and what they show.", name="--list")] = False,
          full: Annotated[bool, Help("At full length: of the milling robot, all four sides of all 23 variants (four "
                                     "minutes).")] = False) -> None:
@@ -50,19 +50,20 @@ def demo(run: Frame, name: Annotated[str, Argument()] = DEFAULT, *,
     run.steps = chosen.steps
     (chosen.full if full and chosen.full is not None else chosen.run)(run)
     run.show_rest()
-    if name == DEFAULT:
+    if name == DEFAULT_DEMO:
         run.suggest("demo --list", "new machine my_machine.yaml --template three-axis-vertical")
 
 
 def run_machining_centre(run: Frame) -> None:
     """Show the published three-axis machining centre, without and with its feed drives."""
     run.step("machine")
-    casting = studies.study_modes(io.read_machine(MACHINES / CASTING))
+    casting = studies.study_modes(io.read_machine(MACHINE_FOLDER / CASTING_FILE))
     run.step("machine with feed drives")
     # The quickest method: nobody wants to wait for a compiler on the first page.
-    drives = studies.study_machine(io.read_machine(MACHINES / DRIVES), step=run.step, method=cutting.ZeroOrder())
+    drives = studies.study_machine(io.read_machine(MACHINE_FOLDER / DRIVE_FILE), step=run.step, method=cutting.ZeroOrder())
     run.step("page")
-    run.save(pages.demo_page, casting, drives, [(name, _text(name)) for name in (CASTING, DRIVES)], warnings=run.warnings)
+    run.save(pages.demo_page, casting, drives, [(name, _machine_text(name)) for name in (CASTING_FILE, DRIVE_FILE)],
+             warnings=run.warnings)
     size, frequency = drives.machine.size, drives.frequency
     run.show_text(casting.table(), f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz",
                   *drives.limit_lines())
@@ -85,40 +86,44 @@ def run_gantry(run: Frame) -> None:
 
 def _run_over_workspace(run: Frame, name: str, axes: Mapping[str, ArrayLike], to: Path | None = None) -> None:
     """Show a machine of the package and two maps of it."""
-    before = len(run.warnings)
+    earlier_warnings = len(run.warnings)
     run.step("machine")
-    result = studies.study_workspace(io.read_machine(MACHINES / name), axes, step=run.step, method=cutting.ZeroOrder())
+    result = studies.study_workspace(io.read_machine(MACHINE_FOLDER / name), axes, step=run.step, method=cutting.ZeroOrder())
     run.step("page")
-    run.save(pages.workspace_page, result, source=_text(name), file_name=name, warnings=run.warnings[before:], to=to)
+    run.save(pages.workspace_page, result, source=_machine_text(name), file_name=name, warnings=run.warnings[earlier_warnings:],
+             to=to)
     run.show_text(result.table())
 
 
 def run_video_mill(run: Frame) -> None:
     """Film a small mill of known truth in two planes, find its soft interfaces, update its model to the videos."""
-    result = studies.update_from_virtual_videos(io.read_machine(MACHINES / MILL), studies.FILMED_TRUTH, "spindle_nose",
+    result = studies.update_from_virtual_videos(io.read_machine(MACHINE_FOLDER / MILL_FILE), studies.FILMED_TRUTH,
+                                                "spindle_nose",
                                                 rng=np.random.default_rng(1), step=run.step)
     run.step("page")
 
     from toolpoint.pages.video import virtual_update_page
 
-    run.save(virtual_update_page, result, _text(MILL), MILL, warnings=run.warnings)
+    run.save(virtual_update_page, result, _machine_text(MILL_FILE), MILL_FILE, warnings=run.warnings)
     run.show_text(result.table())
 
 
-def run_milling_robot(run: Frame, *, whole: bool = False) -> None:
-    """Show the published milling robot; `whole`: whole sides of all variants, kept and resumed in a folder beside the page."""
+def run_milling_robot(run: Frame, *, full_length: bool = False) -> None:
+    """Show the published milling robot; `full_length`: whole sides of all variants, kept and resumed in a folder beside the
+    page."""
     run.step("datasheet")
-    sheet, output = MACHINES / "milling_robot_datasheet.yaml", run.output or Path()
+    sheet, output = MACHINE_FOLDER / "milling_robot_datasheet.yaml", run.output or Path()
     description = io.read_robot_machine(sheet)
     study = studies.study_datasheet(io.read_datasheet(sheet), description)
-    result = studies.run_robot_demo(study, machines.build(description), io.read_plan(MACHINES / "milling_robot_screening.yaml"),
-                                    step=run.step, whole=whole,
-                                    folder=output.with_name(f"{output.stem}-kept") if whole else None)
+    result = studies.run_robot_demo(study, machines.build(description),
+                                    io.read_plan(MACHINE_FOLDER / "milling_robot_screening.yaml"),
+                                    step=run.step, all_sides=full_length,
+                                    folder=output.with_name(f"{output.stem}-kept") if full_length else None)
     run.step("page")
 
     from toolpoint.pages.robots.robot_demo import robot_demo_page
 
-    run.save(robot_demo_page, result, _text(sheet.name), sheet.name, warnings=run.warnings)
+    run.save(robot_demo_page, result, _machine_text(sheet.name), sheet.name, warnings=run.warnings)
     run.show_text(study.table(), result.table())
 
 
@@ -132,18 +137,18 @@ def run_finite_element_mill(run: Frame) -> None:
     run.show_text(result.table())
 
 
-def _text(name: str) -> str:
-    return (MACHINES / name).read_text(encoding="utf-8")
+def _machine_text(name: str) -> str:
+    return (MACHINE_FOLDER / name).read_text(encoding="utf-8")
 
 
 DEMOS: dict[str, Demo] = {
-    DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", 6, run_machining_centre),
+    DEFAULT_DEMO: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", 6, run_machining_centre),
     "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", 6,
                        run_video_mill),
     "three-rps-head": Demo("parallel head with three driven limbs: closed loops, parasitic motion, maps over tilt and azimuth",
                            14, run_three_rps_head),
     "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
-                          7, run_milling_robot, partial(run_milling_robot, whole=True)),
+                          7, run_milling_robot, partial(run_milling_robot, full_length=True)),
     "finite-element-mill": Demo("mill of castings by finite elements: hammer test, sensitivities, layers, dampers",
                                 13, run_finite_element_mill),
     "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", 7, run_gantry),

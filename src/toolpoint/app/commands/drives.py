@@ -58,10 +58,11 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
             run.show_text(*mark_notes(doubts))
             run.show_rest()
         return
-    moves = None if program is None else io.read_program(program, feed=feed)
-    path, remarks = (None, ()) if moves is None else (moves.path, moves.notes)
+    parsed_program = None if program is None else io.read_program(program, feed=feed)
+    path, remarks = (None, ()) if parsed_program is None else (parsed_program.path, parsed_program.notes)
     result = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal, remarks=remarks,
                                 progress=run.step)
+    # The page has the notes of the result by itself; the terminal prints them before the warnings.
     warned, run.warnings[:0] = list(run.warnings), result.notes
     run.present(pages.drive_page, result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned)
 

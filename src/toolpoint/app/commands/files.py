@@ -17,9 +17,10 @@ from toolpoint.app.frame import Frame
 from toolpoint.app.options import Files, Naming, Quantity
 from toolpoint.app.values import AnyPath, SourceFile
 
-NEXT = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."), "servo": ("check {0}", "drive {0} --circle 50,4000"),
-        "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
-        "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
+NEXT_COMMANDS = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."),
+                 "servo": ("check {0}", "drive {0} --circle 50,4000"),
+                 "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
+                 "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
 
 
 @command(page=False, json=False)
@@ -40,7 +41,7 @@ def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "c
         raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
     path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
     run.show_text(f"Written: {path}")
-    run.suggest(*(words.format(path) for words in NEXT[kind]))
+    run.suggest(*(words.format(path) for words in NEXT_COMMANDS[kind]))
 
 
 @command(page=False)
@@ -92,6 +93,7 @@ def convert(run: Frame, files: Files, *, target: Annotated[AnyPath, Help(
 
 
 def _convert_page(files: Sequence[Path], folder: Path, pictures: str | None, tables: str | None) -> list[Path]:
+    """Return the files written of a page: its charts as pictures, or its tables."""
     if len(files) > 1 or (pictures is None) == (tables is None):
         raise ToolpointError(f"{files[0]}: a page is converted alone, with --pictures png (or svg) or --tables csv (or tex)")
     return io.write_pictures(files[0], folder, pictures) if pictures else io.write_tables(files[0], folder, tables or "csv")

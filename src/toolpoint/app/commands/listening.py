@@ -12,12 +12,12 @@ from toolpoint.app.values import SourceFile
 
 @command()
 def listen(run: Frame, record: Annotated[SourceFile, Argument()], *,
-           teeth: Annotated[int, Help("Number of teeth.", least=1)],
+           teeth: Annotated[int, Help("Number of teeth.", minimum=1)],
            speed: Annotated[float | None, Help("Programmed spindle speed, rev/min, within 2 %; searched where left out.",
                                                above=0)] = None,
            highest: Annotated[float | None, Help("Highest spindle speed, rev/min, for speeds to try.", above=0)] = None,
-           lowest: Annotated[float, Help("Lowest spindle speed, rev/min.", least=0)] = 0.0,
-           channel: Annotated[int | None, Help("Channel to judge, from 1; the strongest where left out.", least=1)] = None,
+           lowest: Annotated[float, Help("Lowest spindle speed, rev/min.", minimum=0)] = 0.0,
+           channel: Annotated[int | None, Help("Channel to judge, from 1; the strongest where left out.", minimum=1)] = None,
            modes: Annotated[SourceFile | None, Help("Modes of the tool point (of identify): they name the line among its side "
                                                     "bands.")] = None) -> None:
     """Chatter or not, from the sound or vibration of a cut.

@@ -42,9 +42,9 @@ def _next(machine: Any, file: str) -> list[str]:
     axis = next((axis for axis in machine.chain.axes if abs(axis.lower) + abs(axis.upper) < 1e3), None)
     if axis is None:
         return [f"sensitivity {file}"]
-    low, high = (axis.words(end).replace(" ", "") for end in (axis.lower, axis.upper))
-    lobes = [] if machine.description.cutting is None else [f"lobes {file} --pose {axis.name}={high}"]
-    return [f"map {file} --axis {axis.name}={low}:{high}:21", *lobes]
+    first_position, last_position = (axis.words(end).replace(" ", "") for end in (axis.lower, axis.upper))
+    lobes = [] if machine.description.cutting is None else [f"lobes {file} --pose {axis.name}={last_position}"]
+    return [f"map {file} --axis {axis.name}={first_position}:{last_position}:21", *lobes]
 
 
 TwoNames = Annotated[tuple[str, str], Reading(read_two_names, "two names with a comma between them, such as KAA,MAA")]

@@ -21,8 +21,8 @@ from toolpoint.io.quantities.written import read_pairs, read_pole
 if TYPE_CHECKING:
     from toolpoint.modal_identification import PoleChoice
 
-LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
-          "* stands out, ? doubtful")
+TABLE_LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
+                "* stands out, ? doubtful")
 
 
 Pole = Annotated[tuple[float, float], Reading(read_pole, "frequency and damping, Hz and percent, for example 34.2,1.5")]
@@ -75,6 +75,7 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
     """
     if run.output is not None and run.output.suffix == ".h5":
+        # An output that ends in .h5 names the modes: the page goes to its default folder.
         modes = NEW_FILE.convert(run.output, None, click.get_current_context())
         run.output = Path("toolpoint-report")
     frf = io.read_frf(files, quantity=quantity, **naming.keywords)
@@ -89,7 +90,7 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     run.write("Modes", modes, io.write_nouns, result.modes)
     if run.as_json:
         run.show(result)
-    run.show_text(result.table(), LEGEND, result.status)
+    run.show_text(result.table(), TABLE_LEGEND, result.status)
     run.warnings += [note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)]
     run.show_rest()
 
@@ -118,7 +119,7 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
     run.warnings[:] = [text for text in run.warnings if not text.startswith("doubtful")]
     run.show(result)
     if written is not None and result.machine is None:
-        raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
+        raise ToolpointError(f"--machine {written}: not written, because {result.no_machine_reason}")
 
 
 @command(steps=3, replace=True)
@@ -132,7 +133,7 @@ def update(run: Frame, machine: MachineFile, *,
                                                   metavar="joints.NAME.stiffness.rx")] = (),
            poses: Poses = (),
            samples: Annotated[int, Help("Sample the posterior by so many steps of every walker, for example 2000 (extra "
-                                        "'bayes').", metavar="STEPS", shown="none", least=0)] = 0,
+                                        "'bayes').", metavar="STEPS", default_text="none", minimum=0)] = 0,
            seed: Annotated[int, Help("Seed of the samples.")] = 1,
            written: Annotated[NewFile | None, Help("Write the updated machine here.", name="--machine")] = None,
            quantity: Quantity = None, naming: Naming) -> None:
@@ -161,18 +162,20 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
               pairs: Annotated[tuple[Pair, ...], Help("A measured point and the machine's point that it is; at least three fix "
                                                       "the registration.", name="--pair", metavar="TEST=MODEL")] = (),
               furthest: Annotated[float, Help("Points further apart stay single, mm.", scale=1e-3)] = 50.0,
-              before: Annotated[SourceFile | None, Help("The machine before updating, shown beside.")] = None,
+              original_file: Annotated[SourceFile | None,
+                                       Help("The machine before updating, shown beside.", name="--before")] = None,
               lowest_mac: Annotated[float, Help("Modes below are not paired.")] = 0.5, band: Band = None,
               pose: Pose = None, quantity: Quantity = None, naming: Naming) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
-    built, first = io.read_machine_at(machine, pose), None if before is None else io.read_machine_at(before, pose)
+    built, original = io.read_machine_at(machine,
+                                         pose), None if original_file is None else io.read_machine_at(original_file, pose)
     saved, responses = io.read_test_nouns(files, quantity=quantity, **naming.keywords)
     shape = None if geometry is None else io.read_geometry(geometry)
     owner = None if components is None else io.read_components(components).points
     run.step("correlation")
     test = studies.gather_test(saved, responses, geometry=shape, band=band, owner=owner)
-    known = {point: model for pair in pairs for point, model in pair.items()}
-    result = studies.compare_with_test(built, test, pose=pose, known=known, furthest=furthest, before=first,
+    named_pairs = {point: model for pair in pairs for point, model in pair.items()}
+    result = studies.compare_with_test(built, test, pose=pose, known_pairs=named_pairs, furthest=furthest, earlier=original,
                                        lowest_mac=lowest_mac)
     run.present(pages.correlation_page, result, run.warnings)
 
@@ -184,7 +187,7 @@ def sensitivity(run: Frame, machine: MachineFile, *,
                                                        metavar="joints.NAME.stiffness.rx")] = (), count: Count = 6,
                 change: Annotated[float, Help("Change of a parameter that MAC values are given for, %.", scale=1e-2)] = 10.0,
                 pose: Pose = None) -> None:
-    """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
+    """Effect of every joint stiffness, damper, mass and density on frequencies, damping and shapes: alone and per part."""
     built = io.read_machine_at(machine, pose)
     run.step("sensitivities")
     result = studies.study_sensitivity(built, paths or None, min(count, built.size), pose=pose)

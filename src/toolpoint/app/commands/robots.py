@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.tool_paths import PathSide
 
 Corners = Annotated[tuple[tuple[float, float], tuple[float, float]], Reading(read_block)]
-SCALES = {"depth limit": 1e-3, "position error": 1e-6}
+GOAL_UNITS = {"depth limit": 1e-3, "position error": 1e-6}  # m a unit that is typed: mm, µm
 
 
 @command(steps=2, replace=True, page_beside_json=False)
@@ -61,16 +61,16 @@ def region(run: Frame, machine: MachineFile, *,
            quantity: Annotated[Literal["frequency", "static", "dynamic", "depth"], Help(
                "Natural frequencies, stiffness of the tool, or the lowest stable depth.")] = "frequency", count: Count = 4,
            length: Annotated[Length, Help("Length of the segment that is searched; 0 for the map alone.", default="200mm")],
-           directions: Annotated[int, Help("Directions of segments in the plane, evenly over half a turn.", least=1)] = 4,
-           feed_directions: Annotated[int, Help("Feed directions of a depth.", least=1)] = 1,
+           directions: Annotated[int, Help("Directions of segments in the plane, evenly over half a turn.", minimum=1)] = 4,
+           feed_directions: Annotated[int, Help("Feed directions of a depth.", minimum=1)] = 1,
            point: Annotated[str, Help("Another point of the tool's body in place of the tip.")] = "",
            branch: ArmBranch = "",
            direction: ToolDirection = None, turn: ToolTurn) -> None:
     """A quantity over places of the tool, and the straight segment over which it is most even: the best place to mill."""
     built = io.read_machine(machine)
-    asked = studies.PlaceQuantity.over_feeds(quantity, count, feed_directions)
+    place_quantity = studies.PlaceQuantity.over_feeds(quantity, count, feed_directions)
     result = studies.study_region(
-        built, studies.place_grid({axis.name: axis.positions for axis in along}, origin), asked,
+        built, studies.place_grid({axis.name: axis.positions for axis in along}, origin), place_quantity,
         length=length, directions=directions, direction=direction, turn=turn, branch=branch, point=point, step=run.step)
     run.step("page")
     run.save(pages.place_page, result.map, result.search, machine.stem)
@@ -119,7 +119,7 @@ def accuracy(run: Frame, machine: MachineFile, path: MilledPath, *, speed: Speed
                                                   metavar="X1,Y1,X2,Y2")] = None,
              pixel: Annotated[Length, Help("Side of a pixel of the block.", default="0.1mm")],
              spacing: Annotated[Length, Help("Between nodes of the structure along the path.", default="2mm")],
-             steps: Annotated[int, Help("Steps in a tooth period.", least=32)] = 100,
+             steps: Annotated[int, Help("Steps in a tooth period.", minimum=32)] = 100,
              drives: Annotated[SourceFile | None, Help("A drive file: motors of its axes give way as their loops let them; "
                                                        "rotary axes by their gear_ratio.")] = None,
              base: Annotated[bool, Help("Reaction of the base along the path too.")] = False,
@@ -157,9 +157,10 @@ def improve(run: Frame, plan: MachineFile, *,
             goal: Annotated[float, Help("What it shall become: m/N, or mm for a depth limit, µm for an error.")]) -> None:
     """The cheapest changes (factors of a plan with their costs) that bring the tool point to a goal, from exact slopes."""
     planned, built = _read_plan(plan)
-    run.show(studies.improve_by_plan(planned, built, answer, goal=SCALES.get(answer, 1.0) * goal))
+    run.show(studies.improve_by_plan(planned, built, answer, goal=GOAL_UNITS.get(answer, 1.0) * goal))
 
 
 def _read_plan(plan: Path) -> tuple[ScreeningPlan, Machine]:
+    """Return a plan and the machine that it names, beside it."""
     planned = io.read_plan(plan)
     return planned, io.read_machine(plan.parent / planned.machine)

@@ -23,19 +23,19 @@ if TYPE_CHECKING:
     from toolpoint.signals.record_set import RecordSet
     from toolpoint.signals.test_description import HammerTestDescription
 
-LABELS = ("channel", "struck", "name", "rate", "variables")
+TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables")
 
 
 @command()
 def plan(run: Frame, machine: MachineFile, *, pose: Pose = None,
-         number: Annotated[int, Help("Points to measure, three directions each.", name="--points", least=1)] = 12,
+         number: Annotated[int, Help("Points to measure, three directions each.", name="--points", minimum=1)] = 12,
          file_points: Annotated[bool, Help("Choose among the points that the machine file names, not among 131 spread over its "
                                            "bodies.")] = False,
          highest: Annotated[float | None, Help("Highest mode that matters, Hz; all modes of the machine where left "
                                                "out.")] = None,
-         struck: Annotated[int, Help("Most points and directions to strike.", least=1)] = 3,
+         struck: Annotated[int, Help("Most points and directions to strike.", minimum=1)] = 3,
          noise: Annotated[float, Help("Noise of the virtual test, percent of every channel.", scale=1e-2)] = 1.0,
-         hits: Annotated[int, Help("Blows at every set-up.", least=1)] = 3,
+         hits: Annotated[int, Help("Blows at every set-up.", minimum=1)] = 3,
          seed: Annotated[int, Help("Seed of the points that could be measured, and of the virtual tests.")] = 1,
          test: Annotated[NewFile | None, Help("Write the test file for `toolpoint frf` here (YAML).")] = None,
          geometry: Annotated[NewFile | None, Help("Write the points here (CSV).")] = None) -> None:
@@ -78,7 +78,7 @@ class RecordOptions:
 
     @property
     def decisions(self) -> dict[str, bool]:
-        """What a person decided about hits."""
+        """Decisions of a person about hits."""
         if both := set(self.accept) & set(self.refuse):
             raise ToolpointError(f"--accept and --refuse {both.pop()}: must be one of them")
         return {**dict.fromkeys(self.accept, True), **dict.fromkeys(self.refuse, False)}
@@ -90,14 +90,14 @@ class RecordOptions:
                 files, self.channel, struck=self.struck, pattern=self.name, rate=self.rate, variables=self.variables,
                 block=self.block, window_end=self.window_end, estimator=self.estimator or "H1",
                 folder=None if self.test is None else self.test.parent)
-        if labelling := list_given(*LABELS):
+        if labelling := list_given(*TEST_FILE_OPTIONS):
             raise ToolpointError(f"{labelling[0]}: is in the test file {files[0]}; change it there")
         return io.read_hammer_test(files)
 
 
 @dataclass(frozen=True)
 class MachineResponse:
-    """Options of `frf` that are for a machine: poses, where it is seen and pushed, at which lines."""
+    """Options of `frf` for a machine: poses, response and force labels, lines."""
 
     pose: Poses = ()
     outputs: Annotated[tuple[str, ...], Help("Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against "
@@ -109,7 +109,7 @@ class MachineResponse:
 
 
 @command(steps=3, replace=True)
-def frf(run: Frame, files: Files, asked: MachineResponse, *,
+def frf(run: Frame, files: Files, response: MachineResponse, *,
         save: Annotated[NewFile | None, Help("Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one "
                                              "pose.")] = None, records: RecordOptions) -> None:
     """Frequency responses: of a machine file at poses, or of the records of a hammer test.
@@ -121,26 +121,29 @@ def frf(run: Frame, files: Files, asked: MachineResponse, *,
     if save is not None:
         io.check_writable(save)
     of_machine = len(files) == 1 and files[0].suffix.lower() in YAML and io.kind_of(files[0]) != "test"
-    if other := list_given(*(vars(records if of_machine else asked))):
+    if other := list_given(*(vars(records if of_machine else response))):
         raise ToolpointError(f"{other[0]}: is for " + (f"records of a hammer test; {files[0]} is a machine file" if of_machine
                                                        else f"a machine file; {files[0]} is a record of a hammer test"))
     if of_machine:
-        _respond(run, files[0], asked, save)
+        _respond(run, files[0], response, save)
     else:
         _measure(run, files, records, save)
 
 
-def _respond(run: Frame, machine: Path, asked: MachineResponse, save: Path | None) -> None:
-    if save is not None and len(asked.pose) > 1:
-        raise ToolpointError(f"--save {save}: {len(asked.pose)} poses; a file of responses holds one; call once for each")
-    built = io.read_machine_at(machine, *asked.pose)
-    result = studies.study_responses_of_machine(built, asked.pose or None, asked.outputs or None, inputs=asked.inputs or None,
-                                                frequency=asked.lines, progress=run.progress("intervals"))
+def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | None) -> None:
+    """Save and show the responses of a machine at poses."""
+    if save is not None and len(response.pose) > 1:
+        raise ToolpointError(f"--save {save}: {len(response.pose)} poses; a file of responses holds one; call once for each")
+    built = io.read_machine_at(machine, *response.pose)
+    result = studies.study_responses_of_machine(built, response.pose or None, response.outputs or None,
+                                                inputs=response.inputs or None,
+                                                frequency=response.lines, progress=run.progress("intervals"))
     run.write("Responses", save, io.write_frf, result.frfs[0])
     run.present(pages.responses_page, result, run.warnings, notes=result.notes)
 
 
 def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:
+    """Save and show the responses of hammer records; write their test file."""
     records, description = options.read(files)
     run.step("hits")
     result = studies.study_hammer_records(
@@ -157,7 +160,7 @@ def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Pa
 
 @dataclass(frozen=True)
 class TapLabels:
-    """What records or responses of the tip measured, and where."""
+    """Quantity and place of what records or responses of the tip measured."""
 
     channel: Annotated[tuple[str, ...], Help("What a channel of the records measures, where, its sensitivity; several times.",
                                              metavar="'1=force tip:+x 2.25mV/N'")] = ()
@@ -184,7 +187,7 @@ def tap(run: Frame, files: Files, *,
         labels: TapLabels, cut: CutValues,
         speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds that the machine has, rev/min.",
                                                      metavar="3000:20000:200")] = None) -> None:
-    """From hammer blows on a tool's tip to spindle speeds to use, with a light for each step.
+    """Spindle speeds to use, from hammer blows on a tool's tip, with a light for each step.
 
     FILES are the records of blows along x, the feed (any format of `toolpoint frf`), or responses of the tip (any format of
     `toolpoint identify`); --y those along y. Give the cutter (--diameter, --teeth ...) and the material (--material, or --kt
@@ -203,7 +206,7 @@ def next_test(run: Frame, machine: MachineFile, *, pose: Pose = None,
                                                           metavar="X=-300mm:300mm:5")] = (),
               frequency_deviation: Annotated[float, Help("Relative, of measured frequencies.")] = 1e-4,
               shape_deviation: Annotated[float, Help("Of shapes, over the greatest motion of the mode.")] = 0.02) -> None:
-    """Which point, direction or pose, measured next, would narrow the tool's compliance at a pose most."""
+    """Rank the points, directions and poses whose measurement would narrow the tool's compliance at a pose most."""
     built = io.read_machine_at(machine, pose)
     grid = io.lay_grid(built, axes)
     poses = [dict(zip(grid, map(float, row), strict=True)) for row in itertools.product(*grid.values())] if axes else []

@@ -16,6 +16,7 @@ from toolpoint.io.quantities.written import read_numbers, read_picture_shape
 
 
 def _body(text: str) -> tuple[str, Any]:
+    """Return name and region of a body."""
     name, _, box = text.partition("=")
     return name, vision.Region.parse(box)
 
@@ -28,11 +29,11 @@ Pixel = Annotated[tuple[float, float], Reading(lambda text: read_numbers(text, 2
 
 @dataclass(frozen=True)
 class Filming:
-    """How the videos were taken, and what of them is used."""
+    """Settings of the camera, and the part of the videos that is used."""
 
     fps: Annotated[float, Help("True frames per second of the camera (not of the player).")]
     shape: Annotated[Shape | None, Help("Shape of plain binary frames (.raw, .bin).", metavar="ROWSxCOLUMNS")] = None
-    bits: Annotated[int | None, Help("Bits of a pixel of raw frames.", least=8, most=16)] = None
+    bits: Annotated[int | None, Help("Bits of a pixel of raw frames.", minimum=8, maximum=16)] = None
     row_delay: Annotated[float, Help("Rolling shutter: microseconds between neighbouring rows.", scale=1e-6)] = 0.0
     region: Annotated[Region | None, Help("Part of the picture to use.", metavar="LEFT,TOP,WIDTH,HEIGHT")] = None
     background: Annotated[tuple[Region, ...], Help("Part that stands still and has texture: camera shake is taken off by it; "
@@ -40,7 +41,7 @@ class Filming:
     bodies: Annotated[tuple[Body, ...], Help("Where a body is seen, from back to front; several times. With --machine found by "
                                              "itself.", name="--body", metavar="NAME=LEFT,TOP,WIDTH,HEIGHT")] = ()
     method: Annotated[Literal["templates", "lucas-kanade", "phase"], Help("Of displacement.")] = "templates"
-    points: Annotated[int, Help("Points on edges and corners.", least=10, most=5000)] = 300
+    points: Annotated[int, Help("Points on edges and corners.", minimum=10, maximum=5000)] = 300
     views: Annotated[tuple[Literal["xz", "yz", "xy"], ...], Help("Plane of each video; z (or y) is up.", name="--view")] = ()
     scale: Annotated[float | None, Help("Millimetres a pixel.", scale=1e-3)] = None
     origins: Annotated[tuple[Pixel, ...], Help("Where each video shows the machine's origin.", name="--origin",
@@ -69,9 +70,9 @@ class Magnification:
 
     file: Annotated[NewFile | None, Help("Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).",
                                          name="--magnify")] = None
-    which: Annotated[int, Help("Mode to magnify.", name="--mode", least=1)] = 1
+    which: Annotated[int, Help("Mode to magnify.", name="--mode", minimum=1)] = 1
     factor: Annotated[float, Help("Of magnification.")] = 20.0
-    attenuation: Annotated[float, Help("Of noise in the magnified clip.", least=0, most=1)] = 0.5
+    attenuation: Annotated[float, Help("Of noise in the magnified clip.", minimum=0, maximum=1)] = 0.5
     magnify_band: Annotated[Span | None, Help("Magnify this band (Hz) by phase instead of a mode by its shape; patents are on "
                                               "record for that method.", metavar="LOW:HIGH")] = None
 

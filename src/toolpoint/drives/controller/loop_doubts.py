@@ -12,7 +12,7 @@ from toolpoint.drives.controller.settings import Controller
 # Margins below which a loop is said to be hardly stable: usual designs keep 6 dB and 30 degrees, tuned ones more.
 _USUAL_GAIN_MARGIN_DB, _USUAL_PHASE_MARGIN_DEG = 6.0, 30.0
 # Gains of position loops of machines, 1/s, with room on both sides.
-_USUAL_POSITION_GAINS = (2.0, 1000.0)
+USUAL_POSITION_GAINS = (2.0, 1000.0)
 Figures = Sequence[tuple[str, str, float, float, float]]
 
 
@@ -36,6 +36,6 @@ def doubt_margins(figures: Figures) -> list[Doubt]:
 def doubt_gains(names: Sequence[str], controllers: Sequence[Controller]) -> list[Doubt]:
     """Return doubts of position gains outside those of machines."""
     return [Doubt(f"axis {name}", f"gain of the position loop {c.position.gain:.4g} 1/s is that of no machine's axis "
-                  f"({_USUAL_POSITION_GAINS[0]:g} to {_USUAL_POSITION_GAINS[1]:g})", "check its unit: 1 (m/min)/mm is 16.7 1/s")
+                  f"({USUAL_POSITION_GAINS[0]:g} to {USUAL_POSITION_GAINS[1]:g})", "check its unit: 1 (m/min)/mm is 16.7 1/s")
             for name, c in zip(names, controllers, strict=True)
-            if not _USUAL_POSITION_GAINS[0] < c.position.gain < _USUAL_POSITION_GAINS[1]]
+            if not USUAL_POSITION_GAINS[0] < c.position.gain < USUAL_POSITION_GAINS[1]]

@@ -154,6 +154,11 @@ def read_angle(text: str) -> float:
     return _quantity(text, units.ANGLE)
 
 
+def read_masses(text: str) -> dict[str, float]:
+    """Return masses (kg) by degree of freedom of a text like ``tip:+x=0.5kg``; a bare number is in kg."""
+    return read_pairs(text, lambda value: _quantity(value, units.MASS), "POINT:DIRECTION=MASS, for example tip:+x=0.5kg")
+
+
 def _quantity(text: str, kind: units.Kind) -> float:
     try:
         return units.quantity(text.strip(), kind)

@@ -180,7 +180,7 @@ def _solid(part: BaseModel, document: Document) -> SolidBody:
 def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
     loss = part.loss_factor
     joint = d.JointDescription(
-        part.parent, part.child, d.FrameDescription(part.at or d.ORIGIN, part.rotation), _set(part.stiffness),
+        part.parent, part.child, d.FrameDescription(part.at or d.ORIGIN_VECTOR, part.rotation), _set(part.stiffness),
         _set(part.damping),
         loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
         part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source, part.passive,

@@ -19,7 +19,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates
 from toolpoint.spatial.rotation import skew
 
-ROUND = 1e-6  # of the moment of inertia: how far a body may be from symmetric about its axis
+SYMMETRY_TOLERANCE = 1e-6  # of the moment of inertia: deviation of a body from symmetry about its axis
 
 
 def gyroscopic_matrix(place: Placement) -> FloatArray | None:
@@ -27,9 +27,9 @@ def gyroscopic_matrix(place: Placement) -> FloatArray | None:
     machine = place.machine
     parts = []
     for link, momentum in spins(machine).items():
-        turned = (place.displacements[:, link, :3, :3] @ momentum[..., None])[..., 0]
-        turning = place.jacobians[:, link, 3:]
-        parts.append(-np.swapaxes(turning, -1, -2) @ skew(turned) @ turning)
+        momentum_now = (place.displacements[:, link, :3, :3] @ momentum[..., None])[..., 0]
+        rotations = place.jacobians[:, link, 3:]
+        parts.append(-np.swapaxes(rotations, -1, -2) @ skew(momentum_now) @ rotations)
     for link, speed in elastic_spins(machine).items():
         motion, gyroscopic = body_coordinates(place, link), machine.bodies[link].gyroscopic
         assert gyroscopic is not None
@@ -50,11 +50,11 @@ def elastic_spins(machine: Machine) -> dict[int, float]:
     """Return the speed (rad/s) of every elastic spinning link about the axis that its gyroscopic matrix is for."""
     result = {}
     for link, name, speed, axis in _spinning(machine):
-        along = machine.bodies[link].spin_axis
-        if along is None:
+        beam_axis = machine.bodies[link].spin_axis
+        if beam_axis is None:
             continue
-        cosine = float(along @ axis)
-        if abs(cosine) < 1 - ROUND:
+        cosine = float(beam_axis @ axis)
+        if abs(cosine) < 1 - SYMMETRY_TOLERANCE:
             fail(f"bodies.{name}.spin.axis", f"{np.degrees(np.arccos(abs(cosine))):.3g} degrees off the beam",
                  "must be along it", remedy="a beam spins about its own axis only")
         result[link] = float(np.sign(cosine)) * speed
@@ -70,30 +70,31 @@ def _spinning(machine: Machine) -> Iterator[tuple[int, str, float, FloatArray]]:
 
 
 def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:
-    """Moment of inertia about the axis of spin through the centre of mass, of a body that is symmetric about it."""
+    """Return the moment of inertia about the axis of spin through the centre of mass, of a body symmetric about it."""
     if body.modal_count:
         fail(f"bodies.{name}.spin", "an elastic body", "must be rigid", remedy="take the spin away, or the reduced body")
     mass = body.mass[0, 0]
-    first = body.mass[3:6, :3] / mass
-    inertia = body.mass[3:, 3:] + mass * first @ first
+    first_moment = body.mass[3:6, :3] / mass
+    inertia = body.mass[3:, 3:] + mass * first_moment @ first_moment
     polar = float(axis @ inertia @ axis)
     across = np.linalg.svd(axis[None])[2][1:]
-    rest = across @ inertia @ across.T
-    scale = max(polar, float(np.abs(rest).max()))
-    apart = max(float(np.abs(inertia @ axis - polar * axis).max()), abs(rest[0, 0] - rest[1, 1]), 2 * abs(rest[0, 1])) / scale
-    if apart > ROUND:
-        fail(f"bodies.{name}.spin", f"a body that differs from symmetric about its axis by {100 * apart:.2g} %",
+    transverse = across @ inertia @ across.T
+    scale = max(polar, float(np.abs(transverse).max()))
+    asymmetry = max(float(np.abs(inertia @ axis - polar * axis).max()), abs(transverse[0, 0] - transverse[1, 1]),
+                    2 * abs(transverse[0, 1])) / scale
+    if asymmetry > SYMMETRY_TOLERANCE:
+        fail(f"bodies.{name}.spin", f"a body that differs from symmetric about its axis by {100 * asymmetry:.2g} %",
              "must be symmetric about the axis that it spins about (its equations would change as it turns)",
              remedy="give it a cylinder about that axis, or equal moments across it")
     return np.asarray(polar)
 
 
-def at_speed(machine: Machine, speed: float) -> Machine:
+def run_at_speed(machine: Machine, speed: float) -> Machine:
     """Return the machine with its fastest body spinning at a speed (rad/s), the others in proportion."""
-    return machine.rebuild(spun(machine.description, speed))
+    return machine.rebuild(set_speed(machine.description, speed))
 
 
-def spun(description: MachineDescription, speed: float) -> MachineDescription:
+def set_speed(description: MachineDescription, speed: float) -> MachineDescription:
     """Return the description with its fastest body spinning at a speed (rad/s), the others in proportion."""
     nominal = fastest_spin(description)
     if nominal == 0:

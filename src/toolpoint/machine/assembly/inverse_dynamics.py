@@ -68,54 +68,57 @@ def base_reaction(machine: Machine, pose: Pose | None, velocity: ArrayLike | Non
 
     Arguments are those of `inverse_dynamics`; at rest where velocity and acceleration are left out.
     """
-    still = np.zeros(len(machine.chain.driven_axes))
-    wrench = _motion_wrenches(machine, pose, still if velocity is None else velocity,
-                              acceleration=still if acceleration is None else acceleration, gravity=gravity)[0].sum(axis=1)
+    zero = np.zeros(len(machine.chain.driven_axes))
+    wrench = _motion_wrenches(machine, pose, zero if velocity is None else velocity,
+                              acceleration=zero if acceleration is None else acceleration, gravity=gravity)[0].sum(axis=1)
     moment = wrench[:, 3:] - np.cross(floats("about", about, (3,)), wrench[:, :3])
     return np.concatenate([wrench[:, :3], moment], axis=-1)
 
 
 def _motion_wrenches(machine: Machine, pose: Pose | None, velocity: ArrayLike, *, acceleration: ArrayLike,
                      gravity: ArrayLike | None) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return what each body needs for a motion (P, n_links, 6), the unit twists of the steps, and their rates per axis."""
+    """Return the wrenches of the bodies' motion (P, n_links, 6), the unit twists of the steps, and their rates per axis."""
     values, twists, inertia = _state(machine, pose)
     count = len(machine.chain.driven_axes)
     rates = _rates(machine, values)
     qd, qdd = (np.broadcast_to(floats(name, v, (count,)), (len(values), count))
                for name, v in (("velocity", velocity), ("acceleration", acceleration)))
-    field = machine.description.gravity if gravity is None else gravity
-    g = np.zeros(3) if field is None else floats("gravity", field, (3,))
+    gravity_field = machine.description.gravity if gravity is None else gravity
+    g = np.zeros(3) if gravity_field is None else floats("gravity", gravity_field, (3,))
     sd = (rates @ qd[..., None])[..., 0]
     sdd = (rates @ qdd[..., None])[..., 0] + _bias(machine, values, sd)
     return _body_wrenches(machine, twists, inertia, sd, sdd, g), twists, rates
 
 
 def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Step values, unit twists of the steps, and inertias of the bodies about the machine's origin, (P, n_links, 6, 6)."""
+    """Return step values, unit twists of the steps, and inertias of the bodies about the machine's origin, (P, n_links, 6,
+    6)."""
     if any(body.modal_count for body in machine.bodies):
         fail("machine", "elastic bodies", "must be rigid here", remedy="use assemble for elastic ones")
     chain = machine.chain
     values = chain.step_values(pose or {})
     moved = chain.displacements_of(chain.motions_of(values))
     frames = moved @ machine.body_frames
-    back = tf.adjoint(tf.inverse(frames))
+    to_body = tf.adjoint(tf.inverse(frames))
     masses = np.stack([body.mass for body in machine.bodies])
-    return values, chain.twists_of(values, moved), np.swapaxes(back, -1, -2) @ masses @ back
+    return values, chain.twists_of(values, moved), np.swapaxes(to_body, -1, -2) @ masses @ to_body
 
 
 def _rates(machine: Machine, values: FloatArray) -> FloatArray:
+    """Return the rates of all steps per driven axis, (P, n_steps, n_axes)."""
     rates = machine.chain.rates_at(values)
     return np.broadcast_to(rates, (len(values), *rates.shape[1:]))
 
 
 def _body_wrenches(machine: Machine, twists: FloatArray, inertia: FloatArray, sd: FloatArray, sdd: FloatArray, g: FloatArray
                    ) -> FloatArray:
-    """What each body needs for its motion (P, n_links, 6); everything in machine axes about the machine's origin."""
+    """Return the wrench that each body's motion takes, (P, n_links, 6), in machine axes about the machine's origin."""
     chain, poses = machine.chain, len(twists)
     links = len(machine.bodies)
     velocity, acceleration = np.zeros((poses, links, 6)), np.zeros((poses, links, 6))
     for i, parent in enumerate(chain.parents):
         v = np.zeros((poses, 6)) if parent < 0 else velocity[:, parent]
+        # Featherstone's device: the ground accelerates against gravity, and no weight is added to any body.
         a = np.concatenate([np.broadcast_to(-g, (poses, 3)), np.zeros((poses, 3))], axis=-1) if parent < 0 else acceleration[
             :, parent]
         for group in chain.sequences[i]:
@@ -131,22 +134,24 @@ def _body_wrenches(machine: Machine, twists: FloatArray, inertia: FloatArray, sd
 
 
 def _force_bracket(twist: FloatArray, wrench: FloatArray) -> FloatArray:
-    """Rate of a wrench (f, m) carried along with a twist (v, w), about the fixed origin: (w x f, w x m + v x f)."""
+    """Return the rate of a wrench (f, m) carried with a twist (v, w), about the fixed origin: (w x f, w x m + v x f)."""
     v, w, f, m = twist[..., :3], twist[..., 3:], wrench[..., :3], wrench[..., 3:]
     return np.concatenate([np.cross(w, f), np.cross(w, m) + np.cross(v, f)], axis=-1)
 
 
 def _bias(machine: Machine, values: FloatArray, sd: FloatArray) -> FloatArray:
-    """Accelerations of the steps at constant axis rates: zero for a tree, of the passive steps by closure for loops.
+    """Return the accelerations of the steps at constant axis rates: zero for a tree, of the passive steps by closure for loops.
 
     The derivative of the rates along the motion is a central difference of exact Jacobians.
     """
     chain = machine.chain
     if not isinstance(chain, ClosedChain) or not chain.loops or not chain.passive or not np.any(sd):
         return np.zeros_like(sd)
-    size = max(float(np.abs(sd).max()), 1e-300)
-    h = 1e-4 / size
-    ahead, back = (chain.closure.rates(advance(chain.steps, chain.balls, values, change=s * h * sd)) for s in (1, -1))
-    here = chain.closure.rates(values)
-    qd = (np.linalg.pinv(here) @ sd[..., None])[..., 0]
-    return ((ahead - back) @ qd[..., None])[..., 0] / (2 * h)
+    largest_rate = max(float(np.abs(sd).max()), 1e-300)
+    # The step turns no joint by more than 1e-4: truncation and rounding of a central difference are then both near 1e-8.
+    h = 1e-4 / largest_rate
+    rates_forward, rates_backward = (chain.closure.rates(advance(chain.steps, chain.balls, values, change=s * h * sd))
+                                     for s in (1, -1))
+    rates = chain.closure.rates(values)
+    qd = (np.linalg.pinv(rates) @ sd[..., None])[..., 0]
+    return ((rates_forward - rates_backward) @ qd[..., None])[..., 0] / (2 * h)

@@ -1,4 +1,4 @@
-"""What the joints bring to the equations of motion: stiffness, damping, and the relative motion in loop joints."""
+"""Stiffness and damping of the joints in the equations of motion, and the relative motion in loop joints."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
     matrices = np.zeros((3, 1, n, n))
     for i, law in enumerate(machine.joints):
         free, columns = list(law.freedoms), list(machine.joint_columns[i])
-        at = np.ix_(columns, columns)
+        entries = np.ix_(columns, columns)
         for term, matrix in enumerate((law.stiffness, law.damping, law.structural_damping)):
-            matrices[term, 0][at] += matrix[np.ix_(free, free)]
+            matrices[term, 0][entries] += matrix[np.ix_(free, free)]
         modal = list(machine.modal_columns[i])
         if modal:
             matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness
             matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping
             matrices[2, 0][np.ix_(modal, modal)] += machine.bodies[i].structural_damping
-    if follows_axis(machine):
+    if has_travelling_stiffness(machine):
         matrices = np.repeat(matrices, place.poses, axis=1)
         for i, law in enumerate(machine.joints):
             if law.travel is not None:
@@ -46,22 +46,22 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
     return matrices[0], matrices[1], matrices[2]
 
 
-def follows_axis(machine: Machine) -> bool:
+def has_travelling_stiffness(machine: Machine) -> bool:
     """Return whether the stiffness of a joint changes as an axis moves."""
     return any(law.travel is not None for law in machine.joints)
 
 
 def _travel(place: Placement, link: int) -> FloatArray:
-    """Return how far a joint with a travel law has moved along it, (P,); faults of its law there name the joint."""
+    """Return the travel of a joint along its travel law, (P,); faults of its law there name the joint."""
     travel = place.machine.joints[link].travel
     assert travel is not None
-    moved = place.travel(link, travel.way)
-    within(f"joints.{place.machine.joint_names[link]}.law", travel.law, moved)
-    return moved
+    travel_now = place.travel(link, travel.way)
+    within(f"joints.{place.machine.joint_names[link]}.law", travel.law, travel_now)
+    return travel_now
 
 
 def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:
-    """Return where a loop joint is, riding on its parent, shape (P, 4, 4)."""
+    """Return the frame of a loop joint, riding on its parent, shape (P, 4, 4)."""
     if loop.parent < 0:
         return np.broadcast_to(loop.frame, (place.poses, 4, 4))
     return place.displacements[:, loop.parent] @ loop.frame
@@ -69,8 +69,9 @@ def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:
 
 def loop_motion(place: Placement, loop: LoopJoint) -> FloatArray:
     """Return the motion of child relative to parent in a loop joint's frame per coordinate, shape (P, 6, n)."""
-    at = loop_frame(place, loop)[:, :3, 3]
-    difference = place.jacobian(loop.child, loop.child_interface, at) - place.jacobian(loop.parent, loop.parent_interface, at)
+    joint_place = loop_frame(place, loop)[:, :3, 3]
+    difference = place.jacobian(loop.child, loop.child_interface,
+                                joint_place) - place.jacobian(loop.parent, loop.parent_interface, joint_place)
     motion = tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference
     directions = loop_directions(place, loop)
     return motion if directions is None else np.linalg.solve(directions, motion)

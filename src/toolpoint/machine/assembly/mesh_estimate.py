@@ -1,4 +1,4 @@
-r"""How far the meshes of elastic bodies may raise a machine's natural frequencies at a pose: about, from their strains.
+r"""Estimate of the rise of a machine's natural frequencies at a pose by the meshes of its elastic bodies, from their strains.
 
 A mode of unit modal mass strains its elastic bodies; the energies that their meshes err by in it (`bodies.solid.mesh_energy`)
 add up to about :math:`\lambda_h - \lambda`. Joints and rigid bodies add nothing. An estimate, no bound.
@@ -11,12 +11,12 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.machine.parts.model import Machine
 
-MESH_LARGE = 0.02  # relative error from which a mesh is doubted
-TOO_LARGE = 0.5  # above, a share of the frequency means nothing any more
+MAX_MESH_ERROR = 0.02  # relative error of a frequency from which a mesh is doubted
+MESH_ERROR_CEILING = 0.5  # relative error at which the estimate is cut: it is of first order and says no more
 
 
 def mesh_errors(machine: Machine, omega: FloatArray, vectors: FloatArray) -> FloatArray | None:
-    """Return by how much the meshes of solid bodies raise natural frequencies, about, relative, (modes,); None without any.
+    """Return the estimated relative rise of natural frequencies by the meshes of solid bodies, (modes,); None without any.
 
     omega : (modes,), rad/s; vectors : (n, modes), unit modal mass, in the tree's coordinates.
     """
@@ -24,23 +24,23 @@ def mesh_errors(machine: Machine, omega: FloatArray, vectors: FloatArray) -> Flo
     if not solid:
         return None
     energy = np.zeros(len(omega))
-    for link, form in solid:
-        bending = vectors[list(machine.modal_columns[link])]
-        energy += np.einsum("im,ij,jm->m", bending, form, bending)
-    held = omega > 1e-6 * omega.max(initial=0.0)
-    return np.where(held, np.minimum(energy / np.where(held, 2 * omega**2, 1.0), TOO_LARGE), 0.0)
+    for link, energy_form in solid:
+        amplitudes = vectors[list(machine.modal_columns[link])]
+        energy += np.einsum("im,ij,jm->m", amplitudes, energy_form, amplitudes)
+    is_held = omega > 1e-6 * omega.max(initial=0.0)
+    return np.where(is_held, np.minimum(energy / np.where(is_held, 2 * omega**2, 1.0), MESH_ERROR_CEILING), 0.0)
 
 
 def mesh_words(error: FloatArray | None) -> str:
     """Return what the meshes do in words."""
     if error is None:
         return "what their meshes err by is not known"
-    worst = int(error.argmax())
-    least = "" if error[worst] < TOO_LARGE else "at least "
-    return (f"their meshes raise them further, by about {least}{100 * max(error[worst], 1e-6):.2g} % (mode {worst + 1}; from "
-            "how strains differ between elements, no bound)")
+    worst_mode = int(error.argmax())
+    bound_words = "" if error[worst_mode] < MESH_ERROR_CEILING else "at least "
+    return (f"their meshes raise them further, by about {bound_words}{100 * max(error[worst_mode], 1e-6):.2g} % (mode "
+            f"{worst_mode + 1}; from how strains differ between elements, no bound)")
 
 
 def is_coarse(error: FloatArray | None) -> bool:
     """Return whether a mesh is to be doubted."""
-    return error is not None and float(error.max(initial=0.0)) > MESH_LARGE
+    return error is not None and float(error.max(initial=0.0)) > MAX_MESH_ERROR

@@ -21,7 +21,7 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.vibration import SecondOrderSystem, damping
 from toolpoint.vibration.eigen import mass_normalised
 
-ENERGY = "energy"
+ENERGY_DAMPING = "energy"
 # Squared frequency, of the largest, below which a mode is a motion without stiffness and has no ratio.
 _RIGID_SQUARE_RATIO = 1e-12
 
@@ -40,7 +40,7 @@ def damp_modes(machine: Machine, system: SecondOrderSystem, reference_mass: Floa
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     structural, viscous = system.structural_damping, system.damping
-    if machine.description.modal_damping != ENERGY:
+    if machine.description.modal_damping != ENERGY_DAMPING:
         structural, viscous = reference_loss(machine, reference_mass), None
     ratio = modal_ratios(squares, vectors, structural=structural, viscous=viscous)
     return damping.modal(replace(system, structural_damping=None), ratio)
@@ -49,13 +49,13 @@ def damp_modes(machine: Machine, system: SecondOrderSystem, reference_mass: Floa
 def modal_ratios(squares: FloatArray, vectors: FloatArray, *, structural: FloatArray | None, viscous: FloatArray | None
                  ) -> FloatArray:
     """Return the damping ratios (..., n) of undamped modes with unit modal mass by the energy that they dissipate."""
-    moving = squares > _RIGID_SQUARE_RATIO * squares.max(axis=-1, keepdims=True)
-    omega = np.sqrt(np.where(moving, squares, 1.0))
+    is_elastic = squares > _RIGID_SQUARE_RATIO * squares.max(axis=-1, keepdims=True)
+    omega = np.sqrt(np.where(is_elastic, squares, 1.0))
     ratio = np.zeros_like(squares)
-    for matrix, size in ((structural, 2 * omega**2), (viscous, 2 * omega)):
+    for matrix, denominator in ((structural, 2 * omega**2), (viscous, 2 * omega)):
         if matrix is not None:
-            ratio = ratio + np.einsum("...ar,...ab,...br->...r", vectors, matrix, vectors, optimize=True) / size
-    return np.where(moving, ratio, 0.0)
+            ratio = ratio + np.einsum("...ar,...ab,...br->...r", vectors, matrix, vectors, optimize=True) / denominator
+    return np.where(is_elastic, ratio, 0.0)
 
 
 def reference_loss(machine: Machine, mass: FloatArray) -> FloatArray:
@@ -74,5 +74,6 @@ def reference_loss(machine: Machine, mass: FloatArray) -> FloatArray:
         fail("modal_damping", f"{len(stated)} ratios", f"must be at most {len(squares)}: the machine has no more modes")
     ratio = np.full(len(squares), float(np.mean(stated)))
     ratio[:len(stated)] = stated
-    left = stiffness @ vectors
-    return np.asarray((left * (2 * ratio / np.maximum(squares, _RIGID_SQUARE_RATIO * squares.max()))) @ left.T)
+    scaled_vectors = stiffness @ vectors
+    return np.asarray((scaled_vectors * (2 * ratio / np.maximum(squares, _RIGID_SQUARE_RATIO * squares.max())))
+                      @ scaled_vectors.T)

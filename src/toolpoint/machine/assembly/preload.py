@@ -39,9 +39,11 @@ class StaticEquilibrium:
 
 @dataclass(frozen=True, eq=False)
 class _Force:
+    """Force and moment on a link, at a place (P, 3), in machine axes; `interface` where the body is elastic there."""
+
     link: int
     interface: str | None
-    at: FloatArray
+    place: FloatArray
     force: FloatArray
     moment: FloatArray
 
@@ -88,10 +90,10 @@ def _forces(place: Placement) -> list[_Force]:
             mass = body.mass[0, 0]
             if mass <= 0:
                 continue
-            first = body.mass[3:6, :3] / mass
-            centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
-            at = tf.move(place.frames[:, i], centre[None])[:, 0]
-            result.append(_Force(i, None, at, mass * g, np.zeros(3)))
+            first_moment = body.mass[3:6, :3] / mass
+            centre = np.array([first_moment[2, 1], first_moment[0, 2], first_moment[1, 0]])
+            centre_place = tf.move(place.frames[:, i], centre[None])[:, 0]
+            result.append(_Force(i, None, centre_place, mass * g, np.zeros(3)))
     for load in machine.description.loads:
         if load.point not in machine.description.points:
             fail("loads.point", f"no point {load.point!r}", f"must be of {', '.join(machine.description.points)}")
@@ -102,17 +104,19 @@ def _forces(place: Placement) -> list[_Force]:
 
 
 def _body_jacobian(place: Placement, force: _Force) -> FloatArray:
+    """Return the Jacobian (P, 6, n) of the body, or of the interface, at which a force acts."""
     if force.interface is None:
         return place.jacobians[:, force.link]
     return place.jacobian(force.link, force.interface)
 
 
 def _generalised(place: Placement, forces: list[_Force]) -> FloatArray:
+    """Return the generalised forces (P, n) of weights and loads."""
     total = np.zeros((place.poses, place.machine.size))
     gravity = place.machine.description.gravity
     for force in forces:
         jacobian = _body_jacobian(place, force)
-        velocity = tf.point_velocity(force.at) @ jacobian
+        velocity = tf.point_velocity(force.place) @ jacobian
         total += force.force @ velocity + force.moment @ jacobian[:, 3:]
     for i, body in enumerate(place.machine.bodies):
         if body.modal_count and gravity is not None:
@@ -123,8 +127,9 @@ def _generalised(place: Placement, forces: list[_Force]) -> FloatArray:
 
 
 def _force_stiffness(place: Placement, force: _Force) -> FloatArray:
+    """Return the geometric stiffness of one force and its semi-tangential moment, (P, n, n)."""
     jacobian = _body_jacobian(place, force)
-    turn, velocity = jacobian[:, 3:], tf.point_velocity(force.at) @ jacobian
+    turn, velocity = jacobian[:, 3:], tf.point_velocity(force.place) @ jacobian
     pull = np.swapaxes(skew(force.force) @ turn, -1, -2) @ velocity
     twist = 0.5 * np.swapaxes(skew(force.moment) @ turn, -1, -2) @ turn
     return -_symmetrised(pull + twist, place.machine.groups)
@@ -132,10 +137,10 @@ def _force_stiffness(place: Placement, force: _Force) -> FloatArray:
 
 def _symmetrised(form: FloatArray, groups: np.ndarray) -> FloatArray:
     """Return the symmetric matrix whose entries are form[a, b] with a nearer to the ground; the mean inside a group."""
-    nearer = groups[:, None] < groups[None, :]
-    same = groups[:, None] == groups[None, :]
-    upper = np.where(nearer, form, 0.0)
-    mean = np.where(same, (form + np.swapaxes(form, -1, -2)) / 2, 0.0)
+    is_nearer = groups[:, None] < groups[None, :]
+    is_same_group = groups[:, None] == groups[None, :]
+    upper = np.where(is_nearer, form, 0.0)
+    mean = np.where(is_same_group, (form + np.swapaxes(form, -1, -2)) / 2, 0.0)
     return upper + np.swapaxes(upper, -1, -2) + mean
 
 
@@ -146,56 +151,63 @@ def _balance(place: Placement, forces: list[_Force]) -> tuple[FloatArray, list[F
     stiffness = joint_matrices(place)[0]
     motions = [loop_motion(place, loop) for loop in machine.loops]
     locked = [[i for i in range(6) if loop.law.states[i] == "locked"] for loop in machine.loops]
-    rows = np.concatenate([m[:, at] for m, at in zip(motions, locked, strict=True)] or [np.zeros((place.poses, 0, n))], axis=1)
-    count = rows.shape[1]
+    constraints = np.concatenate([m[:, ways] for m, ways in zip(motions, locked, strict=True)]
+                                 or [np.zeros((place.poses, 0, n))], axis=1)
+    count = constraints.shape[1]
     scale = float(np.abs(stiffness).max()) or 1.0
+    # Stiffness and constraints in one matrix, scaled alike, so that one cut-off of singular values serves both.
     kkt = np.zeros((place.poses, n + count, n + count))
-    kkt[:, :n, :n], kkt[:, :n, n:], kkt[:, n:, :n] = stiffness / scale, np.swapaxes(rows, -1, -2), rows
-    right = np.concatenate([load / scale, np.zeros((place.poses, count))], axis=1)
-    solution = (np.linalg.pinv(kkt, rcond=1e-12, hermitian=True) @ right[..., None])[..., 0]
-    _check_balance(place, kkt, solution, right, scale)
+    kkt[:, :n, :n], kkt[:, :n, n:], kkt[:, n:, :n] = stiffness / scale, np.swapaxes(constraints, -1, -2), constraints
+    right_side = np.concatenate([load / scale, np.zeros((place.poses, count))], axis=1)
+    solution = (np.linalg.pinv(kkt, rcond=1e-12, hermitian=True) @ right_side[..., None])[..., 0]
+    _check_balance(place, kkt, solution, right_side, scale)
     deflection, multipliers = solution[:, :n], solution[:, n:] * scale
-    wrenches, at = [], 0
-    for loop, motion, free in zip(machine.loops, motions, locked, strict=True):
+    wrenches, offset = [], 0
+    for loop, motion, locked_ways in zip(machine.loops, motions, locked, strict=True):
         local = (loop.law.stiffness @ motion @ deflection[..., None])[..., 0]
-        local[:, free] += multipliers[:, at:at + len(free)]
-        at += len(free)
+        local[:, locked_ways] += multipliers[:, offset:offset + len(locked_ways)]
+        offset += len(locked_ways)
         wrenches.append(local)
     return deflection, wrenches
 
 
-def _check_balance(place: Placement, kkt: FloatArray, solution: FloatArray, right: FloatArray, scale: float) -> None:
-    error = np.abs((kkt @ solution[..., None])[..., 0] - right)[:, :place.machine.size] * scale
-    limit = 1e-6 * max(float(np.abs(right).max()) * scale, 1e-9)
+def _check_balance(place: Placement, kkt: FloatArray, solution: FloatArray, right_side: FloatArray, scale: float) -> None:
+    """Refuse a pose whose free directions are pulled: the solution then misses the load there."""
+    error = np.abs((kkt @ solution[..., None])[..., 0] - right_side)[:, :place.machine.size] * scale
+    limit = 1e-6 * max(float(np.abs(right_side).max()) * scale, 1e-9)
     if (error > limit).any():
-        worst = int(np.argmax(error.max(axis=0)))
-        fail("pose", f"coordinate {place.machine.coordinates[worst]} is pulled by {error.max():.4g} N or N m",
+        worst_coordinate = int(np.argmax(error.max(axis=0)))
+        fail("pose", f"coordinate {place.machine.coordinates[worst_coordinate]} is pulled by {error.max():.4g} N or N m",
              "free directions must be in balance at the described pose", remedy="move the pose to its equilibrium, or give the "
              "direction a stiffness")
 
 
 def _loop_stiffness(place: Placement, loop: LoopJoint, local: FloatArray) -> FloatArray:
-    """Second derivative of the closure, weighted with the loop's wrench; see the module's first lines."""
+    """Return the second derivative of the closure, weighted with the loop's wrench; see the module's first lines."""
     # Wrench about the machine's origin, dual to twists there: W = Ad(T)^-T w.
     directions = loop_directions(place, loop)
     dual = local if directions is None else np.linalg.solve(np.swapaxes(directions, -1, -2), local[..., None])[..., 0]
     wrench = (np.swapaxes(tf.adjoint(tf.inverse(loop_frame(place, loop))), -1, -2) @ dual[..., None])[..., 0]
     child = place.jacobian(loop.child, loop.child_interface)
     parent = place.jacobian(loop.parent, loop.parent_interface)
-    shared = np.isclose(child, parent).all(axis=(0, 1)) & (np.abs(child).max(axis=(0, 1)) > 0)
-    child, parent = np.where(shared, 0.0, child), np.where(shared, 0.0, parent)
+    # A coordinate that moves both sides alike moves nothing in the joint: its rounding would be taken for a motion.
+    is_shared = np.isclose(child, parent).all(axis=(0, 1)) & (np.abs(child).max(axis=(0, 1)) > 0)
+    child, parent = np.where(is_shared, 0.0, child), np.where(is_shared, 0.0, parent)
     groups = place.machine.groups
-    form = _bracket_form(wrench, child, child)
-    back = _bracket_form(wrench, parent, parent)
-    nearer = groups[:, None] < groups[None, :]
-    upper = np.where(nearer, 0.5 * (form - back), 0.0)
-    cross = 0.5 * _bracket_form(wrench, child, parent)
-    total = upper + np.swapaxes(upper, -1, -2) + cross + np.swapaxes(cross, -1, -2)
+    child_form = _bracket_form(wrench, child, child)
+    parent_form = _bracket_form(wrench, parent, parent)
+    is_nearer = groups[:, None] < groups[None, :]
+    upper = np.where(is_nearer, 0.5 * (child_form - parent_form), 0.0)
+    mixed_form = 0.5 * _bracket_form(wrench, child, parent)
+    total = upper + np.swapaxes(upper, -1, -2) + mixed_form + np.swapaxes(mixed_form, -1, -2)
     return total if directions is None else total + _order_stiffness(place, loop, directions, dual)
 
 
 def _order_stiffness(place: Placement, loop: LoopJoint, directions: FloatArray, wrench: FloatArray) -> FloatArray:
-    """What the order of a loop joint's free motions adds: exp(aX) exp(bY) is exp(aX + bY + ab[X, Y]/2) to second order."""
+    """Return the stiffness that the order of a loop joint's free motions adds.
+
+    exp(aX) exp(bY) is exp(aX + bY + ab[X, Y]/2) to second order.
+    """
     motion = loop_motion(place, loop)
     total = np.zeros((place.poses, place.machine.size, place.machine.size))
     for number, first in enumerate(loop.free):
@@ -214,11 +226,12 @@ def _bracket_form(wrench: FloatArray, first: FloatArray, second: FloatArray) -> 
 
 
 def _reactions(place: Placement, forces: list[_Force], wrenches: list[FloatArray]) -> dict[str, FloatArray]:
+    """Return the wrench on the child of every joint, about its place: what it carries balances all loads beyond it."""
     machine = place.machine
     carried = np.zeros((len(machine.bodies), 6))
     for force in forces:
-        at = force.at[0]
-        carried[force.link] += np.concatenate([force.force, np.cross(at, force.force) + force.moment])
+        force_place = force.place[0]
+        carried[force.link] += np.concatenate([force.force, np.cross(force_place, force.force) + force.moment])
     result = {}
     for loop, local in zip(machine.loops, wrenches, strict=True):
         frame = loop_frame(place, loop)[0]
@@ -239,4 +252,5 @@ def _reactions(place: Placement, forces: list[_Force], wrenches: list[FloatArray
 
 
 def _about(wrench: FloatArray, point: FloatArray) -> FloatArray:
+    """Return a wrench about the origin as one about a point."""
     return np.concatenate([wrench[:3], wrench[3:] - np.cross(point, wrench[:3])])

@@ -1,4 +1,4 @@
-r"""How far the reduction of elastic bodies may raise a machine's natural frequencies at a pose: Kato and Temple, all bodies.
+r"""Bound of the rise of a machine's natural frequencies by the reduction of elastic bodies, at a pose: Kato and Temple.
 
 A reduced mode is taken into the whole machine, every finite element of its bodies. There it leaves forces r in the elastic
 bodies alone. Joints and rigid bodies only add stiffness and mass to those of the free bodies, so
@@ -21,6 +21,7 @@ from toolpoint.bodies import Body
 from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_directions, loop_frame, loop_motion
 from toolpoint.machine.assembly.mesh_estimate import mesh_errors
+from toolpoint.machine.assembly.shapes import RIGID_FREQUENCY_FRACTION
 from toolpoint.machine.assembly.system import loop_basis, mass_matrix
 from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
@@ -28,8 +29,6 @@ from toolpoint.spatial import transform as tf
 from toolpoint.substructuring.estimate import MAX_TRUSTED_ERROR, bound_errors
 from toolpoint.substructuring.reach import MIN_TRUSTED_REACH_RATIO
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
-
-STILL = 1e-6  # of the highest frequency asked for: below, a mode is a motion without stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +77,15 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
     if not can_estimate(machine):
         return None
     place = place_machine(machine, pose)
-    mass, stiffness, extra = _tree_matrices(place)
+    mass, stiffness, geometric = _tree_matrices(place)
     basis = loop_basis(place) if machine.loops else None
-    turn = np.eye(machine.size) if basis is None else basis[0]
-    reduced = turn.T @ mass @ turn, turn.T @ (stiffness + extra) @ turn
+    basis_vectors = np.eye(machine.size) if basis is None else basis[0]
+    reduced = basis_vectors.T @ mass @ basis_vectors, basis_vectors.T @ (stiffness + geometric) @ basis_vectors
     squares, shapes = mass_normalised(*reduced)
     omega = natural_omega(squares, *reduced)
-    vectors = turn @ shapes
-    forces = (stiffness + extra) @ vectors - (mass @ vectors) * squares  # what locked loops carry, in the tree's coordinates
+    vectors = basis_vectors @ shapes
+    # What locked loops carry, in the tree's coordinates
+    forces = (stiffness + geometric) @ vectors - (mass @ vectors) * squares
     wrenches = _ModeWrenches.balanced(place, vectors, squares, forces=forces)
     residual, tables = np.zeros((2, len(squares)))
     shift, reach = 0.0, np.inf
@@ -94,13 +94,13 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
             squared, work = _body_residual(place, link, wrenches)
             residual, tables = residual + squared, tables + work
             shift, reach = max(shift, body.residual.shift), min(reach, body.residual.reach)
-    bare = turn.T @ (stiffness + shift * mass) @ turn
-    residual = residual / max(1 - _softening(turn.T @ extra @ turn, bare), 1e-300)
+    shifted = basis_vectors.T @ (stiffness + shift * mass) @ basis_vectors
+    residual = residual / max(1 - _softening_fraction(basis_vectors.T @ geometric @ basis_vectors, shifted), 1e-300)
     error = bound_errors(squares, residual, shift) + tables / np.maximum(squares, 1e-300)
     count = min(modes, len(squares))
     frequency = omega[:count] / (2 * np.pi)
-    held = frequency > STILL * frequency.max(initial=0.0)
-    return ReductionEstimate(frequency, np.where(held, error[:count], 0.0), reach / MIN_TRUSTED_REACH_RATIO,
+    is_held = frequency > RIGID_FREQUENCY_FRACTION * frequency.max(initial=0.0)
+    return ReductionEstimate(frequency, np.where(is_held, error[:count], 0.0), reach / MIN_TRUSTED_REACH_RATIO,
                              mesh_errors(machine, omega[:count], vectors[:, :count]))
 
 
@@ -111,7 +111,7 @@ def _tree_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
     return mass, joint_matrices(place)[0][0], extra
 
 
-def _softening(extra: FloatArray, bare: FloatArray) -> float:
+def _softening_fraction(extra: FloatArray, bare: FloatArray) -> float:
     """Return the largest share of the shifted stiffness that preload takes away: the flexibility is larger by it."""
     if not extra.any():
         return 0.0
@@ -120,8 +120,11 @@ def _softening(extra: FloatArray, bare: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _ModeWrenches:
-    """vectors (n, modes) and squares (modes,) of all modes; of every link, what it and all beyond it ask of its joint, and of
-    every loop joint, what it does to its child: wrenches (6, modes) in machine axes about the machine's origin."""
+    """Vectors (n, modes) and squares (modes,) of all modes, with the wrenches that they put on the joints.
+
+    joints : (n_links, 6, modes), of every link, the wrench that it and all beyond it ask of its joint; loops : of every loop
+    joint, the wrench (6, modes) on its child; in machine axes about the machine's origin.
+    """
 
     vectors: FloatArray
     squares: FloatArray
@@ -130,6 +133,7 @@ class _ModeWrenches:
 
     @classmethod
     def balanced(cls, place: Placement, vectors: FloatArray, squares: FloatArray, *, forces: FloatArray) -> _ModeWrenches:
+        """Return the wrenches in balance with the inertia of all links and with the loop joints."""
         machine = place.machine
         loops = _loop_wrenches(place, vectors, forces)
         joints = np.zeros((len(machine.bodies), 6, len(squares)))
@@ -147,11 +151,12 @@ class _ModeWrenches:
 
 
 def _loop_wrenches(place: Placement, vectors: FloatArray, forces: FloatArray) -> list[FloatArray]:
-    """Return the wrenches of loop joints on their children; those of locked directions are what the tree's forces need."""
+    """Return the wrenches of loop joints on their children; those of locked directions balance the tree's forces."""
     machine = place.machine
     motions = [loop_motion(place, loop)[0] for loop in machine.loops]
     locked = [[way for way in range(6) if loop.law.states[way] == "locked"] for loop in machine.loops]
     rows = np.concatenate([motion[ways] for motion, ways in zip(motions, locked, strict=True)] or [np.zeros((0, machine.size))])
+    # Forces of metres and of radians are compared by the acceleration that they give: the square root of the inertia.
     scale = 1 / np.sqrt(np.diagonal(mass_matrix(place)[0]))[:, None]
     multipliers = np.linalg.lstsq(scale * rows.T, -scale * forces, rcond=1e-12)[0] if len(rows) else rows @ vectors
     result, first = [], 0
@@ -171,50 +176,52 @@ def _from_loop(place: Placement, loop: LoopJoint) -> FloatArray:
 
 
 def _body_residual(place: Placement, link: int, modes: _ModeWrenches) -> tuple[FloatArray, FloatArray]:
-    """Return rho^2 (modes,) of one elastic body, and the work (modes,) of its sliding places over what their tables err by."""
+    """Return rho^2 (modes,) of one elastic body, and the work (modes,) of its sliding places over the error of their tables."""
     body = place.machine.bodies[link]
-    form = body.residual
-    assert form is not None
+    residual_form = body.residual
+    assert residual_form is not None
     amplitudes = body_coordinates(place, link)[0] @ modes.vectors
     rigid, elastic = amplitudes[:6], amplitudes[6:]
-    loads, tables = np.zeros((form.load_count, len(modes.squares))), np.zeros(len(modes.squares))
-    inner = body.stiffness @ elastic - (body.mass[6:] @ amplitudes) * modes.squares
-    for name, at, wrench in _acting(place, link, modes):
-        position, participation, way = _interface(body, name, place, link, at)
-        here = tf.adjoint(place.frames[0, link] @ tf.transform(None, position)).T @ wrench
-        loads += form.loads(name, here, way)
-        inner += participation.T @ here
+    loads, tables = np.zeros((residual_form.load_count, len(modes.squares))), np.zeros(len(modes.squares))
+    elastic_forces = body.stiffness @ elastic - (body.mass[6:] @ amplitudes) * modes.squares
+    for name, joint_place, wrench in _acting_places(place, link, modes):
+        position, participation, way = _interface(body, name, place, link, joint_place)
+        local_wrench = tf.adjoint(place.frames[0, link] @ tf.transform(None, position)).T @ wrench
+        loads += residual_form.loads(name, local_wrench, way)
+        elastic_forces += participation.T @ local_wrench
         if way is not None and (slide := body.interfaces[name].slide) is not None:
-            tables += np.abs(np.einsum("im,eij,jm->em", here, slide.deviation(way), elastic)).max(axis=0)
+            tables += np.abs(np.einsum("im,eij,jm->em", local_wrench, slide.deviation(way), elastic)).max(axis=0)
     # Preload's forces through finer motions are not known: what is left over is taken as spread like inertia.
-    over = np.linalg.solve(body.mass[6:, 6:], inner)
-    return form.squared(-rigid * modes.squares, elastic, heavy=-elastic * modes.squares - over, loads=loads), tables
+    unbalanced = np.linalg.solve(body.mass[6:, 6:], elastic_forces)
+    return residual_form.squared(-rigid * modes.squares, elastic, heavy=-elastic * modes.squares - unbalanced,
+                                 loads=loads), tables
 
 
-def _acting(place: Placement, link: int, modes: _ModeWrenches) -> list[tuple[str, FloatArray, FloatArray]]:
-    """Return the places of a body through which joints act, where the joint is (3,), and the wrench about the origin."""
+def _acting_places(place: Placement, link: int, modes: _ModeWrenches) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Return the interfaces of a body through which joints act, the place (3,) of each joint, and its wrench about the
+    origin."""
     machine, result = place.machine, []
     for i, parent in enumerate(machine.chain.parents):
         above, below = machine.interfaces[i]
-        at = place.joint_frames[0, i, :3, 3]
+        joint_place = place.joint_frames[0, i, :3, 3]
         if parent == link and above is not None:
-            result.append((above, at, modes.joints[i]))
+            result.append((above, joint_place, modes.joints[i]))
         if i == link and below is not None:
-            result.append((below, at, -modes.joints[i]))
+            result.append((below, joint_place, -modes.joints[i]))
     for loop, wrench in zip(machine.loops, modes.loops, strict=True):
-        at = loop_frame(place, loop)[0, :3, 3]
+        joint_place = loop_frame(place, loop)[0, :3, 3]
         for side, name, sign in ((loop.child, loop.child_interface, 1.0), (loop.parent, loop.parent_interface, -1.0)):
             if side == link and name is not None:
-                result.append((name, at, sign * wrench))
+                result.append((name, joint_place, sign * wrench))
     return result
 
 
-def _interface(body: Body, name: str, place: Placement, link: int, at: FloatArray
+def _interface(body: Body, name: str, place: Placement, link: int, joint_place: FloatArray
                ) -> tuple[FloatArray, FloatArray, float | None]:
-    """Return position (3,) and participation (6, m) of a place, and how far it has slid to where the joint is, m."""
-    known = body.interfaces[name]
-    if known.slide is None or known.along is None:
-        return known.position, body.participation(name), None
-    local = tf.move(tf.inverse(place.frames[0, link]), at[None])
-    position, participation = known.slid_to(local)
-    return position[0], participation[0], float((local[0] - known.position) @ known.along)
+    """Return position (3,) and participation (6, m) of an interface, and its travel to the joint's place, m."""
+    interface_part = body.interfaces[name]
+    if interface_part.slide is None or interface_part.along is None:
+        return interface_part.position, body.participation(name), None
+    local = tf.move(tf.inverse(place.frames[0, link]), joint_place[None])
+    position, participation = interface_part.slid_to(local)
+    return position[0], participation[0], float((local[0] - interface_part.position) @ interface_part.along)

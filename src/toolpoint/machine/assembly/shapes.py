@@ -1,4 +1,4 @@
-"""Mode shapes of whole bodies: the rigid motion of every body in every mode, for drawing and for part studies."""
+"""Mode shapes of whole bodies: the rigid motion of every body in every mode, for drawing and for studies of parts."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assembly.modal_damping import ENERGY, reference_loss
+from toolpoint.machine.assembly.modal_damping import ENERGY_DAMPING, reference_loss
 from toolpoint.machine.assembly.system import equations, mass_matrix
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
-STILL = 1e-6  # of the highest frequency: below, a mode is a motion without stiffness
+RIGID_FREQUENCY_FRACTION = 1e-6  # of the highest frequency: below, a mode is a motion without stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,16 +36,16 @@ class BodyShapes:
     structural_ratio: FloatArray
 
     def mechanisms(self) -> tuple[str, ...]:
-        """Return the coordinate that moves most (by its inertia) in every mode at 0 Hz: what nothing holds."""
+        """Return the coordinate that moves most (by its inertia) in every mode at 0 Hz, which no joint holds."""
         machine = self.place.machine
         names = np.array(machine.coordinates)
         inertia = np.sqrt(np.diagonal(mass_matrix(self.place)[0]))[:, None]
-        still = self.frequency <= STILL * max(float(self.frequency.max(initial=0.0)), 1.0)
-        share = np.abs(self.vectors[:, still]) * inertia
-        joints = np.array([".mode" not in name for name in names])
-        if not (still.any() and joints.any()):
+        is_rigid = self.frequency <= RIGID_FREQUENCY_FRACTION * max(float(self.frequency.max(initial=0.0)), 1.0)
+        inertial_motion = np.abs(self.vectors[:, is_rigid]) * inertia
+        is_joint = np.array([".mode" not in name for name in names])
+        if not (is_rigid.any() and is_joint.any()):
             return ()
-        return tuple(dict.fromkeys(names[joints][share[joints].argmax(axis=0)].tolist()))
+        return tuple(dict.fromkeys(names[is_joint][inertial_motion[is_joint].argmax(axis=0)].tolist()))
 
     def bending(self, link: int) -> FloatArray:
         """Return the amplitudes (n_modal, n_modes) of an elastic body's own coordinates."""
@@ -58,17 +58,18 @@ def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = 
     mass, stiffness, viscous, structural, basis = equations(place)
     squares, shapes = mass_normalised(mass[0], stiffness[0])
     omega, shapes = natural_omega(squares, mass[0], stiffness[0])[:modes], shapes[:, :modes]
-    ratio = machine.description.damping_ratio
-    lost = _work(shapes, structural[0], 2 * omega**2)
-    whole = lost + (_work(shapes, viscous[0], 2 * omega) if ratio is None else np.full(omega.shape, ratio))
-    if machine.description.modal_damping not in ("", ENERGY):
-        whole = _work(shapes, reference_loss(machine, mass_matrix(place_machine(machine))), 2 * omega**2)
+    stated_ratio = machine.description.damping_ratio
+    structural_ratio = _work(shapes, structural[0], 2 * omega**2)
+    damping_ratio = structural_ratio + (_work(shapes, viscous[0], 2 * omega) if stated_ratio is None
+                                        else np.full(omega.shape, stated_ratio))
+    if machine.description.modal_damping not in ("", ENERGY_DAMPING):
+        damping_ratio = _work(shapes, reference_loss(machine, mass_matrix(place_machine(machine))), 2 * omega**2)
     vectors = shapes if basis is None else basis[0] @ shapes
-    return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, whole, lost)
+    return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, damping_ratio, structural_ratio)
 
 
-def _work(shapes: FloatArray, matrix: FloatArray, over: FloatArray) -> FloatArray:
-    """Return phi^T A phi over a size, 0 where that vanishes: a motion without stiffness has no ratio."""
+def _work(shapes: FloatArray, matrix: FloatArray, denominator: FloatArray) -> FloatArray:
+    """Return phi^T A phi over a denominator, 0 where that vanishes: a motion without stiffness has no ratio."""
     work = np.einsum("im,ij,jm->m", shapes, matrix, shapes)
-    still = over <= 1e-9 * over.max(initial=1e-300)
-    return np.where(still, 0.0, work / np.where(still, 1.0, over))
+    is_vanishing = denominator <= 1e-9 * denominator.max(initial=1e-300)
+    return np.where(is_vanishing, 0.0, work / np.where(is_vanishing, 1.0, denominator))

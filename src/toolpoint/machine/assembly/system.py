@@ -16,7 +16,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.gyroscopics import gyroscopic_matrix
 from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_motion
-from toolpoint.machine.assembly.modal_damping import ENERGY, damp_modes
+from toolpoint.machine.assembly.modal_damping import ENERGY_DAMPING, damp_modes
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, frame_motion, place_machine
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
@@ -50,21 +50,23 @@ def assemble(
         equilibrium of the free directions.
     """
     place = place_machine(machine, poses)
-    seen = dofs(outputs) if outputs is not None else _all_points(machine)
-    driven = seen if inputs is None else dofs(inputs)
+    output_dofs = dofs(outputs) if outputs is not None else _all_points(machine)
+    input_dofs = output_dofs if inputs is None else dofs(inputs)
     mass, stiffness, viscous, structural, basis = equations(place)
-    output_map, input_map = motion_map(place, seen), np.swapaxes(motion_map(place, driven), -1, -2)
+    output_map, input_map = motion_map(place, output_dofs), np.swapaxes(motion_map(place, input_dofs), -1, -2)
     names = machine.coordinates
     if basis is not None:
         output_map, input_map = output_map @ basis, np.swapaxes(basis, -1, -2) @ input_map
         names = tuple(f"z{i + 1}" for i in range(basis.shape[-1]))
-    single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
-    cut = (lambda a: a[0]) if single else (lambda a: a)
+    is_single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
+    drop_pose_axis = (lambda a: a[0]) if is_single else (lambda a: a)
     system = SecondOrderSystem(
-        cut(mass), cut(stiffness), cut(viscous) if np.any(viscous) else None, cut(structural) if np.any(structural) else None,
-        cut(output_map), cut(input_map), seen, driven, names, notes=(*_notes(machine), *place.notes))
+        drop_pose_axis(mass), drop_pose_axis(stiffness), drop_pose_axis(viscous) if np.any(viscous) else None,
+        drop_pose_axis(structural) if np.any(structural) else None,
+        drop_pose_axis(output_map), drop_pose_axis(input_map), output_dofs, input_dofs, names,
+        notes=(*_notes(machine), *place.notes))
     ratio, law = machine.description.damping_ratio, machine.description.modal_damping
-    if law and not (joint_damping and law == ENERGY):
+    if law and not (joint_damping and law == ENERGY_DAMPING):
         return damp_modes(machine, system, mass_matrix(place_machine(machine)))
     return damping.modal(system, ratio) if ratio is not None and modal_damping else system
 
@@ -88,11 +90,12 @@ def _notes(machine: Machine) -> tuple[str, ...]:
     ratio = machine.description.damping_ratio
     law = machine.description.modal_damping
     bodies = [f"{name}: {note}" for name, body in zip(machine.body_names, machine.bodies, strict=True) for note in body.notes]
-    said = [f"modal damping ratio {ratio:g} for all modes, as the description says"] if ratio is not None else []
-    said += ["modes are damped one by one, by the share that joints have in their strain energy: shapes are real, as the "
-             "description says"] if law == ENERGY else []
-    said += ["modes have the damping ratios that the description states: shapes are real"] if law and law != ENERGY else []
-    return (*bodies, *said)
+    remarks = [f"modal damping ratio {ratio:g} for all modes, as the description says"] if ratio is not None else []
+    remarks += ["modes are damped one by one, by the share that joints have in their strain energy: shapes are real, as the "
+                "description says"] if law == ENERGY_DAMPING else []
+    remarks += (["modes have the damping ratios that the description states: shapes are real"]
+                if law and law != ENERGY_DAMPING else [])
+    return (*bodies, *remarks)
 
 
 def _all_points(machine: Machine) -> tuple[Dof, ...]:
@@ -108,23 +111,25 @@ def mass_matrix(place: Placement) -> FloatArray:
     With M_b = F^T F every body gives F B; one product of the stacked rows is the whole matrix. Where an elastic body's shapes
     are not coupled with its rigid motion, their mass is a block that stands, and six rows are all it gives.
     """
-    machine, still = place.machine, list[tuple[list[int], FloatArray]]()
+    machine, constant_blocks = place.machine, list[tuple[list[int], FloatArray]]()
     rows = []
     for i, body in enumerate(machine.bodies):
         if body.modal_count and not body.mass[:6, 6:].any():
-            still.append((list(machine.modal_columns[i]), body.mass[6:, 6:]))
+            constant_blocks.append((list(machine.modal_columns[i]), body.mass[6:, 6:]))
             rows.append(_root(body.mass[:6, :6]) @ frame_motion(place, i))
         else:
             rows.append(_root(body.mass) @ body_coordinates(place, i))
     stacked = np.concatenate(rows, axis=1)
     result: FloatArray = np.swapaxes(stacked, -1, -2) @ stacked
-    for at, block in still:
-        result[:, at[0]:at[-1] + 1, at[0]:at[-1] + 1] += block
+    for columns, block in constant_blocks:
+        result[:, columns[0]:columns[-1] + 1, columns[0]:columns[-1] + 1] += block
     return result
 
 
 def _root(matrix: FloatArray) -> FloatArray:
+    """Return F with F^T F a positive semidefinite matrix."""
     values, vectors = np.linalg.eigh(matrix)
+    # Rounding makes eigenvalues of -1e-16; a mass that is negative beyond that is a fault of the data.
     if values[0] < -1e-9 * values[-1]:
         fail("Body.mass", f"eigenvalue {values[0]:g}", "must be positive semidefinite")
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
@@ -164,6 +169,7 @@ def _check_freedom(number: int) -> None:
 
 
 def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return N^T A N."""
     return np.swapaxes(basis, -1, -2) @ matrix @ basis
 
 
@@ -172,16 +178,16 @@ def motion_map(place: Placement, labels: tuple[Dof, ...]) -> FloatArray:
 
     A point named ``a-b`` is point a relative to point b, both of the machine.
     """
-    known = place.machine.description.points
-    cache: dict[str, FloatArray] = {}
+    named_points = place.machine.description.points
+    jacobians: dict[str, FloatArray] = {}
     rows = []
     for label in labels:
         name = str(label.point)
-        if name not in cache:
-            first, dash, second = name.partition("-")
-            if name not in known and dash and first in known and second in known:
-                cache[name] = place.point_jacobian(first) - place.point_jacobian(second)
+        if name not in jacobians:
+            first_point, dash, second_point = name.partition("-")
+            if name not in named_points and dash and first_point in named_points and second_point in named_points:
+                jacobians[name] = place.point_jacobian(first_point) - place.point_jacobian(second_point)
             else:
-                cache[name] = place.point_jacobian(name)
-        rows.append(label.unit @ cache[name])
+                jacobians[name] = place.point_jacobian(name)
+        rows.append(label.unit @ jacobians[name])
     return np.stack(rows, axis=1)

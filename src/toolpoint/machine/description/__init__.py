@@ -1,9 +1,9 @@
-"""What a machine is, as plain frozen data: bodies, joints, axes, points; kinds of elastic bodies; changes of it."""
+"""Description of a machine as plain frozen data: bodies, joints, axes, points; kinds of elastic bodies; changes of it."""
 
 from toolpoint.machine.description.machine import (
-    ELASTIC,
+    ELASTIC_KINDS,
     GROUND,
-    ORIGIN,
+    ORIGIN_VECTOR,
     AxisDescription,
     BodyDescription,
     CoordinateDescription,
@@ -26,9 +26,9 @@ from toolpoint.machine.description.machine import (
 )
 
 __all__ = [
-    "ELASTIC",
+    "ELASTIC_KINDS",
     "GROUND",
-    "ORIGIN",
+    "ORIGIN_VECTOR",
     "AxisDescription",
     "BodyDescription",
     "CoordinateDescription",

@@ -84,17 +84,17 @@ class BeamSegment:
     @property
     def extent(self) -> tuple[float, float]:
         """Width and height that the segment takes up, m."""
-        outer = self.diameter if self.sleeve is None else self.sleeve.diameter
-        return (outer, outer) if outer is not None else (self.width or 0.0, self.height or 0.0)
+        outer_diameter = self.diameter if self.sleeve is None else self.sleeve.diameter
+        return (outer_diameter, outer_diameter) if outer_diameter is not None else (self.width or 0.0, self.height or 0.0)
 
 
 def _numbers(part: BeamSegment | SleeveDescription) -> tuple[float, float, float]:
     """Return Young's modulus (Pa), density (kg/m^3) and Poisson's ratio."""
     from toolpoint.substructuring.shaft import MATERIALS
 
-    usual = MATERIALS[part.material]
-    e, rho, nu = (known if given is None else given for given, known in zip(
-        (part.modulus, part.density, part.poisson), usual, strict=True))
+    material_values = MATERIALS[part.material]
+    e, rho, nu = (material_value if stated is None else stated for stated, material_value in zip(
+        (part.modulus, part.density, part.poisson), material_values, strict=True))
     return e, rho, nu
 
 
@@ -127,10 +127,11 @@ class BeamDescription:
     @property
     def frozen_text(self) -> str:
         """Everything but these numbers: beams with the same text differ by scales alone."""
-        plain = {name: replace(segment, modulus=None, density=None, loss_factor=0.0, sleeve=None if segment.sleeve is None else
-                               replace(segment.sleeve, modulus=None, density=None, loss_factor=0.0))
-                 for name, segment in self.segments.items()}
-        return repr(replace(self, segments=plain))
+        unscaled = {name: replace(segment, modulus=None, density=None, loss_factor=0.0,
+                                  sleeve=None if segment.sleeve is None else
+                                  replace(segment.sleeve, modulus=None, density=None, loss_factor=0.0))
+                    for name, segment in self.segments.items()}
+        return repr(replace(self, segments=unscaled))
 
     @property
     def length(self) -> float:

@@ -1,4 +1,4 @@
-"""How large bodies are: of a described shape, or of the box with a body's moments of inertia."""
+"""Size of bodies: of a described shape, or of the box with a body's moments of inertia."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def shape_size(shape: ShapeDescription) -> FloatArray:
 def equal_box(mass: FloatArray) -> FloatArray:
     """Return the size of the uniform box with the body's own moments about the axes through its centre, m."""
     total = mass[0, 0]
-    first = mass[3:6, :3] / total
-    about_centre = np.diag(mass[3:6, 3:6] + total * first @ first)
+    first_moment = mass[3:6, :3] / total
+    about_centre = np.diag(mass[3:6, 3:6] + total * first_moment @ first_moment)
     squares = 6 / total * (about_centre.sum() - 2 * about_centre)
     return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))
 

@@ -16,22 +16,22 @@ def tree_faults(description: MachineDescription) -> list[tuple[str, str]]:
     tree = {name: joint for name, joint in description.joints.items() if not joint.closes_loop}
     faults: list[tuple[str, str]] = []
     parent_of: dict[str, str] = {}
-    known = [GROUND, *description.bodies]
+    body_names = [GROUND, *description.bodies]
     for name, joint in description.joints.items():
         for role in ("parent", "child"):
             body = getattr(joint, role)
-            if body not in known:
-                hint = suggestion(body, known)
+            if body not in body_names:
+                hint = suggestion(body, body_names)
                 faults.append((f"joints.{name}.{role}",
                                f"joint {name}: there is no body {body!r}" + (f"; {hint}" if hint else "")))
         if joint.child == GROUND and not joint.closes_loop:
             faults.append((f"joints.{name}.child", f"joint {name}: the ground cannot be a child; swap parent and child"))
-    turned = _turned_round(tree)
-    for name in turned:
+    exchanged = _exchanged_joints(tree)
+    for name in exchanged:
         joint = tree[name]
         faults.append((f"joints.{name}.parent", f"joint {name}: parent and child are the wrong way round: {joint.child} is "
                        f"carried already, {joint.parent} by nothing; write parent: {joint.child} and child: {joint.parent}"))
-    tree = {name: replace(joint, parent=joint.child, child=joint.parent) if name in turned else joint
+    tree = {name: replace(joint, parent=joint.child, child=joint.parent) if name in exchanged else joint
             for name, joint in tree.items()}
     for name, joint in tree.items():
         if joint.child in parent_of:
@@ -42,7 +42,7 @@ def tree_faults(description: MachineDescription) -> list[tuple[str, str]]:
     return faults + _circle_faults(description, tree, parent_of)
 
 
-def _turned_round(tree: Mapping[str, JointDescription]) -> list[str]:
+def _exchanged_joints(tree: Mapping[str, JointDescription]) -> list[str]:
     """Return the joints with parent and child exchanged: the child hangs on another too, nothing carries the parent."""
     carried = [joint.child for joint in tree.values()]
     return [name for name, joint in tree.items()
@@ -57,12 +57,12 @@ def _circle_faults(
         if body not in parent_of:
             faults.append((f"bodies.{body}", f"body {body} hangs on no joint; give it one, to the ground if it stands alone"))
             continue
-        seen, here = [body], tree[parent_of[body]].parent
-        while here != GROUND and here in parent_of and here not in seen:
-            seen.append(here)
-            here = tree[parent_of[here]].parent
-        if here == body:
-            circle = " -> ".join([*seen, body])
+        path_bodies, carrier = [body], tree[parent_of[body]].parent
+        while carrier != GROUND and carrier in parent_of and carrier not in path_bodies:
+            path_bodies.append(carrier)
+            carrier = tree[parent_of[carrier]].parent
+        if carrier == body:
+            circle = " -> ".join([*path_bodies, body])
             faults.append((f"joints.{parent_of[body]}.parent", f"body {body} hangs on itself: {circle}; break the circle "
                            "with a joint to the ground"))
     return faults

@@ -18,12 +18,12 @@ def frame(description: FrameDescription) -> FloatArray:
 def describe_frame(transform: FloatArray) -> FrameDescription:
     """Return the description of a transform (4, 4): zyx Euler angles in rad, the last zero where they are not unique."""
     r = transform[:3, :3]
-    across = np.hypot(r[0, 0], r[1, 0])
-    middle = np.arctan2(-r[2, 0], across)
-    if across < 1e-12:
-        angles = (np.arctan2(-r[0, 1], r[1, 1]), middle, 0.0)
+    cosine = np.hypot(r[0, 0], r[1, 0])
+    pitch = np.arctan2(-r[2, 0], cosine)
+    if cosine < 1e-12:
+        angles = (np.arctan2(-r[0, 1], r[1, 1]), pitch, 0.0)
     else:
-        angles = (np.arctan2(r[1, 0], r[0, 0]), middle, np.arctan2(r[2, 1], r[2, 2]))
+        angles = (np.arctan2(r[1, 0], r[0, 0]), pitch, np.arctan2(r[2, 1], r[2, 2]))
     x, y, z = (float(v) for v in transform[:3, 3])
     a, b, c = (float(v) for v in angles)
     return FrameDescription((x, y, z), (a, b, c))

@@ -1,4 +1,4 @@
-"""Where gravity points: against the machine's `up`, where its file gives a size alone or nothing."""
+"""Gravity of a machine: against its `up`, where its file gives a size alone or nothing."""
 
 from __future__ import annotations
 

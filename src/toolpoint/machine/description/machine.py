@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the 
 Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
 GROUND = "ground"
-ORIGIN: Vector = (0.0, 0.0, 0.0)
+ORIGIN_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,8 @@ class SpinDescription:
     axis: Vector = (0.0, 0.0, 1.0)
 
 
-ELASTIC = ("elastic", "solid", "beam", "matrices")  # keys of a body, one of which makes it elastic
-SCALING = {"elastic": "materials", "solid": "materials", "beam": "segments"}  # where the listed numbers of such a body are
+ELASTIC_KINDS = ("elastic", "solid", "beam", "matrices")  # keys of a body, one of which makes it elastic
+SCALING_KEYS = {"elastic": "materials", "solid": "materials", "beam": "segments"}  # where the listed numbers of such a body are
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class BodyDescription:
     @property
     def is_elastic(self) -> bool:
         """Whether finite elements stand for the body."""
-        return any(getattr(self, kind) is not None for kind in ELASTIC)
+        return any(getattr(self, kind) is not None for kind in ELASTIC_KINDS)
 
 
 @dataclass(frozen=True)
@@ -333,10 +333,10 @@ def parameters(machine: MachineDescription) -> Iterator[str]:
 def _numbers(part: Any) -> Iterator[str]:
     if is_dataclass(part):
         # What laws, meshes and patches make of their numbers is changed by path, not listed.
-        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", *ELASTIC)]
-        for kind, inner in SCALING.items():
+        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", *ELASTIC_KINDS)]
+        for kind, field_name in SCALING_KEYS.items():
             if getattr(part, kind, None) is not None:
-                yield from (f"{kind}.{inner}.{rest}" for rest in _numbers(getattr(getattr(part, kind), inner)))
+                yield from (f"{kind}.{field_name}.{path}" for path in _numbers(getattr(getattr(part, kind), field_name)))
     elif isinstance(part, Mapping):
         items = list(part.items())
     elif isinstance(part, tuple):
@@ -347,11 +347,12 @@ def _numbers(part: Any) -> Iterator[str]:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             yield str(name)
         elif is_dataclass(value) or isinstance(value, (Mapping, tuple)):
-            for rest in _numbers(value):
-                yield f"{name}.{rest}"
+            for path in _numbers(value):
+                yield f"{name}.{path}"
 
 
 def _child(part: Any, key: str, path: str) -> Any:
+    """Return what a key names in a part; refuse an unknown one with the nearest known."""
     if is_dataclass(part):
         names = [f.name for f in fields(part)]
         if key in names:
@@ -367,8 +368,8 @@ def _child(part: Any, key: str, path: str) -> Any:
     else:
         names = []
     hint = suggestion(key, names)
-    known = f"; known: {', '.join(names)}" if names else ""
-    raise ToolpointError(f"{path}: no {key!r} there{known}" + (f" ({hint})" if hint else ""))
+    known_text = f"; known: {', '.join(names)}" if names else ""
+    raise ToolpointError(f"{path}: no {key!r} there{known_text}" + (f" ({hint})" if hint else ""))
 
 
 def _mirrored(path: str) -> str:

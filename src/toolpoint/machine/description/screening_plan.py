@@ -44,8 +44,11 @@ class MilledSquare:
 
 @dataclass(frozen=True)
 class ScreeningPlan:
-    """What is screened. points : of samples; draws : of the doubts; metrics : by name, at `pose` and (where there is a square)
-    the accuracy of milling it."""
+    """Plan of a screening.
+
+    points : of samples; draws : of the doubts; metrics : by name, at `pose`, and the accuracy of milling where there is a
+    square.
+    """
 
     machine: str
     factors: tuple[Factor, ...] = ()

@@ -115,14 +115,15 @@ def branch_of(changes: Sequence[Change], shares: Sequence[float]) -> str:
 
 
 def _paths(description: MachineDescription, factor: Factor) -> list[str]:
-    known = list(parameters(description))
+    """Return the parameters that a factor changes, patterns resolved."""
+    known_paths = list(parameters(description))
     result: list[str] = []
     for pattern in factor.paths:
-        hits = fnmatch.filter(known, pattern) if "*" in pattern else [pattern]
-        if not hits:
+        matches = fnmatch.filter(known_paths, pattern) if "*" in pattern else [pattern]
+        if not matches:
             fail(f"factor {factor.name}", f"no parameter is like {pattern!r}", "must match at least one",
-                 remedy=suggestion(pattern, known))
-        result += hits
+                 remedy=suggestion(pattern, known_paths))
+        result += matches
     return result
 
 
@@ -131,9 +132,9 @@ def check_changes(description: MachineDescription, changes: Sequence[Change]) ->
     if not changes:
         fail("changes", "none", "must be at least one factor or swap")
     names = [change.name for change in changes]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        fail("changes", f"{twice!r} appears twice", "names must differ")
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated is not None:
+        fail("changes", f"{repeated!r} appears twice", "names must differ")
     for change in changes:
         paths = _paths(description, change) if isinstance(change, Factor) else [
             path for option in change.options.values() for part in (option.values, option.scale, option.add) for path in part]
@@ -142,7 +143,7 @@ def check_changes(description: MachineDescription, changes: Sequence[Change]) ->
 
 
 def resting_shares(changes: Sequence[Change]) -> tuple[float, ...]:
-    """Return where every change leaves the machine as it is: a factor at its neutral level (within its range), a swap's
+    """Return the shares at which no change alters the machine: a factor at its neutral level (within its range), a swap's
     first."""
     shares = []
     for change in changes:

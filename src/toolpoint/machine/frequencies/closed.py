@@ -1,4 +1,4 @@
-"""Natural frequencies of closed machines of rigid bodies by compiled kernels; what these cannot do is refused."""
+"""Natural frequencies of closed machines of rigid bodies by compiled kernels; refuses what these cannot solve."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from toolpoint._check import BoolArray, FloatArray, IndexArray, fail
 from toolpoint.kinematics import ClosedChain, Pose
 from toolpoint.kinematics.closure import Solution
 from toolpoint.kinematics.reach import first_fault, limit_reasons
-from toolpoint.machine.assembly.joint_terms import follows_axis, joint_matrices, loop_directions, loop_motion
+from toolpoint.machine.assembly.joint_terms import has_travelling_stiffness, joint_matrices, loop_directions, loop_motion
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import place_machine
 
-_CHUNK = 4096
+POSE_CHUNK_SIZE = 4096  # poses whose matrices are held at once
 
 
 @dataclass(frozen=True, eq=False)
 class _Arrays:
-    """A closed machine as the kernels take it."""
+    """Arrays of a closed machine for the kernels."""
 
     tree: tuple[Any, ...]
     ways: IndexArray
@@ -35,7 +35,7 @@ class _Arrays:
     determinant_sign: float
 
 
-def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray, BoolArray]:
+def solve_closed(machine: Machine, poses: Pose, mode_count: int) -> tuple[FloatArray, BoolArray]:
     """Return the lowest natural frequencies, Hz, (n_poses, number), and which poses the kernels settled.
 
     Raises ToolpointError for what the kernels cannot do, and for poses beyond the limits of joints.
@@ -52,26 +52,27 @@ def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray
                                arrays.start, np.ascontiguousarray(goals), arrays.determinant_sign, values, settled)
     _check_limits(chain, poses, values, settled)
     size = parts[2].size
-    mass, stiffness = np.empty((_CHUNK, size, size)), np.empty((_CHUNK, size, size))
-    result, identity = np.empty((len(goals), number)), np.eye(size)
-    base = _tree_stiffness(machine)
+    mass, stiffness = np.empty((POSE_CHUNK_SIZE, size, size)), np.empty((POSE_CHUNK_SIZE, size, size))
+    result, identity = np.empty((len(goals), mode_count)), np.eye(size)
+    tree_stiffness = _tree_stiffness(machine)
     elastic = np.array([loop.law.stiffness for loop in machine.loops])
     moments, columns, places = body_moments(machine), _columns(machine), (*_row_places(machine, parts[0]), parts[1], parts[2])
-    for first in range(0, len(goals), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        count = len(values[part])
-        condense_kernel.condense_matrices(arrays.tree, arrays.ways, arrays.loops, values[part], moments, columns, elastic,
-                                          places, base, mass[:count], stiffness[:count], settled[part])
-        condense_kernel.scale_by_stiffness(mass[:count], stiffness[:count], settled[part])
-        mass[:count][~settled[part]] = identity
-        kernel.largest_scaled_eigenvalues(mass[:count], identity, True, number, result[part])
+    for start in range(0, len(goals), POSE_CHUNK_SIZE):
+        chunk = slice(start, start + POSE_CHUNK_SIZE)
+        count = len(values[chunk])
+        condense_kernel.condense_matrices(arrays.tree, arrays.ways, arrays.loops, values[chunk], moments, columns, elastic,
+                                          places, tree_stiffness, mass[:count], stiffness[:count], settled[chunk])
+        condense_kernel.scale_by_stiffness(mass[:count], stiffness[:count], settled[chunk])
+        mass[:count][~settled[chunk]] = identity
+        kernel.largest_scaled_eigenvalues(mass[:count], identity, True, mode_count, result[chunk])
     return 1 / (2 * np.pi * np.sqrt(result)), settled
 
 
 def _check(machine: Machine, chain: ClosedChain) -> None:
+    """Refuse machines that the kernels cannot solve, with the reason."""
     if any(body.modal_count for body in machine.bodies):
         fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", remedy="use path='numpy'")
-    if follows_axis(machine):
+    if has_travelling_stiffness(machine):
         fail("path", "'compiled' for a machine with a joint that follows an axis", "needs a stiffness that stands",
              remedy="use path='numpy'")
     if machine.description.gravity is not None or machine.description.loads:
@@ -84,6 +85,7 @@ def _check(machine: Machine, chain: ClosedChain) -> None:
 
 
 def _check_limits(chain: ClosedChain, poses: Pose, values: FloatArray, settled: BoolArray) -> None:
+    """Raise for the first pose beyond a limit of a joint."""
     if not chain.limits and not any(np.isfinite(loop.largest_tilt) for loop in chain.loops):
         return
     solution = Solution(values, settled.astype(float), ("",) * len(values))
@@ -92,6 +94,7 @@ def _check_limits(chain: ClosedChain, poses: Pose, values: FloatArray, settled: 
 
 
 def _arrays(chain: ClosedChain) -> _Arrays:
+    """Return chain, loops and start of a closed chain as arrays."""
     first, order, ball = [0], [], []
     for sequence in chain.sequences:
         for group in sequence:
@@ -115,7 +118,8 @@ def _arrays(chain: ClosedChain) -> _Arrays:
 
 
 def _parts(machine: Machine) -> tuple[IndexArray, IndexArray, IndexArray]:
-    """Rows of the locked directions that are independent, and dependent and independent coordinates, at the reference pose."""
+    """Return the independent rows of the locked directions, and dependent and independent coordinates, at the reference
+    pose."""
     place = place_machine(machine)
     basis = loop_basis(place)
     n = machine.size
@@ -131,14 +135,15 @@ def _locked(states: tuple[str, ...]) -> list[int]:
     return [i for i in range(6) if states[i] == "locked"]
 
 
-def _row_places(machine: Machine, kept: IndexArray) -> tuple[IndexArray, IndexArray]:
-    """Loop and direction of the rows kept."""
-    every = np.array([(i, way) for i, loop in enumerate(machine.loops) for way in _locked(loop.law.states)]).reshape(-1, 2)
-    return np.ascontiguousarray(every[kept, 0]), np.ascontiguousarray(every[kept, 1])
+def _row_places(machine: Machine, kept_rows: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Return loop and direction of the rows kept."""
+    locked_rows = np.array([(i, way) for i,
+                            loop in enumerate(machine.loops) for way in _locked(loop.law.states)]).reshape(-1, 2)
+    return np.ascontiguousarray(locked_rows[kept_rows, 0]), np.ascontiguousarray(locked_rows[kept_rows, 1])
 
 
 def _tree_stiffness(machine: Machine) -> FloatArray:
-    """Stiffness of the joints of the tree alone, (n, n): that of the loops hangs on the pose."""
+    """Return the stiffness of the joints of the tree alone, (n, n): that of the loops depends on the pose."""
     place = place_machine(machine)
     total = joint_matrices(place)[0][0].copy()
     for loop in machine.loops:
@@ -148,13 +153,14 @@ def _tree_stiffness(machine: Machine) -> FloatArray:
 
 
 def _columns(machine: Machine) -> tuple[Any, ...]:
-    """Link, motion, step (of a second passive rotation, else -1) of every coordinate; paths; where springs ride."""
+    """Return link, motion, step (of a second passive rotation, else -1) of every coordinate; paths; carriers of the springs."""
     link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
     way = np.concatenate([list(law.freedoms) for law in machine.joints]).astype(np.int64)
     step = np.full(link.size, -1)
     for k in range(link.size):
-        turns = machine.passive_turns[link[k]]
-        if way[k] in turns:
-            step[k] = next(s for s, each in enumerate(machine.chain.steps) if (each.joint, each.way) == (link[k], way[k]))
+        passive_turns = machine.passive_turns[link[k]]
+        if way[k] in passive_turns:
+            step[k] = next(s for s, chain_step in enumerate(machine.chain.steps)
+                           if (chain_step.joint, chain_step.way) == (link[k], way[k]))
     motion = np.ascontiguousarray(np.concatenate([law.basis.T for law in machine.joints]))
     return link, motion, step, paths_of(machine), np.array(machine.elastic_at_child)

@@ -10,15 +10,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.machine.frequencies.kernel import _moved, _product, _product_transposed
+from toolpoint.machine.frequencies.kernel import _product, _product_transposed, _transform_point
 
-CORRECTIONS = 7
-LARGEST_CORRECTION = 0.12
-SMALLEST_PART = 1 / 512
+MAX_NEWTON_STEPS = 7  # steps of Newton at one part of the way
+MAX_FIRST_CORRECTION = 0.12  # of the machine's size or a radian: a larger first step may reach another assembly mode
+MIN_CONTINUATION_STEP = 1 / 512  # of the way from the start to the goal
 
 
 @njit(cache=True, nogil=True)
 def _rotation_of(x, y, z, out):
+    """Fill `out` (3, 3) with the rotation of a vector (x, y, z): R = I + a [v] + b [v]^2, a = sin t / t, b = (1 - cos t) /
+    t^2."""
     angle = np.sqrt(x * x + y * y + z * z)
     if angle < 1e-4:
         a, b = 1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0
@@ -31,7 +33,7 @@ def _rotation_of(x, y, z, out):
 
 @njit(cache=True, nogil=True)
 def _vector_of(r, out):
-    """Rotation vector of a matrix whose angle is below half a turn."""
+    """Fill `out` (3,) with the rotation vector of a matrix (3, 3) whose angle is below half a turn."""
     trace = r[0, 0] + r[1, 1] + r[2, 2]
     x, y, z = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
     sine = 0.5 * np.sqrt(x * x + y * y + z * z)
@@ -42,7 +44,12 @@ def _vector_of(r, out):
 
 @njit(cache=True, nogil=True)
 def forward(tree, ways, values, state, work):
-    """Fill places of all links and joints and the twists of all steps for step values."""
+    """Fill places of all links and joints and the twists of all steps for step values (n_steps,).
+
+    tree : parents (n,), frames (n, 3, 3) and (n, 3), first step of every link (n + 1,), steps in order, whether each is of a
+    ball; ways : (n_steps,) directions 0 .. 5; state : displacements of links, frames of joints, twists (n_steps, 6); work : (7,
+    3, 3). A step moves by exp(x value), x the unit twist along or about its direction; three of a ball are one rotation vector.
+    """
     parents, frame_r, frame_t, first, order, ball = tree
     moved_r, moved_t, base_r, end_t, twists = state
     turn, now_r, spare = work[0], work[1], work[2]
@@ -51,7 +58,7 @@ def forward(tree, ways, values, state, work):
         p = parents[i]
         if p >= 0:
             _product(moved_r[p], frame_r[i], base_r[i])
-            _moved(moved_r[p], frame_t[i], moved_t[p], now_t)
+            _transform_point(moved_r[p], frame_t[i], moved_t[p], now_t)
         else:
             base_r[i] = frame_r[i]
             now_t[:] = frame_t[i]
@@ -90,6 +97,7 @@ def forward(tree, ways, values, state, work):
 
 @njit(cache=True, nogil=True)
 def _line(r, t, axis, out):
+    """Fill `out` (6,) with the unit twist about an axis of a frame (r, t) through its origin: (t x a, a)."""
     x, y, z = r[0, axis], r[1, axis], r[2, axis]
     out[3], out[4], out[5] = x, y, z
     out[0], out[1], out[2] = t[1] * z - t[2] * y, t[2] * x - t[0] * z, t[0] * y - t[1] * x
@@ -97,17 +105,18 @@ def _line(r, t, axis, out):
 
 @njit(cache=True, nogil=True)
 def side(link, frame_r, frame_t, state, r, t):
+    """Fill `r`, `t` with a frame that rides on a link, or stays on the ground where the link is -1."""
     if link < 0:
         r[:] = frame_r
         t[:] = frame_t
     else:
         _product(state[0][link], frame_r, r)
-        _moved(state[0][link], frame_t, state[1][link], t)
+        _transform_point(state[0][link], frame_t, state[1][link], t)
 
 
 @njit(cache=True, nogil=True)
 def _equations(loops, state, residual, rate, work):
-    """Fill weighted gaps of all loops and their derivatives to all steps."""
+    """Fill weighted gaps of all loops (n_rows,) and their derivatives to all steps (n_rows, n_steps)."""
     parent, child, frame_r, frame_t, turning, row_loop, row_way, weight, signs = loops
     twists = state[4]
     base_r, end_r, rel = work[4], work[5], work[6]
@@ -140,6 +149,10 @@ def _equations(loops, state, residual, rate, work):
 
 @njit(cache=True, nogil=True)
 def _gap(r, t, turning, gap):
+    """Fill `gap` (6,) with the distance of the child's frame from the parent's, zero along free rotations.
+
+    None free: half the skew part of r; one free about a: tilt of that axis; two free about a, b: product of their directions.
+    """
     gap[:3] = t
     gap[3:] = 0.0
     number = turning[0]
@@ -157,6 +170,7 @@ def _gap(r, t, turning, gap):
 
 @njit(cache=True, nogil=True)
 def _gap_rate(r, t, turning, base_r, base_t, xi, out):
+    """Fill `out` (6,) with the derivative of `_gap` along a unit twist xi (6,) of the child in machine axes."""
     v0 = xi[0] - (base_t[1] * xi[5] - base_t[2] * xi[4])
     v1 = xi[1] - (base_t[2] * xi[3] - base_t[0] * xi[5])
     v2 = xi[2] - (base_t[0] * xi[4] - base_t[1] * xi[3])
@@ -242,60 +256,61 @@ def _advance(values, delta, passive, balls, work):
 
 @njit(cache=True, nogil=True)
 def _corrected(system, state, passive, delta, work):
-    """Return the hand of the equations after filling the change of the passive steps that removes the residuals."""
+    """Return the sign of the determinant after filling the change of the passive steps that removes the residuals."""
     residual, rate, matrix, right = system
     n = passive.size
     for i in range(n):
         right[i, 0] = -residual[i]
         for j in range(n):
             matrix[i, j] = rate[i, passive[j]]
-    hand = solve(matrix, right, n, 1)
+    sign = solve(matrix, right, n, 1)
     for j in range(n):
         delta[j] = right[j, 0]
-    return hand
+    return sign
 
 
 @njit(cache=True, nogil=True)
-def _settle(chain, start, goal, values, state, system, hand, work):
+def _settle(chain, start, goal, values, state, system, sign, work):
     """Follow a pose from start values to driven values of the goal; return whether it closed in the same assembly mode."""
     tree, ways, loops, passive, balls, _ = chain
     driven = passive[0]
-    part, step = 0.0, 1.0
-    base, delta = start.copy(), np.empty(passive.size)
-    while part < 1.0 and step >= SMALLEST_PART:
-        ahead = min(1.0, part + step)
-        values[:] = base
+    done_part, step = 0.0, 1.0
+    last_values, delta = start.copy(), np.empty(passive.size)
+    while done_part < 1.0 and step >= MIN_CONTINUATION_STEP:
+        target_part = min(1.0, done_part + step)
+        values[:] = last_values
         forward(tree, ways, values, state, work)
         _equations(loops, state, system[0], system[1], work)
         for s in range(driven):
-            move = (goal[s] - start[s]) * (ahead - part)
+            move = (goal[s] - start[s]) * (target_part - done_part)
             values[s] += move
             for i in range(passive.size):
                 system[0][i] += system[1][i, s] * move
-        good = _corrected(system, state, passive, delta, work) != 0.0
-        if good:
+        is_closed = _corrected(system, state, passive, delta, work) != 0.0
+        if is_closed:
             _advance(values, delta, passive, balls, work)
-            good = _newton(chain, values, state, system, hand, work, delta)
-        if good:
-            part, step = ahead, 2 * step
-            base[:] = values
+            is_closed = _newton(chain, values, state, system, sign, work, delta)
+        if is_closed:
+            done_part, step = target_part, 2 * step
+            last_values[:] = values
         else:
             step /= 4
-    return part >= 1.0
+    return done_part >= 1.0
 
 
 @njit(cache=True, nogil=True)
-def _newton(chain, values, state, system, hand, work, delta):
+def _newton(chain, values, state, system, sign, work, delta):
+    """Return whether at most `MAX_NEWTON_STEPS` corrections close the loops with an unchanged sign of the determinant."""
     tree, ways, loops, passive, balls, scale = chain
-    for number in range(CORRECTIONS):
+    for number in range(MAX_NEWTON_STEPS):
         forward(tree, ways, values, state, work)
         _equations(loops, state, system[0], system[1], work)
-        if _corrected(system, state, passive, delta, work) != hand:
+        if _corrected(system, state, passive, delta, work) != sign:
             return False
         size = 0.0
         for k in range(passive.size):
             size = max(size, abs(delta[k]) * scale[k])
-        if number == 0 and size > LARGEST_CORRECTION:
+        if number == 0 and size > MAX_FIRST_CORRECTION:
             return False
         _advance(values, delta, passive, balls, work)
         if size < 1e-7:
@@ -305,18 +320,19 @@ def _newton(chain, values, state, system, hand, work, delta):
 
 
 @njit(cache=True, nogil=True)
-def settle_poses(tree, ways, loops, passive, balls, scale, start, goals, hand, values, settled):
+def settle_poses(tree, ways, loops, passive, balls, scale, start, goals, sign, values, settled):
     """Fill step values (P, n_steps) for driven step values `goals` (P, n_driven), from the last pose where it is nearer."""
     links, steps, count = tree[0].size, ways.size, passive.size
     state = (np.empty((links, 3, 3)), np.empty((links, 3)), np.empty((links, 3, 3)), np.empty((links, 3)),
              np.empty((steps, 6)))
     system = (np.empty(count), np.empty((count, steps)), np.empty((count, count)), np.empty((count, 1)))
-    work, last, chain = np.empty((7, 3, 3)), start.copy(), (tree, ways, loops, passive, balls, scale)
+    work, last_values, chain = np.empty((7, 3, 3)), start.copy(), (tree, ways, loops, passive, balls, scale)
     for pose in range(goals.shape[0]):
-        home, near = 0.0, 0.0
+        start_distance, last_distance = 0.0, 0.0
         for s in range(goals.shape[1]):
-            home += abs(goals[pose, s] - start[s])
-            near += abs(goals[pose, s] - last[s])
-        settled[pose] = _settle(chain, last if near < home else start, goals[pose], values[pose], state, system, hand, work)
+            start_distance += abs(goals[pose, s] - start[s])
+            last_distance += abs(goals[pose, s] - last_values[s])
+        settled[pose] = _settle(chain, last_values if last_distance < start_distance else start, goals[pose], values[pose],
+                                state, system, sign, work)
         if settled[pose]:
-            last[:] = values[pose]
+            last_values[:] = values[pose]

@@ -9,11 +9,12 @@ import numpy as np
 from numba import njit
 
 from toolpoint.machine.frequencies.closed_kernel import forward, side, solve
-from toolpoint.machine.frequencies.kernel import _inertias, _momentum, _moved, _twist
+from toolpoint.machine.frequencies.kernel import _inertias, _momentum, _transform_point, _twist
 
 
 @njit(cache=True, nogil=True)
-def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, parts, stiffness, out_mass, out_stiffness, good):
+def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, parts, stiffness, out_mass, out_stiffness,
+                      is_solved):
     """Fill mass and stiffness (P, f, f) in the independent coordinates of every pose.
 
     inertia : masses, first and second moments of the bodies; columns : link, motion in the joint's frame, step or -1, whether
@@ -26,14 +27,14 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
     r, f, n_loops = dependent.size, independent.size, elastic.shape[0]
     state = (np.empty((links, 3, 3)), np.empty((links, 3)), np.empty((links, 3, 3)), np.empty((links, 3)),
              np.empty((steps, 6)))
-    mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
+    mass, first_moment, second_moment = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
     twists, force, work = np.empty((n, 6)), np.empty(6), np.empty((7, 3, 3))
     full_m, full_k, rows = np.empty((n, n)), np.empty((n, n)), np.empty((n_loops, 6, n))
-    lock, right, basis, half = np.empty((r, r)), np.empty((r, f)), np.zeros((n, f)), np.empty((n, f))
-    base_t = np.empty(3)
+    lock, right, basis, half_product = np.empty((r, r)), np.empty((r, f)), np.zeros((n, f)), np.empty((n, f))
+    base_place = np.empty(3)
     for pose in range(values.shape[0]):
         forward(tree, ways, values[pose], state, work)
-        _inertias(tree[0], inertia, state[0], state[1], mass, first, second, work)
+        _inertias(tree[0], inertia, state[0], state[1], mass, first_moment, second_moment, work)
         for j in range(n):
             if step[j] >= 0:  # a step of the chain is a coordinate itself: its twist is known
                 twists[j] = state[4][step[j]]
@@ -41,14 +42,14 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
             i = link[j]
             # An elastic coordinate acts where its springs are: they ride with the child, or stay with the parent.
             if at_child[i]:
-                base_t[:] = state[3][i]
+                base_place[:] = state[3][i]
             elif tree[0][i] >= 0:
-                _moved(state[0][tree[0][i]], tree[2][i], state[1][tree[0][i]], base_t)
+                _transform_point(state[0][tree[0][i]], tree[2][i], state[1][tree[0][i]], base_place)
             else:
-                base_t[:] = tree[2][i]
-            _twist(motion[j], state[2][i], base_t, twists[j])
+                base_place[:] = tree[2][i]
+            _twist(motion[j], state[2][i], base_place, twists[j])
         for j in range(n):
-            _momentum(mass[link[j]], first[link[j]], second[link[j]], twists[j], force)
+            _momentum(mass[link[j]], first_moment[link[j]], second_moment[link[j]], twists[j], force)
             for i in range(j + 1):
                 total = 0.0
                 # M_ij is the power of j's momentum on i's twist: nothing where j's link does not hang on i's.
@@ -66,18 +67,19 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
             for j in range(f):
                 right[i, j] = -rows[row_loop[i], row_way[i], independent[j]]
         if r > 0 and solve(lock, right, r, f) == 0.0:
-            good[pose] = False
+            is_solved[pose] = False
         for j in range(f):
             basis[independent[j], j] = 1.0
             for i in range(r):
                 basis[dependent[i], j] = right[i, j]
-        _project(full_m, basis, half, out_mass[pose])
-        _project(full_k, basis, half, out_stiffness[pose])
+        _project(full_m, basis, half_product, out_mass[pose])
+        _project(full_k, basis, half_product, out_stiffness[pose])
 
 
 @njit(cache=True, nogil=True)
 def _loop_rows(loops, state, twists, link, on_path, rows, work):
-    """Motion of the child's side against the parent's in every loop, in the parent's axes about its place, per coordinate."""
+    """Fill `rows` (n_loops, 6, n) with the motion of the child's side against the parent's, in the parent's axes, per
+    coordinate."""
     parent, child, frame_r, frame_t = loops[0], loops[1], loops[2], loops[3]
     base_r, base_t = work[4], work[3, 0]
     for l in range(parent.size):
@@ -99,6 +101,7 @@ def _loop_rows(loops, state, twists, link, on_path, rows, work):
 
 @njit(cache=True, nogil=True)
 def _add_elastic(elastic, rows, full):
+    """Add the stiffness of all loops, K += sum over loops of R^T K_l R, with R the rows (6, n) of a loop."""
     for l in range(elastic.shape[0]):
         for a in range(6):
             for b in range(6):
@@ -111,24 +114,25 @@ def _add_elastic(elastic, rows, full):
 
 
 @njit(cache=True, nogil=True)
-def _project(full, basis, half, out):
+def _project(full, basis, half_product, out):
+    """Fill `out` (f, f) with B^T A B, A symmetric (n, n), B (n, f)."""
     n, f = basis.shape
     for i in range(n):
         for j in range(f):
             total = 0.0
             for k in range(n):
                 total += full[i, k] * basis[k, j]
-            half[i, j] = total
+            half_product[i, j] = total
     for i in range(f):
         for j in range(i + 1):
             total = 0.0
             for k in range(n):
-                total += basis[k, i] * half[k, j]
+                total += basis[k, i] * half_product[k, j]
             out[i, j] = out[j, i] = total
 
 
 @njit(cache=True, nogil=True)
-def scale_by_stiffness(mass, stiffness, good):
+def scale_by_stiffness(mass, stiffness, is_solved):
     """Replace mass matrices M (P, f, f) by L^-1 M L^-T with K = L L^T; a pose whose stiffness is not positive is not good."""
     f = mass.shape[1]
     for pose in range(mass.shape[0]):
@@ -140,7 +144,7 @@ def scale_by_stiffness(mass, stiffness, good):
                     total -= k[i, c] * k[j, c]
                 if i == j:
                     if not total > 1e-12 * k[i, i]:
-                        good[pose] = False
+                        is_solved[pose] = False
                         total = 1.0
                     k[i, i] = np.sqrt(total)
                 else:

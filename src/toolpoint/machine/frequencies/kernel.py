@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-BLOCK = 64
+from toolpoint.machine.frequencies.tree_arrays import POSE_BLOCK_SIZE
 
 
 @njit(cache=True, nogil=True, fastmath=False)
@@ -19,16 +19,16 @@ def tree_mass_matrices(tree, bodies, motions, positions, out):
     links, n, poses = parents.size, columns.shape[0], positions.shape[0]
     moved_r, moved_t = np.empty((links, 3, 3)), np.empty((links, 3))
     rotation, place = np.empty((links, 3, 3)), np.empty((links, 3))
-    mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
+    mass, first_moment, second_moment = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
     twists, force, work = np.empty((n, 6)), np.empty(6), np.empty((4, 3, 3))
     for pose in range(poses):
-        _place(tree, positions[pose], moved_r, moved_t, rotation, place, work)
-        _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work)
+        _place_links(tree, positions[pose], moved_r, moved_t, rotation, place, work)
+        _inertias(parents, bodies, moved_r, moved_t, mass, first_moment, second_moment, work)
         for j in range(n):
             _twist(columns[j], rotation[column_link[j]], place[column_link[j]], twists[j])
         for j in range(n):
             link = column_link[j]
-            _momentum(mass[link], first[link], second[link], twists[j], force)
+            _momentum(mass[link], first_moment[link], second_moment[link], twists[j], force)
             for i in range(j + 1):
                 value = 0.0
                 if on_path[column_link[i], link]:
@@ -41,6 +41,7 @@ def tree_mass_matrices(tree, bodies, motions, positions, out):
 @njit(cache=True, nogil=True)
 def _product(a, b, out):
     # Written out: the library call for 3x3 products allocates and costs ten times the arithmetic.
+    """Fill `out` (3, 3) with A B."""
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
@@ -48,20 +49,23 @@ def _product(a, b, out):
 
 @njit(cache=True, nogil=True)
 def _product_transposed(a, b, out):
+    """Fill `out` (3, 3) with A B^T."""
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
 
 
 @njit(cache=True, nogil=True)
-def _moved(r, x, t, out):
+def _transform_point(r, x, t, out):
+    """Fill `out` (3,) with R x + t."""
     for i in range(3):
         out[i] = r[i, 0] * x[0] + r[i, 1] * x[1] + r[i, 2] * x[2] + t[i]
 
 
 @njit(cache=True, nogil=True)
-def _put(r, t, out_r, out_t):
+def _copy_frame(r, t, out_r, out_t):
     # Loops: a copy by slices compiles the text of its error for a second.
+    """Copy a frame."""
     for i in range(3):
         out_t[i] = t[i]
         for j in range(3):
@@ -69,7 +73,8 @@ def _put(r, t, out_r, out_t):
 
 
 @njit(cache=True, nogil=True)
-def _place(tree, position, moved_r, moved_t, rotation, place, work):
+def _place_links(tree, position, moved_r, moved_t, rotation, place, work):
+    """Fill displacements of all links, and rotation and place of all joints, at one position of all steps."""
     parents, frame_r, frame_t, axis_of, axis_twists, at_child = tree
     now_r, spare, turn = work[0], work[1], work[2]
     now_t, shift, hold = work[3, 0], work[3, 1], work[3, 2]
@@ -77,16 +82,16 @@ def _place(tree, position, moved_r, moved_t, rotation, place, work):
         p = parents[i]
         if p >= 0:
             _product(moved_r[p], frame_r[i], rotation[i])
-            _moved(moved_r[p], frame_t[i], moved_t[p], place[i])
+            _transform_point(moved_r[p], frame_t[i], moved_t[p], place[i])
         else:
-            _put(frame_r[i], frame_t[i], rotation[i], place[i])
-        _put(rotation[i], place[i], now_r, now_t)
+            _copy_frame(frame_r[i], frame_t[i], rotation[i], place[i])
+        _copy_frame(rotation[i], place[i], now_r, now_t)
         for k in range(axis_of.size):
             if axis_of[k] == i:
                 _motion(axis_twists[k], position[k], turn, shift)
-                _moved(now_r, shift, now_t, hold)
+                _transform_point(now_r, shift, now_t, hold)
                 _product(now_r, turn, spare)
-                _put(spare, hold, now_r, now_t)
+                _copy_frame(spare, hold, now_r, now_t)
         # displacement = now * frame^-1
         _product_transposed(now_r, frame_r[i], moved_r[i])
         for a in range(3):
@@ -98,6 +103,7 @@ def _place(tree, position, moved_r, moved_t, rotation, place, work):
 
 @njit(cache=True, nogil=True)
 def _motion(twist, amount, turn, shift):
+    """Fill rotation and shift of a step: exp(twist amount) of a unit twist along or about one axis."""
     for a in range(3):
         shift[a] = twist[a] * amount
         for b in range(3):
@@ -114,33 +120,36 @@ def _motion(twist, amount, turn, shift):
 
 
 @njit(cache=True, nogil=True)
-def _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work):
+def _inertias(parents, bodies, moved_r, moved_t, mass, first_moment, second_moment, work):
+    """Fill mass, first and second moments of every link with all that it carries, about the machine's origin."""
     links = parents.size
-    half, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
+    half_product, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
     zero[:] = 0.0
     for i in range(links):
         r, t, m = moved_r[i], moved_t[i], bodies.mass[i]
-        _moved(r, bodies.first[i], zero, h)
-        _product(r, bodies.second[i], half)
-        _product_transposed(half, r, s)
+        _transform_point(r, bodies.first[i], zero, h)
+        _product(r, bodies.second[i], half_product)
+        _product_transposed(half_product, r, s)
         # Second moment about the origin after moving by t: S + h t^T + t h^T + m t t^T.
         for a in range(3):
             for b in range(3):
-                second[i, a, b] = s[a, b] + h[a] * t[b] + t[a] * h[b] + m * t[a] * t[b]
-            first[i, a] = h[a] + m * t[a]
+                second_moment[i, a, b] = s[a, b] + h[a] * t[b] + t[a] * h[b] + m * t[a] * t[b]
+            first_moment[i, a] = h[a] + m * t[a]
         mass[i] = m
     for i in range(links - 1, -1, -1):
         p = parents[i]
         if p >= 0:
             mass[p] += mass[i]
             for a in range(3):
-                first[p, a] += first[i, a]
+                first_moment[p, a] += first_moment[i, a]
                 for b in range(3):
-                    second[p, a, b] += second[i, a, b]
+                    second_moment[p, a, b] += second_moment[i, a, b]
 
 
 @njit(cache=True, nogil=True)
 def _twist(column, rotation, place, out):
+    """Fill `out` (6,) with a motion (6,) of a joint's frame as a twist in machine axes about the origin: (R v + p x R w, R
+    w)."""
     for a in range(3):
         v, w = 0.0, 0.0
         for b in range(3):
@@ -154,6 +163,8 @@ def _twist(column, rotation, place, out):
 
 @njit(cache=True, nogil=True)
 def _momentum(m, h, s, xi, out):
+    """Fill `out` (6,) with the momentum of mass m, first moment h and second moment S at a twist (v, w): (m v + w x h, h x v +
+    (tr S - S) w)."""
     v0, v1, v2, w0, w1, w2 = xi[0], xi[1], xi[2], xi[3], xi[4], xi[5]
     out[0] = m * v0 + w1 * h[2] - w2 * h[1]
     out[1] = m * v1 + w2 * h[0] - w0 * h[2]
@@ -167,10 +178,11 @@ def _momentum(m, h, s, xi, out):
 
 @njit(cache=True, nogil=True)
 def scale_blocks(matrices, factor, diagonal, start, out):
-    """Fill `out` (n, n, BLOCK) with F M F^T for the poses from `start`; `factor` is F, lower triangular or diagonal."""
+    """Fill `out` (n, n, POSE_BLOCK_SIZE) with F M F^T for the poses from `start`; `factor` is F, lower triangular or
+    diagonal."""
     n, poses = matrices.shape[1], matrices.shape[0]
     work, single = np.empty((n, n)), np.empty((n, n))
-    for w in range(BLOCK):
+    for w in range(POSE_BLOCK_SIZE):
         source = matrices[min(start + w, poses - 1)]
         if diagonal:
             for i in range(n):
@@ -186,17 +198,21 @@ def scale_blocks(matrices, factor, diagonal, start, out):
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def tridiagonalise(a, d, e):
-    """Reduce lower triangles `a` (n, n, BLOCK) by Householder steps to diagonals `d` (n, BLOCK), off-diagonals `e`."""
+    """Reduce lower triangles `a` (n, n, POSE_BLOCK_SIZE) by Householder steps to diagonals `d` and off-diagonals `e`.
+
+    A <- A - v q^T - q v^T with q = beta (A v) - k v, beta = 2 / v^T v, k = beta v^T (beta A v) / 2, for every pose of the
+    block.
+    """
     n = a.shape[0]
-    v, p = np.empty((n, BLOCK)), np.empty((n, BLOCK))
-    beta, k = np.empty(BLOCK), np.empty(BLOCK)
+    v, p = np.empty((n, POSE_BLOCK_SIZE)), np.empty((n, POSE_BLOCK_SIZE))
+    beta, k = np.empty(POSE_BLOCK_SIZE), np.empty(POSE_BLOCK_SIZE)
     for c in range(n - 2):
         beta[:] = 0.0
         for i in range(c + 1, n):
-            for w in range(BLOCK):
+            for w in range(POSE_BLOCK_SIZE):
                 v[i, w] = a[i, c, w]
                 beta[w] += a[i, c, w] * a[i, c, w]
-        for w in range(BLOCK):
+        for w in range(POSE_BLOCK_SIZE):
             head = v[c + 1, w]
             alpha = -np.sqrt(beta[w]) if head > 0 else np.sqrt(beta[w])  # the sign that cancels no digits in head - alpha
             e[c, w] = alpha
@@ -207,83 +223,87 @@ def tridiagonalise(a, d, e):
         # p = A v from the lower triangle alone: each entry serves its row and, mirrored, its column.
         for i in range(c + 1, n):
             for j in range(c + 1, i):
-                for w in range(BLOCK):
+                for w in range(POSE_BLOCK_SIZE):
                     p[i, w] += a[i, j, w] * v[j, w]
                     p[j, w] += a[i, j, w] * v[i, w]
-            for w in range(BLOCK):
+            for w in range(POSE_BLOCK_SIZE):
                 p[i, w] += a[i, i, w] * v[i, w]
         k[:] = 0.0
         for i in range(c + 1, n):
-            for w in range(BLOCK):
+            for w in range(POSE_BLOCK_SIZE):
                 p[i, w] *= beta[w]
                 k[w] += v[i, w] * p[i, w]
-        for w in range(BLOCK):
+        for w in range(POSE_BLOCK_SIZE):
             k[w] *= 0.5 * beta[w]
         for i in range(c + 1, n):
-            for w in range(BLOCK):
+            for w in range(POSE_BLOCK_SIZE):
                 p[i, w] -= k[w] * v[i, w]
         for i in range(c + 1, n):
             for j in range(c + 1, i + 1):
-                for w in range(BLOCK):
+                for w in range(POSE_BLOCK_SIZE):
                     a[i, j, w] -= v[i, w] * p[j, w] + p[i, w] * v[j, w]
     for i in range(n):
-        for w in range(BLOCK):
+        for w in range(POSE_BLOCK_SIZE):
             d[i, w] = a[i, i, w]
     if n > 1:
-        for w in range(BLOCK):
+        for w in range(POSE_BLOCK_SIZE):
             e[n - 2, w] = a[n - 1, n - 2, w]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def largest_eigenvalues(d, e, number, out):
-    """Fill `out` (wanted, BLOCK) with the largest eigenvalues, descending, by bisection with Sturm counts."""
+    """Fill `out` (wanted, POSE_BLOCK_SIZE) with the largest eigenvalues, descending, by bisection with Sturm counts.
+
+    The sequence q_0 = d_0 - x, q_i = d_i - x - e_(i-1)^2 / q_(i-1) has as many positive members as eigenvalues above x.
+    """
     n = d.shape[0]
-    squares = np.empty((n, BLOCK))
-    low, high, x, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    floor, top = np.empty(BLOCK), np.empty(BLOCK)
-    count = np.empty(BLOCK)
+    squares = np.empty((n, POSE_BLOCK_SIZE))
+    lower, upper = np.empty(POSE_BLOCK_SIZE), np.empty(POSE_BLOCK_SIZE)
+    x, q = np.empty(POSE_BLOCK_SIZE), np.empty(POSE_BLOCK_SIZE)
+    gershgorin_min, gershgorin_max = np.empty(POSE_BLOCK_SIZE), np.empty(POSE_BLOCK_SIZE)
+    count = np.empty(POSE_BLOCK_SIZE)
     # Gershgorin's discs hold all eigenvalues; the largest found bounds the next from above.
-    top[:] = 0.0
-    floor[:] = 0.0
+    gershgorin_max[:] = 0.0
+    gershgorin_min[:] = 0.0
     for i in range(n):
-        for w in range(BLOCK):
+        for w in range(POSE_BLOCK_SIZE):
             left = abs(e[i - 1, w]) if i > 0 else 0.0
             right = abs(e[i, w]) if i < n - 1 else 0.0
-            top[w] = max(top[w], d[i, w] + left + right)
-            floor[w] = min(floor[w], d[i, w] - left - right)
+            gershgorin_max[w] = max(gershgorin_max[w], d[i, w] + left + right)
+            gershgorin_min[w] = min(gershgorin_min[w], d[i, w] - left - right)
             squares[i, w] = left * left
     for r in range(number):
-        for w in range(BLOCK):
-            low[w] = floor[w]
-            high[w] = top[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
+        for w in range(POSE_BLOCK_SIZE):
+            lower[w] = gershgorin_min[w]
+            upper[w] = gershgorin_max[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
         for _ in range(52):  # halvings: the digits of a double
-            for w in range(BLOCK):
-                x[w] = 0.5 * (low[w] + high[w])
+            for w in range(POSE_BLOCK_SIZE):
+                x[w] = 0.5 * (lower[w] + upper[w])
                 q[w] = d[0, w] - x[w]
                 count[w] = 1.0 if q[w] > 0 else 0.0
             for i in range(1, n):
-                for w in range(BLOCK):
-                    safe = q[w] if abs(q[w]) > 1e-300 else 1e-300  # x on a leading minor's eigenvalue: either side will do
-                    q[w] = d[i, w] - x[w] - squares[i, w] / safe
+                for w in range(POSE_BLOCK_SIZE):
+                    pivot = q[w] if abs(q[w]) > 1e-300 else 1e-300  # x on a leading minor's eigenvalue: either side will do
+                    q[w] = d[i, w] - x[w] - squares[i, w] / pivot
                     count[w] += 1.0 if q[w] > 0 else 0.0
-            for w in range(BLOCK):
-                above = count[w] > r
-                low[w] = x[w] if above else low[w]
-                high[w] = high[w] if above else x[w]
-        for w in range(BLOCK):
-            out[r, w] = 0.5 * (low[w] + high[w])
+            for w in range(POSE_BLOCK_SIZE):
+                is_above = count[w] > r
+                lower[w] = x[w] if is_above else lower[w]
+                upper[w] = upper[w] if is_above else x[w]
+        for w in range(POSE_BLOCK_SIZE):
+            out[r, w] = 0.5 * (lower[w] + upper[w])
 
 
 @njit(cache=True, nogil=True)
 def largest_scaled_eigenvalues(matrices, factor, diagonal, number, out):
     """Fill `out` (P, wanted) with the largest eigenvalues of F M F^T for all matrices M (P, n, n), descending."""
     poses, n = matrices.shape[0], matrices.shape[1]
-    a, d, e = np.empty((n, n, BLOCK)), np.empty((n, BLOCK)), np.empty((n, BLOCK))
-    values = np.empty((number, BLOCK))
-    for start in range(0, poses, BLOCK):
+    a, d, e = np.empty((n, n, POSE_BLOCK_SIZE)), np.empty((n, POSE_BLOCK_SIZE)), np.empty((n, POSE_BLOCK_SIZE))
+    values = np.empty((number, POSE_BLOCK_SIZE))
+    for start in range(0, poses, POSE_BLOCK_SIZE):
         scale_blocks(matrices, factor, diagonal, start, a)
         tridiagonalise(a, d, e)
         largest_eigenvalues(d, e, number, values)
-        for w in range(min(BLOCK, poses - start)):
+        for w in range(min(POSE_BLOCK_SIZE, poses - start)):
             for r in range(number):
                 out[start + w, r] = values[r, w]

@@ -42,25 +42,27 @@ def _modes(machine: Machine) -> tuple[FloatArray, FloatArray]:
 
 
 def _contradictions(reference: ReferenceDescription, frequency: FloatArray, ratio: FloatArray) -> list[Doubt]:
-    known = np.array(reference.frequencies)
-    apart = np.abs(np.log(np.outer(known, 1 / np.maximum(frequency, 1e-9))))
-    rows, columns = linear_sum_assignment(apart)
-    off = {int(i): float(frequency[j] / known[i] - 1) for i, j in zip(rows, columns, strict=True)}
+    """Return the doubts of one reference against frequencies (n,), Hz, and ratios (n,) of the machine."""
+    measured_frequency = np.array(reference.frequencies)
+    log_distance = np.abs(np.log(np.outer(measured_frequency, 1 / np.maximum(frequency, 1e-9))))
+    rows, columns = linear_sum_assignment(log_distance)
+    deviation = {int(i): float(frequency[j] / measured_frequency[i] - 1) for i, j in zip(rows, columns, strict=True)}
     doubts = []
-    if wrong := [i for i, away in off.items() if abs(away) > FREQUENCY_TOLERANCE]:
-        words = ", ".join(f"{known[i]:.4g} Hz ({100 * off[i]:+.1f} %)" for i in wrong)
-        doubts.append(Doubt(f"reference {reference.name}", f"the machine's modes differ from those measured at {words}",
+    if contradicted := [i for i, difference in deviation.items() if abs(difference) > FREQUENCY_TOLERANCE]:
+        figures = ", ".join(f"{measured_frequency[i]:.4g} Hz ({100 * deviation[i]:+.1f} %)" for i in contradicted)
+        doubts.append(Doubt(f"reference {reference.name}", f"the machine's modes differ from those measured at {figures}",
                             "the file was changed, or the test is of another machine: update it to the test",
-                            figure=max(abs(off[i]) for i in wrong)))
-    if alone := [f"{known[i]:.4g} Hz" for i in range(len(known)) if i not in off]:
-        doubts.append(Doubt(f"reference {reference.name}", f"the machine has no mode for those measured at {', '.join(alone)}",
+                            figure=max(abs(deviation[i]) for i in contradicted)))
+    if unmatched := [f"{measured_frequency[i]:.4g} Hz" for i in range(len(measured_frequency)) if i not in deviation]:
+        doubts.append(Doubt(f"reference {reference.name}",
+                            f"the machine has no mode for those measured at {', '.join(unmatched)}",
                             "give it the freedoms that move in them"))
-    lost = {int(i): float(ratio[j] / reference.damping_ratio[i] - 1) for i, j in zip(rows, columns, strict=True)
-            if i < len(reference.damping_ratio) and reference.damping_ratio[i] > 0 and i not in wrong}
-    if wrong := [i for i, away in lost.items() if abs(away) > DAMPING_TOLERANCE]:
-        words = ", ".join(f"{known[i]:.4g} Hz ({100 * ratio[dict(zip(rows, columns, strict=True))[i]]:.2g} % for "
-                          f"{100 * reference.damping_ratio[i]:.2g} %)" for i in wrong)
-        doubts.append(Doubt(f"reference {reference.name}", f"the machine's damping differs from that measured at {words}",
+    damping_deviation = {int(i): float(ratio[j] / reference.damping_ratio[i] - 1) for i, j in zip(rows, columns, strict=True)
+                         if i < len(reference.damping_ratio) and reference.damping_ratio[i] > 0 and i not in contradicted}
+    if contradicted := [i for i, difference in damping_deviation.items() if abs(difference) > DAMPING_TOLERANCE]:
+        figures = ", ".join(f"{measured_frequency[i]:.4g} Hz ({100 * ratio[dict(zip(rows, columns, strict=True))[i]]:.2g} % "
+                            f"for {100 * reference.damping_ratio[i]:.2g} %)" for i in contradicted)
+        doubts.append(Doubt(f"reference {reference.name}", f"the machine's damping differs from that measured at {figures}",
                             "correct the damping of its joints, or state a damping ratio",
-                            figure=max(abs(lost[i]) for i in wrong)))
+                            figure=max(abs(damping_deviation[i]) for i in contradicted)))
     return doubts

@@ -9,18 +9,16 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.gyroscopics import elastic_spins, gyroscopic_matrix, spins
-from toolpoint.machine.assembly.joint_terms import follows_axis, joint_matrices
+from toolpoint.machine.assembly.joint_terms import has_travelling_stiffness, joint_matrices
 from toolpoint.machine.assembly.system import equations, freedoms, mass_matrix
-from toolpoint.machine.frequencies.closed import solve_closed
-from toolpoint.machine.frequencies.tree_arrays import tree_arrays
+from toolpoint.machine.frequencies.closed import POSE_CHUNK_SIZE, solve_closed
+from toolpoint.machine.frequencies.tree_arrays import POSE_BLOCK_SIZE, tree_arrays
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.vibration.eigen import natural_omega, natural_squares
 from toolpoint.vibration.gyroscopic import whirl_omega
 
-_CHUNK = 4096
-_BLOCK = 64  # poses that the compiled kernels take side by side
-_ENTRIES = 2**21  # of all mass matrices that are held at once: 16 MB
+_MAX_MASS_ENTRIES = 2**21  # of all mass matrices that are held at once: 16 MB
 
 
 def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: str = "numpy") -> FloatArray:
@@ -43,29 +41,31 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))
     if spins(machine) or elastic_spins(machine):
-        return _whirling(machine, poses, number, path)
+        return _whirl_frequencies(machine, poses, number, path)
     if path == "compiled" and machine.loops:
-        return _closed(machine, poses, number)
+        return _closed_frequencies(machine, poses, number)
     factor = _inverse_factor(machine)
     if path == "compiled":
-        return _compiled(machine, poses, number, factor)
+        return _compiled_frequencies(machine, poses, number, factor)
     return np.concatenate([
-        _general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor)
-        for chunk in machine.chain.chunks(poses, _chunk(machine))])
+        _general_frequencies(machine, chunk, number) if factor is None
+        else _constant_frequencies(machine, chunk, number, factor)
+        for chunk in machine.chain.chunks(poses, _chunk_size(machine))])
 
 
-def _chunk(machine: Machine) -> int:
+def _chunk_size(machine: Machine) -> int:
     """Return how many poses are taken at once: thousands of a rigid machine, fewer of one with many coordinates."""
-    return int(np.clip(_ENTRIES // machine.size**2 // _BLOCK * _BLOCK, _BLOCK, _CHUNK))
+    blocks = _MAX_MASS_ENTRIES // machine.size**2 // POSE_BLOCK_SIZE
+    return int(np.clip(blocks * POSE_BLOCK_SIZE, POSE_BLOCK_SIZE, POSE_CHUNK_SIZE))
 
 
-def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArray:
-    """Frequencies of a machine with spinning bodies: forward and backward whirl, by the gyroscopic pencil."""
+def _whirl_frequencies(machine: Machine, poses: Pose, number: int, path: str) -> FloatArray:
+    """Return the frequencies of a machine with spinning bodies: forward and backward whirl, by the gyroscopic pencil."""
     if path == "compiled":
         fail("path", "'compiled' for a machine with spinning bodies", "needs a machine at standstill",
              remedy="use path='numpy'")
     parts = []
-    for chunk in machine.chain.chunks(poses, _chunk(machine)):
+    for chunk in machine.chain.chunks(poses, _chunk_size(machine)):
         place = place_machine(machine, chunk)
         mass, stiffness, _, _, basis = equations(place)
         gyroscopic = gyroscopic_matrix(place)
@@ -76,23 +76,26 @@ def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArr
     return np.concatenate(parts)
 
 
-def _closed(machine: Machine, poses: Pose, number: int) -> FloatArray:
-    """Frequencies by the kernels of closed chains; a pose that they leave is taken by NumPy, which gives its reason."""
+def _closed_frequencies(machine: Machine, poses: Pose, number: int) -> FloatArray:
+    """Return the frequencies by the kernels of closed chains; NumPy takes the poses that they do not settle, and gives the
+    reason."""
     values, settled = solve_closed(machine, poses, number)
     if not settled.all():
-        rest = {name: at[~settled] for name, at in machine.chain.batch(poses).items()}
-        values[~settled] = natural_frequencies(machine, rest, number)
+        unsettled_poses = {name: positions[~settled] for name, positions in machine.chain.batch(poses).items()}
+        values[~settled] = natural_frequencies(machine, unsettled_poses, number)
     return values
 
 
-def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
+def _constant_frequencies(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
+    """Return the frequencies of a machine of constant stiffness, by the eigenvalues of L^-1 M L^-T."""
     mass = mass_matrix(place_machine(machine, poses))
     scale = np.diag(factor)
     values = np.linalg.eigvalsh(mass * (scale[:, None] * scale) if _is_diagonal(factor) else factor @ mass @ factor.T)
     return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :number]))
 
 
-def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
+def _general_frequencies(machine: Machine, poses: Pose, number: int) -> FloatArray:
+    """Return the frequencies by the general symmetric problem."""
     mass, stiffness, *_ = equations(place_machine(machine, poses))
     return natural_omega(natural_squares(mass, stiffness), mass, stiffness)[..., :number] / (2 * np.pi)
 
@@ -100,7 +103,7 @@ def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
 def _inverse_factor(machine: Machine) -> FloatArray | None:
     """Return L^-1 of the pose-independent stiffness, or None where the stiffness is singular or depends on the pose."""
     description = machine.description
-    if machine.loops or description.gravity is not None or description.loads or follows_axis(machine):
+    if machine.loops or description.gravity is not None or description.loads or has_travelling_stiffness(machine):
         return None
     stiffness = joint_matrices(place_machine(machine))[0][0]
     try:
@@ -109,7 +112,8 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
         return None
 
 
-def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | None) -> FloatArray:
+def _compiled_frequencies(machine: Machine, poses: Pose, number: int, factor: FloatArray | None) -> FloatArray:
+    """Return the frequencies by compiled eigenvalues of L^-1 M L^-T."""
     if factor is None:
         fail("path", "'compiled' for a machine with loops, preload, free directions or a joint that follows an axis",
              "needs a constant, positive definite stiffness", remedy="use path='numpy'")
@@ -128,8 +132,8 @@ def _has_elastic_bodies(machine: Machine) -> bool:
 
 
 def _elastic_masses(machine: Machine, poses: Pose) -> Iterator[FloatArray]:
-    """Yield mass matrices of poses, a chunk at a time, by NumPy: what an elastic machine takes are its eigenvalues."""
-    for chunk in machine.chain.chunks(poses, _chunk(machine)):
+    """Yield mass matrices of poses, a chunk at a time, by NumPy: most of an elastic machine's time goes to its eigenvalues."""
+    for chunk in machine.chain.chunks(poses, _chunk_size(machine)):
         yield np.ascontiguousarray(mass_matrix(place_machine(machine, chunk)))
 
 
@@ -137,12 +141,12 @@ def _rigid_masses(machine: Machine, poses: Pose) -> Iterator[FloatArray]:
     """Yield mass matrices of poses of a tree of rigid bodies, a chunk at a time, by composite inertias."""
     from toolpoint.machine.frequencies import kernel
 
-    at, data = machine.chain.step_values(poses), tree_arrays(machine)
-    matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
-    for start in range(0, len(at), _CHUNK):
-        part = np.ascontiguousarray(at[start:start + _CHUNK])
-        kernel.tree_mass_matrices(*data, part, matrices[:len(part)])
-        yield matrices[:len(part)]
+    step_values, data = machine.chain.step_values(poses), tree_arrays(machine)
+    matrices = np.empty((min(len(step_values), POSE_CHUNK_SIZE), machine.size, machine.size))
+    for start in range(0, len(step_values), POSE_CHUNK_SIZE):
+        chunk = np.ascontiguousarray(step_values[start:start + POSE_CHUNK_SIZE])
+        kernel.tree_mass_matrices(*data, chunk, matrices[:len(chunk)])
+        yield matrices[:len(chunk)]
 
 
 def _is_diagonal(factor: FloatArray) -> bool:

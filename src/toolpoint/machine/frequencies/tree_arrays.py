@@ -1,4 +1,4 @@
-"""Bodies and paths of a machine as plain arrays, as the compiled kernels take them."""
+"""Bodies and paths of a machine as plain arrays for the compiled kernels."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
 from toolpoint.machine.parts.model import Machine
+
+POSE_BLOCK_SIZE = 64  # poses that the compiled kernels take side by side
 
 
 class JointTree(NamedTuple):

@@ -25,9 +25,9 @@ from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
 from toolpoint.substructuring.reduction import Reduction, reduce
 
 # Bending wave number times element length at the highest free mode that is kept: frequencies there are 3e-6 too high.
-FINE = 0.25
-NOTHING = ReducedBody(Body(np.zeros((6, 6))), {})
-_CLOSE = 1e-9  # m: an interface so near to a step of the section is at it
+MAX_PHASE_PER_ELEMENT = 0.25
+EMPTY_BODY = ReducedBody(Body(np.zeros((6, 6))), {})
+_STEP_TOLERANCE = 1e-9  # m: an interface so near to a step of the section is at it
 
 
 def beam_mass(description: BeamDescription) -> MassProperties:
@@ -57,28 +57,28 @@ class BeamBasis:
 
 def beam_basis(description: BeamDescription) -> BeamBasis:
     """Return shapes and elements of a described beam."""
-    return _kept(ContentKey.of(description))
+    return _reduce_beam(ContentKey.of(description))
 
 
 @lru_cache(maxsize=64)
-def _kept(key: ContentKey[BeamDescription]) -> BeamBasis:
+def _reduce_beam(key: ContentKey[BeamDescription]) -> BeamBasis:
     description = key.description
     places, owners = _elements(description, fine=True)
     beam = join_elements(places, [description.segments[name].section for name in owners])
-    nodes = {name: int(np.argmin(np.abs(places - at))) for name, at in description.interfaces.items()}
+    nodes = {name: int(np.argmin(np.abs(places - distance))) for name, distance in description.interfaces.items()}
     columns = np.concatenate([np.arange(6 * node, 6 * node + 6) for node in sorted(set(nodes.values()))])
     loads = csc_array((np.ones(columns.size), (columns, np.arange(columns.size))), (len(beam.mass), columns.size))
     where = np.zeros((len(beam.mass), 3))
     where[:, 0] = beam.centres
     body = LargeBody(csc_array(beam.stiffness), csc_array(beam.mass), loads, beam.rigid, coordinates=where)
-    basis = BeamBasis(places, owners, reduce(body, ActingLoads(description.band)), nodes, NOTHING)
+    basis = BeamBasis(places, owners, reduce(body, ActingLoads(description.band)), nodes, EMPTY_BODY)
     note = (f"beam of {len(places) - 1} Timoshenko elements, reduced from {len(beam.mass)} to {basis.reduction.size} "
             f"coordinates; natural frequencies to {description.band:.4g} Hz can be relied on")
-    nominal = _in_frame(description, basis, notes=(note,))
+    nominal = _body_in_frame(description, basis, notes=(note,))
     return replace(basis, reduced=ReducedBody(nominal, _parts(description, basis)))
 
 
-def _in_frame(description: BeamDescription, basis: BeamBasis, notes: tuple[str, ...]) -> Body:
+def _body_in_frame(description: BeamDescription, basis: BeamBasis, notes: tuple[str, ...]) -> Body:
     """Return the body with these shapes, its twists in the axes of the body's frame, without loss factors."""
     beam = join_elements(basis.places, [description.segments[name].section for name in basis.owners])
     mass, stiffness, gyroscopic = _projected(beam, basis, description.axis)
@@ -92,7 +92,7 @@ def _in_frame(description: BeamDescription, basis: BeamBasis, notes: tuple[str, 
 
 
 def _residual(beam: BeamMatrices, basis: BeamBasis, turn: FloatArray) -> ResidualForm:
-    """Return from which the error by the reduction is stated: the loads are those of the nodes of all interfaces, in order."""
+    """Return the residual form of the reduction: its loads are those of the nodes of all interfaces, in order."""
     size, nodes = len(beam.mass), sorted(set(basis.nodes.values()))
     unit = {node: csc_array((np.ones(6), (np.arange(6 * node, 6 * node + 6), np.arange(6))), (size, 6)) for node in nodes}
     loads = {str(node): PlaceLoads(unit[node], csc_array((size, 0)), turn.T) for node in nodes}
@@ -111,6 +111,7 @@ def _projected(beam: BeamMatrices, basis: BeamBasis, axis: str) -> tuple[FloatAr
 
 
 def _parts(description: BeamDescription, basis: BeamBasis) -> dict[str, ReducedPart]:
+    """Return the reduced parts of all segments and sleeves."""
     return {part: beam_part(description, basis, part) for part in description.numbers}
 
 
@@ -119,44 +120,46 @@ def beam_part(description: BeamDescription, basis: BeamBasis, part: str) -> Redu
     name, _, sleeve = part.partition(".")
     segment = description.segments[name]
     section = segment.sleeve.ring(segment.diameter) if sleeve and segment.sleeve and segment.diameter else segment.core
-    alone = join_elements(basis.places, [section if owner == name else None for owner in basis.owners])
-    mass, stiffness, gyroscopic = _projected(alone, basis, description.axis)
+    segment_beam = join_elements(basis.places, [section if owner == name else None for owner in basis.owners])
+    mass, stiffness, gyroscopic = _projected(segment_beam, basis, description.axis)
     return ReducedPart(description.numbers[part], stiffness, mass, gyroscopic)
 
 
 def _from_frame(axis: str) -> FloatArray:
     """Return the map (6, 6) from a twist in the body's axes to one in the beam's, whose x is the beam's direction."""
-    at = "xyz".index(axis)
-    turn = np.roll(np.eye(3), -at, axis=0)
+    axis_number = "xyz".index(axis)
+    turn = np.roll(np.eye(3), -axis_number, axis=0)
     return np.kron(np.eye(2), turn)
 
 
 def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the places of the nodes (m) and the segment between each and the next; only steps and interfaces unless `fine`."""
+    """Return the places of the nodes (m) and the segment of each element; nodes at steps and interfaces only unless `fine`."""
     if not description.segments:
         fail("segments", "none", "must be at least one")
     if not description.interfaces:
         fail("interfaces", "none", "must be at least one",
              remedy="a body is held by its interfaces: name: distance from the origin")
     ends = np.cumsum([0.0, *(segment.length for segment in description.segments.values())])
-    for name, at in description.interfaces.items():
-        if at > ends[-1] + _CLOSE:
-            fail(f"interfaces.{name}", f"{at:g} m", f"must be on the beam, which is {ends[-1]:g} m long")
+    for name, distance in description.interfaces.items():
+        if distance > ends[-1] + _STEP_TOLERANCE:
+            fail(f"interfaces.{name}", f"{distance:g} m", f"must be on the beam, which is {ends[-1]:g} m long")
     sections = []
     for name, segment in description.segments.items():
         try:
             sections.append(segment.section)
         except Exception as error:
             raise type(error)(f"segments.{name}.{error}") from None
-    stops = [*ends, *(at for at in description.interfaces.values() if np.abs(ends - at).min() > _CLOSE)]
+    stops = [*ends, *(distance for distance in description.interfaces.values()
+                      if np.abs(ends - distance).min() > _STEP_TOLERANCE)]
     names, owners = list(description.segments), list[str]()
     places = [0.0]
     for a, b in pairwise(np.sort(stops)):
-        at = int(np.searchsorted(ends, (a + b) / 2)) - 1
-        count = max(2, int(np.ceil((b - a) * _wave_number(sections[at],
-                                                          DEFAULT_REACH_RATIO * description.band) / FINE))) if fine else 1
+        segment_number = int(np.searchsorted(ends, (a + b) / 2)) - 1
+        count = max(2, int(np.ceil((b - a) * _wave_number(sections[segment_number],
+                                                          DEFAULT_REACH_RATIO * description.band)
+                                   / MAX_PHASE_PER_ELEMENT))) if fine else 1
         places += np.linspace(a, b, count + 1)[1:].tolist()
-        owners += [names[at]] * count
+        owners += [names[segment_number]] * count
     return np.array(places), tuple(owners)
 
 

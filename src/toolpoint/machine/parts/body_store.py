@@ -25,12 +25,12 @@ def reduce_once(description: ElasticDescription | SolidBody) -> ReducedBody:
 
     The folder is ``$TOOLPOINT_CACHE``, else ``toolpoint`` in the user's cache folder; a folder that cannot be written is left.
     """
-    return _kept(ContentKey.of(description))
+    return _load_or_reduce(ContentKey.of(description))
 
 
 @lru_cache(maxsize=64)
-def _kept(key: ContentKey[ElasticDescription | SolidBody]) -> ReducedBody:
-    name = hashlib.sha256(f"{_program()} {key.text}".encode()).hexdigest()[:32]
+def _load_or_reduce(key: ContentKey[ElasticDescription | SolidBody]) -> ReducedBody:
+    name = hashlib.sha256(f"{_program_digest()} {key.text}".encode()).hexdigest()[:32]
     path = cache_folder() / f"body-{name}.npz"
     if path.is_file():
         try:
@@ -47,8 +47,8 @@ def _kept(key: ContentKey[ElasticDescription | SolidBody]) -> ReducedBody:
 
 
 @lru_cache(maxsize=1)
-def _program() -> str:
-    """Return a digest of all sources that make a body: what another program kept is not taken."""
+def _program_digest() -> str:
+    """Return a digest of all sources that make a body: a body that another version reduced is not taken."""
     root = Path(__file__).resolve().parents[2]
     rooms = ("bodies", "substructuring", "vibration/sparse", "machine")
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
@@ -56,9 +56,9 @@ def _program() -> str:
 
 
 def cache_folder() -> Path:
-    """Return where reduced bodies are kept."""
-    given = os.environ.get("TOOLPOINT_CACHE")
-    return Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "toolpoint"
+    """Return the folder of reduced bodies."""
+    folder = os.environ.get("TOOLPOINT_CACHE")
+    return Path(folder) if folder else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "toolpoint"
 
 
 def write_body(reduced: ReducedBody, path: Path) -> None:

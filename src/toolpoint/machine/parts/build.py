@@ -43,7 +43,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     reduced = {name: within(f"bodies.{name}", partial(_reduced, (kept or {}).get(name)), body)
                for name, body in description.bodies.items()
                if body.is_elastic and body.matrices is None and name not in (bodies or {})}
-    given = {name: part.body for name, part in reduced.items()} | {
+    replaced_bodies = {name: part.body for name, part in reduced.items()} | {
         name: within(f"bodies.{name}", _imported, body) for name, body in description.bodies.items()
         if body.matrices is not None and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
@@ -58,7 +58,8 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         for name, j in description.joints.items() if j.closes_loop)
     result = Machine(
         description, chain, names,
-        tuple(given[n] if n in given else Body.rigid(within(f"bodies.{n}", mass_properties, description.bodies[n]))
+        tuple(replaced_bodies[n] if n in replaced_bodies
+              else Body.rigid(within(f"bodies.{n}", mass_properties, description.bodies[n]))
               for n in names),
         np.array([frame(description.bodies[n].frame) for n in names]).reshape(-1, 4, 4),
         tuple(order), tuple(laws[name] for name in order),
@@ -72,28 +73,28 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
 def _check_interfaces(machine: Machine) -> None:
     """Refuse joints and points that hold on to an elastic body elsewhere than at an interface: motion there is not known."""
     description = machine.description
-    held = [(f"joints.{name}.{side}_interface", getattr(joint, side), getattr(joint, f"{side}_interface"), True)
-            for name, joint in description.joints.items() for side in ("parent", "child")]
-    held += [(f"points.{name}.interface", point.body, point.interface, False) for name, point in description.points.items()]
-    for path, name, interface, may_slide in held:
+    holds = [(f"joints.{name}.{side}_interface", getattr(joint, side), getattr(joint, f"{side}_interface"), True)
+             for name, joint in description.joints.items() for side in ("parent", "child")]
+    holds += [(f"points.{name}.interface", point.body, point.interface, False) for name, point in description.points.items()]
+    for path, name, interface, may_slide in holds:
         body = machine.bodies[machine.body_names.index(name)] if name in machine.body_names else None
         if body is None or not body.modal_count:
             continue
-        known = [key for key, place in body.interfaces.items() if may_slide or place.slide is None]
-        if interface not in known:
+        usable_interfaces = [key for key, place in body.interfaces.items() if may_slide or place.slide is None]
+        if interface not in usable_interfaces:
             moving = "" if may_slide or interface not in body.interfaces else "slides, and can be held by a joint only; "
             fail(path, "none" if interface is None else repr(interface),
-                 f"{moving}must be of the interfaces of the elastic body {name}: {', '.join(known) or 'none'}",
-                 remedy=suggestion(str(interface), known) if interface else "")
+                 f"{moving}must be of the interfaces of the elastic body {name}: {', '.join(usable_interfaces) or 'none'}",
+                 remedy=suggestion(str(interface), usable_interfaces) if interface else "")
 
 
-def _reduced(before: KeptBody | None, body: BodyDescription) -> KeptBody:
+def _reduced(kept_body: KeptBody | None, body: BodyDescription) -> KeptBody:
     """Return the reduced body: of the same shapes where only modulus, density or loss factors differ from those before."""
     part = body.elastic or body.solid or body.beam
     assert part is not None
     check_sources(body)
-    if before is not None and before.text == part.frozen_text:
-        return KeptBody(part, before.text, before.reduced, before.basis)
+    if kept_body is not None and kept_body.text == part.frozen_text:
+        return KeptBody(part, kept_body.text, kept_body.reduced, kept_body.basis)
     mass_properties(body)  # its faults first: they are cheap to find
     if isinstance(part, BeamDescription):
         from toolpoint.machine.parts.beam_body import beam_basis

@@ -36,9 +36,9 @@ def build_chain(description: MachineDescription, order: Sequence[str], laws: Map
     if not loops and description.task is None:
         return TreeChain(parents, frames, axes)
     passive = _passive_steps(tree, _on_loops(parents, loops, links), axes)
-    task, more = _task(description, links)
+    task, task_axes = _task(description, links)
     chain = ClosedChain(
-        parents, frames, (*axes, *more), passive,
+        parents, frames, (*axes, *task_axes), passive,
         tuple(_closure(name, joint, links, laws[name]) for name, joint in loops.items()), task, tuple(order),
         length=_size(frames))
     return _with_limits(chain, description)
@@ -47,16 +47,17 @@ def build_chain(description: MachineDescription, order: Sequence[str], laws: Map
 def _on_loops(parents: Sequence[int], loops: Mapping[str, JointDescription], links: Mapping[str, int]) -> set[int]:
     """Return the tree joints that lie on a loop: those on the path to one side of a loop joint, but not to the other."""
     def path(link: int) -> set[int]:
-        seen = set()
+        path_links = set()
         while link >= 0:
-            seen.add(link)
+            path_links.add(link)
             link = parents[link]
-        return seen
+        return path_links
 
     return {joint for loop in loops.values() for joint in path(links[loop.parent]) ^ path(links[loop.child])}
 
 
 def _passive_steps(tree: Sequence[JointDescription], on_loops: set[int], axes: Sequence[Axis]) -> tuple[Step, ...]:
+    """Return the steps of the tree's passive directions, translations before rotations."""
     driven = {(drive.joint, drive.way) for axis in axes for drive in axis.drives}
     steps: list[Step] = []
     for i, joint in enumerate(tree):
@@ -69,6 +70,7 @@ def _passive_steps(tree: Sequence[JointDescription], on_loops: set[int], axes: S
 
 
 def _closure(name: str, joint: JointDescription, links: Mapping[str, int], law: LinearJoint) -> LoopClosure:
+    """Return the closure of a loop joint, the directions that its springs hold apart from the locked ones."""
     free = large_freedoms(joint)
     tilt = np.inf if joint.largest_tilt is None else joint.largest_tilt
     ends = links[joint.parent], links[joint.child]
@@ -89,6 +91,7 @@ def _size(frames: FloatArray) -> float:
 
 
 def _task(description: MachineDescription, links: Mapping[str, int]) -> tuple[Task | None, tuple[Axis, ...]]:
+    """Return the task of a description and its coordinates as axes; None and none without one."""
     part = description.task
     if part is None:
         return None, ()
@@ -105,11 +108,11 @@ def _task(description: MachineDescription, links: Mapping[str, int]) -> tuple[Ta
     point = description.points[part.point]
     if point.body == GROUND:
         fail("task.point", f"{part.point} on the ground", "must be on a body that moves")
-    at = tf.move(frame(description.bodies[point.body].frame), np.array([point.at]))[0]
-    task = Task(links[point.body], at, np.array(description.tool_axis), part.axes,
+    tool_place = tf.move(frame(description.bodies[point.body].frame), np.array([point.at]))[0]
+    task = Task(links[point.body], tool_place, np.array(description.tool_axis), part.axes,
                 {name: coordinate.coordinate for name, coordinate in part.coordinates.items()})
-    rest = task.read(np.broadcast_to(np.eye(4), (1, len(links) - 1, 4, 4)))
-    axes = tuple(Axis(name, (), *coordinate.limits, reference_position=float(rest[coordinate.coordinate][0]),
+    reference_coordinates = task.read(np.broadcast_to(np.eye(4), (1, len(links) - 1, 4, 4)))
+    axes = tuple(Axis(name, (), *coordinate.limits, reference_position=float(reference_coordinates[coordinate.coordinate][0]),
                       turns=coordinate.coordinate in ANGLES) for name, coordinate in part.coordinates.items())
     return task, axes
 

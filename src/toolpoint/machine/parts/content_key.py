@@ -1,4 +1,4 @@
-"""A description as an argument of a memory cache: descriptions hold mappings, so they are told apart by their text."""
+"""Key of a description in a memory cache: descriptions hold mappings, so their text identifies them."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO, MIN_TRUSTED_REAC
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import table_positions, tabulate
 
-DRAWN = 2500  # nodes of a body's surface at most, about
+MAX_SURFACE_NODES = 2500  # nodes of a body's drawn surface at most, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,8 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     method : ReductionMethod, optional
         ActingLoads of this band where left out.
     """
-    whole = reduce_in_parts(model, interfaces, band=band, size=size, method=method)
-    return whole.at({name: _numbers(model, name) for name in model.set_names})
+    reduced = reduce_in_parts(model, interfaces, band=band, size=size, method=method)
+    return reduced.at({name: _numbers(model, name) for name in model.set_names})
 
 
 def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float,
@@ -84,30 +84,31 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
     rigid = model.rigid_motion()
     body = LargeBody(*model.node_matrices(), csc_array(hstack([place.columns for place in places.values()])), rigid,
                      repeats=np.concatenate(repeats), coordinates=model.dof_places,
-                     estimate_loads=csc_array(hstack([place.beside for place in places.values()])))
+                     estimate_loads=csc_array(hstack([place.further_columns for place in places.values()])))
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(place.centre, places[name].columns.T @ reduction.vectors) if isinstance(place, Patch)
             else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
     nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, interfaces=held, places=places,
                         surface=_surface(model, reduction))
     energies = mesh_energy(model, reduction.vectors)
-    nominal = replace(nominal, mesh_energy=_even(np.sum(list(energies.values()), axis=0)))
+    nominal = replace(nominal, mesh_energy=_symmetric_part(np.sum(list(energies.values()), axis=0)))
     return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors]), energies))
 
 
 def _parts(model: SolidModel, nominal: Body, motion: FloatArray, energies: Mapping[str, FloatArray]) -> dict[str, ReducedPart]:
     if len(model.set_names) == 1:
-        return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass, mesh_energy=_even(energies[name]))
+        return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass,
+                                  mesh_energy=_symmetric_part(energies[name]))
                 for name in model.set_names}
     result = {}
     for name in model.set_names:
         stiffness, mass = model.projected(name, motion)
-        result[name] = ReducedPart(_numbers(model, name), _even(stiffness[6:, 6:]), _even(mass),
-                                   mesh_energy=_even(energies[name]))
+        result[name] = ReducedPart(_numbers(model, name), _symmetric_part(stiffness[6:, 6:]), _symmetric_part(mass),
+                                   mesh_energy=_symmetric_part(energies[name]))
     return result
 
 
-def _even(matrix: FloatArray) -> FloatArray:
+def _symmetric_part(matrix: FloatArray) -> FloatArray:
     return (matrix + matrix.T) / 2
 
 
@@ -118,7 +119,7 @@ def _numbers(model: SolidModel, name: str) -> ElasticNumbers:
 
 def _surface(model: SolidModel, reduction: Reduction) -> BodySurface:
     used, triangles = outer_triangles(model)
-    chosen, triangles = thin_triangles(model.nodes[used], triangles, DRAWN)
+    chosen, triangles = thin_triangles(model.nodes[used], triangles, MAX_SURFACE_NODES)
     nodes = used[chosen]
     return BodySurface(model.nodes[nodes], triangles, reduction.vectors[model.coordinates_of(nodes)].reshape(len(nodes), 3, -1))
 
@@ -135,14 +136,14 @@ def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ..
 
 
 def _loads_of(model: SolidModel, place: Patch | SlidingPatch) -> PlaceLoads:
-    return PlaceLoads.still(place.averages(model)) if isinstance(place, Patch) else _sliding_loads(place, model)
+    return PlaceLoads.fixed(place.averages(model)) if isinstance(place, Patch) else _sliding_loads(place, model)
 
 
 def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
     """Return a sliding place as loads, at the entries of its table."""
-    at = table_positions(place.low, place.high, place.step)
+    entries = table_positions(place.low, place.high, place.step)
     return split_sliding([place.weights(model, float(z)) for z in place.positions()],
-                         [place.weights(model, float(z)) for z in at], at)
+                         [place.weights(model, float(z)) for z in entries], entries)
 
 
 def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
@@ -152,9 +153,9 @@ def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name:
 
 
 def _note(reduction: Reduction, size: int) -> str:
-    sure = (f"natural frequencies to {reduction.reach / MIN_TRUSTED_REACH_RATIO:.4g} Hz can be relied on"
-            if reduction.reach else "which free modes are among the shapes is not known")
-    return f"elastic, reduced from {size} to {reduction.size} coordinates by {reduction.method}; {sure}"
+    reach_words = (f"natural frequencies to {reduction.reach / MIN_TRUSTED_REACH_RATIO:.4g} Hz can be relied on"
+                   if reduction.reach else "which free modes are among the shapes is not known")
+    return f"elastic, reduced from {size} to {reduction.size} coordinates by {reduction.method}; {reach_words}"
 
 
 def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody:

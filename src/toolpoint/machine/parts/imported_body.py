@@ -27,7 +27,7 @@ from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import ReductionMethod, reduce
 from toolpoint.vibration import Dof
 
-FLAT = 1e-6  # smallest over largest singular value of a group's rigid motions below which it leaves a motion open
+MIN_SINGULAR_RATIO = 1e-6  # smallest over largest singular value of a group's rigid motions below which it leaves a motion open
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,24 +70,24 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(places[name], weights.T @ reduction.vectors)
             for name, weights in zip(interfaces, columns, strict=True)}
-    loads = {name: PlaceLoads.still(csc_array(weights)) for name, weights in zip(interfaces, columns, strict=True)}
+    loads = {name: PlaceLoads.fixed(csc_array(weights)) for name, weights in zip(interfaces, columns, strict=True)}
     return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, interfaces=held, places=loads)
 
 
 def _check_places(matrices: ImportedMatrices) -> None:
-    missing = sorted({str(dof.point) for dof in matrices.dofs if dof.point not in matrices.coordinates})
-    if missing:
-        fail("matrices.coordinates", f"none for {len(missing)} points, the first {missing[0]}", "every point needs its place",
+    unplaced = sorted({str(dof.point) for dof in matrices.dofs if dof.point not in matrices.coordinates})
+    if unplaced:
+        fail("matrices.coordinates", f"none for {len(unplaced)} points, the first {unplaced[0]}", "every point needs its place",
              remedy="give `coordinates`, point to (x, y, z) in m")
 
 
 def build_matrices(body: MatricesBody) -> Body:
     """Return the reduced body of a description; kept in memory as long as its matrices are."""
-    return _kept(ContentKey(f"{id(body.content)} {body.description!r}", body))
+    return _reduce_described(ContentKey(f"{id(body.content)} {body.description!r}", body))
 
 
 @lru_cache(maxsize=64)
-def _kept(key: ContentKey[MatricesBody]) -> Body:
+def _reduce_described(key: ContentKey[MatricesBody]) -> Body:
     described = key.description.description
     groups = {name: PointGroup(group.points, np.array(group.at) if group.at else None)
               for name, group in described.interfaces.items()}
@@ -112,6 +112,7 @@ def _motions(matrices: ImportedMatrices, dofs: Sequence[Dof], about: FloatArray)
 
 
 def _place(matrices: ImportedMatrices, group: PointGroup) -> FloatArray:
+    """Return the place (3,) of an interface: as stated, else the mean of its points."""
     if group.at is not None:
         return floats("at", group.at, (3,))
     unknown = [point for point in group.points if point not in matrices.coordinates]
@@ -120,20 +121,21 @@ def _place(matrices: ImportedMatrices, group: PointGroup) -> FloatArray:
     return np.mean([matrices.coordinates[point] for point in group.points], axis=0)
 
 
-def _weights(matrices: ImportedMatrices, name: str, group: PointGroup, at: FloatArray) -> FloatArray:
+def _weights(matrices: ImportedMatrices, name: str, group: PointGroup, interface_place: FloatArray) -> FloatArray:
     """Return W (n, 6): the interface's twist about its place is W^T u. Rotations count where there are no other rows."""
-    chosen = [k for k, dof in enumerate(matrices.dofs) if dof.point in group.points]
-    shifts = [k for k in chosen if not matrices.dofs[k].is_rotation]
-    share = np.ones(len(group.points)) if group.weights is None else floats("weights", group.weights, (len(group.points),))
-    for rows in (shifts, chosen):
-        motion = _motions(matrices, [matrices.dofs[k] for k in rows], at) if rows else np.zeros((0, 6))
+    all_rows = [k for k, dof in enumerate(matrices.dofs) if dof.point in group.points]
+    translation_rows = [k for k in all_rows if not matrices.dofs[k].is_rotation]
+    point_weights = np.ones(len(group.points)) if group.weights is None else floats("weights", group.weights,
+                                                                                    (len(group.points),))
+    for rows in (translation_rows, all_rows):
+        motion = _motions(matrices, [matrices.dofs[k] for k in rows], interface_place) if rows else np.zeros((0, 6))
         arm = max(float(np.abs(motion[:, 3:]).max(initial=0.0)), 1e-12)
         scaled = motion / np.array([1, 1, 1, arm, arm, arm])
         singular = np.linalg.svd(scaled, compute_uv=False) if len(rows) >= 6 else np.zeros(1)
-        if singular[-1] > FLAT * singular[0] and singular[0] > 0:
-            weight = np.array([share[list(group.points).index(matrices.dofs[k].point)] for k in rows])
+        if singular[-1] > MIN_SINGULAR_RATIO * singular[0] and singular[0] > 0:
+            weight = np.array([point_weights[list(group.points).index(matrices.dofs[k].point)] for k in rows])
             result = np.zeros((matrices.size, 6))
             result[rows] = weight[:, None] * motion @ np.linalg.inv(motion.T @ (weight[:, None] * motion))
             return result
-    fail(f"interfaces.{name}", f"{len(group.points)} points with {len(chosen)} rows", "must tell six motions apart",
+    fail(f"interfaces.{name}", f"{len(group.points)} points with {len(all_rows)} rows", "must tell six motions apart",
          remedy="an interface of one point, or of points on a line, leaves a rotation open: take points around the place")

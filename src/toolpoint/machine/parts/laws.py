@@ -37,12 +37,12 @@ def _law_of_parts(joint: JointDescription, law: LawDescription) -> LinearJoint:
         fail("stiffness_matrix", "given beside law", "must come from one source", remedy="remove one of them")
     if joint.loss_factor and law.loss_factor:
         fail("loss_factor", "given in the joint and in its law", "must come from one source", remedy="remove one of them")
-    beside = linear(joint.stiffness).stiffness
-    total = law.stiffness + beside
-    loose = [way for i, way in enumerate(DIRECTIONS) if not total[i].any() and way not in joint.free]
-    if loose:
-        fail("law", f"no stiffness along {', '.join(loose)}", "every direction must be held, free, or have stiffness",
-             remedy=f"add what holds it (a ball_screw?), stiffness: {{{loose[0]}: ...}}, or free: [{', '.join(loose)}]")
+    named_stiffness = linear(joint.stiffness).stiffness
+    total = law.stiffness + named_stiffness
+    unheld = [way for i, way in enumerate(DIRECTIONS) if not total[i].any() and way not in joint.free]
+    if unheld:
+        fail("law", f"no stiffness along {', '.join(unheld)}", "every direction must be held, free, or have stiffness",
+             remedy=f"add what holds it (a ball_screw?), stiffness: {{{unheld[0]}: ...}}, or free: [{', '.join(unheld)}]")
     damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
     result = linear(total, damping, joint.loss_factor or law.loss_factor, free=joint.free)
     if law.bearing is not None and law.bearing.follows and law.bearing.speed:

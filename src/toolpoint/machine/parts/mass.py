@@ -10,26 +10,26 @@ from toolpoint._check import FloatArray, fail, suggestion, within
 from toolpoint.bodies import mesh, shapes
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
-from toolpoint.machine.description.machine import ELASTIC, BodyDescription, ShapeDescription
+from toolpoint.machine.description.machine import ELASTIC_KINDS, BodyDescription, ShapeDescription
 
 
 def _box(shape: ShapeDescription, density: float) -> MassProperties:
-    return shapes.box(_given(shape, "size"), density)
+    return shapes.box(_required(shape, "size"), density)
 
 
 def _cylinder(shape: ShapeDescription, density: float) -> MassProperties:
-    return shapes.cylinder(_given(shape, "diameter"), _given(shape, "length"), density, axis=shape.axis, bore=shape.bore)
+    return shapes.cylinder(_required(shape, "diameter"), _required(shape, "length"), density, axis=shape.axis, bore=shape.bore)
 
 
 def _sphere(shape: ShapeDescription, density: float) -> MassProperties:
-    return shapes.sphere(_given(shape, "diameter"), density)
+    return shapes.sphere(_required(shape, "diameter"), density)
 
 
 SHAPES: dict[str, Callable[[ShapeDescription, float], MassProperties]] = {
     "box": _box, "cylinder": _cylinder, "sphere": _sphere}
 
 
-def _given(shape: ShapeDescription, name: str) -> float:
+def _required(shape: ShapeDescription, name: str) -> float:
     value = getattr(shape, name)
     if value is None:
         fail(f"shape.{name}", "missing", f"a {shape.kind} needs it")
@@ -59,8 +59,8 @@ def mass_properties(body: BodyDescription) -> MassProperties:
             fail("inertia", "given beside a shape or a mesh", "must come from one source", remedy="remove one of them")
         return _from_solid(body)
     if body.mass is None or body.inertia is None:
-        missing = "mass" if body.mass is None else "inertia"
-        fail(missing, "missing", "a body needs mass and inertia, or a shape, or a mesh with a density")
+        missing_key = "mass" if body.mass is None else "inertia"
+        fail(missing_key, "missing", "a body needs mass and inertia, or a shape, or a mesh with a density")
     if body.density is not None:
         fail("density", "given beside mass and inertia", "serves a shape or a mesh only", remedy="remove it")
     return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
@@ -69,10 +69,10 @@ def mass_properties(body: BodyDescription) -> MassProperties:
 def equivalent_cuboid(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return centre (3,), principal axes (3, 3) as columns and edges (3,), m, of the uniform cuboid of a body's mass and
     inertia, in its own frame: I_x = m (b^2 + c^2) / 12."""
-    known = mass_properties(body)
-    moments, axes = np.linalg.eigh(known.inertia)
-    edges = np.sqrt(np.maximum(12.0 * (moments.sum() / 2 - moments) / known.mass, 0.0))
-    return known.centre, axes, edges
+    properties = mass_properties(body)
+    moments, axes = np.linalg.eigh(properties.inertia)
+    edges = np.sqrt(np.maximum(12.0 * (moments.sum() / 2 - moments) / properties.mass, 0.0))
+    return properties.centre, axes, edges
 
 
 def _mass_of_solid(part: ElasticDescription | SolidBody) -> MassProperties:
@@ -81,10 +81,10 @@ def _mass_of_solid(part: ElasticDescription | SolidBody) -> MassProperties:
 
 def check_sources(body: BodyDescription) -> None:
     """Raise for an elastic body with mass properties from a second source."""
-    kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
-    given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
-    if kinds and given:
-        fail(given[0], f"given beside {kinds[0]}", "must come from one source",
+    kinds = [kind for kind in ELASTIC_KINDS if getattr(body, kind) is not None]
+    stated = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
+    if kinds and stated:
+        fail(stated[0], f"given beside {kinds[0]}", "must come from one source",
              remedy="remove it: finite elements have their mass")
     if len(kinds) > 1:
         fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", remedy="remove one")

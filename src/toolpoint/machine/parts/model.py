@@ -100,12 +100,12 @@ class Machine(NotebookText):
         return sum(len(j.freedoms) for j in self.joints) + sum(b.modal_count for b in self.bodies)
 
     def _columns(self) -> tuple[tuple[range, ...], tuple[range, ...]]:
-        joint, modal, at = [], [], 0
+        joint, modal, offset = [], [], 0
         for law, body in zip(self.joints, self.bodies, strict=True):
-            joint.append(range(at, at + len(law.freedoms)))
-            at += len(law.freedoms)
-            modal.append(range(at, at + body.modal_count))
-            at += body.modal_count
+            joint.append(range(offset, offset + len(law.freedoms)))
+            offset += len(law.freedoms)
+            modal.append(range(offset, offset + body.modal_count))
+            offset += body.modal_count
         return tuple(joint), tuple(modal)
 
     @property
@@ -122,7 +122,7 @@ class Machine(NotebookText):
 
     @property
     def passive_turns(self) -> tuple[tuple[int, ...], ...]:
-        """Of every tree joint, its passive rotations (3 .. 5) in their order, where they are two; else none."""
+        """Passive rotations (3 .. 5) of every tree joint in their order, where they are two; else none."""
         result = []
         for i, law in enumerate(self.joints):
             turns = tuple(step.way for step in self.chain.passive if step.joint == i and step.turns)

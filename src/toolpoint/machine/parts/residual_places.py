@@ -1,4 +1,4 @@
-"""What a reduced body keeps to state the error of a machine's modes: its places as loads, sliding ones between stations too.
+"""Loads that a reduced body keeps for the error of a machine's modes: its places, sliding ones between stations too.
 
 The weights of a sliding patch are polynomials of its position between one edge of an element and the next, so all of them are
 combinations of a few columns: those of its stations, and as many more as the mesh asks for.
@@ -17,23 +17,23 @@ from toolpoint.bodies.residual_form import ResidualForm
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.reduction import Reduction
 
-# Of the largest, singular values of the stations that are taken apart: below it combinations would be large and lose digits.
-APART = 1e-2
-LEFT_OUT_SHARE = 1e-4  # of a load's size: what is left out of a sliding load
+# Of the largest singular value of the stations: below it combinations would be large and lose digits.
+MIN_STATION_RATIO = 1e-2
+NEGLECTED_LOAD_FRACTION = 1e-4  # of a load's size: part of a sliding load that is neglected
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceLoads:
-    """A place as loads: columns (n, k) that the shapes answer, further ones (n, q) beside them, and which combination of both
+    """A place as loads: columns (n, k) that the shapes answer, `further_columns` (n, q), and the combination of both that
     a wrench is: (6, k + q), or (p, 6, k + q) at the positions (p,) of a sliding place, m."""
 
     columns: csc_array
-    beside: csc_array
+    further_columns: csc_array
     combination: FloatArray
     positions: FloatArray | None = None
 
     @classmethod
-    def still(cls, weights: csc_array) -> PlaceLoads:
+    def fixed(cls, weights: csc_array) -> PlaceLoads:
         """Return a place that stays, of its weights (n, 6)."""
         return cls(weights, csc_array((weights.shape[0], 0)), np.eye(6))
 
@@ -42,19 +42,19 @@ def split_sliding(stations: Sequence[csc_array], weights: Sequence[csc_array], p
     """Return a sliding place as loads: its weights (n, 6) at `positions`, of those at its stations and what these lack."""
     columns, all_weights = (csc_array(hstack(parts)) for parts in (stations, weights))
     rows = np.unique(np.concatenate([columns.indices, all_weights.indices]))
-    near, every = (part.tocsr()[rows].toarray() for part in (columns, all_weights))
-    near_size, every_size = (np.linalg.norm(part, axis=0) for part in (near, every))
-    left, size, right = np.linalg.svd(near / near_size, full_matrices=False)
-    keep = size > APART * size[0]
-    left, size, right = left[:, keep], size[keep], right[keep]
-    known = left.T @ (every / every_size)
-    further, rest, _ = np.linalg.svd(every / every_size - left @ known, full_matrices=False)
-    further = further[:, rest > LEFT_OUT_SHARE]
-    beside = np.zeros((columns.shape[0], further.shape[1]))
-    beside[rows] = further
-    of_stations = (right.T / size / near_size[:, None]) @ known * every_size
-    combination = np.vstack([of_stations, further.T @ every])
-    return PlaceLoads(columns, csc_array(beside), combination.T.reshape(len(positions), 6, -1), positions)
+    station_rows, all_rows = (part.tocsr()[rows].toarray() for part in (columns, all_weights))
+    station_size, all_size = (np.linalg.norm(part, axis=0) for part in (station_rows, all_rows))
+    left_vectors, singular, right_vectors = np.linalg.svd(station_rows / station_size, full_matrices=False)
+    is_kept = singular > MIN_STATION_RATIO * singular[0]
+    left_vectors, singular, right_vectors = left_vectors[:, is_kept], singular[is_kept], right_vectors[is_kept]
+    in_stations = left_vectors.T @ (all_rows / all_size)
+    further_vectors, rest_size, _ = np.linalg.svd(all_rows / all_size - left_vectors @ in_stations, full_matrices=False)
+    further_vectors = further_vectors[:, rest_size > NEGLECTED_LOAD_FRACTION]
+    further_columns = np.zeros((columns.shape[0], further_vectors.shape[1]))
+    further_columns[rows] = further_vectors
+    of_stations = (right_vectors.T / singular / station_size[:, None]) @ in_stations * all_size
+    combination = np.vstack([of_stations, further_vectors.T @ all_rows])
+    return PlaceLoads(columns, csc_array(further_columns), combination.T.reshape(len(positions), 6, -1), positions)
 
 
 def residual_form(reduction: Reduction, rigid: FloatArray, places: Mapping[str, PlaceLoads]) -> ResidualForm:
@@ -68,31 +68,31 @@ def residual_form(reduction: Reduction, rigid: FloatArray, places: Mapping[str, 
         The motions of the body's frame over the reduction's rigid motions.
     places : mapping of name to PlaceLoads
     """
-    known = reduction.residual
-    x, r = known.shapes.shape
-    l = len(known.loads)
-    used, tables = _combinations(places, l, len(known.gram) - x - l)
-    turn = np.zeros((len(known.gram), 6 + 2 * r + int(used.sum())))
+    residual = reduction.residual
+    x, r = residual.shapes.shape
+    l = len(residual.loads)
+    is_used, tables = _combinations(places, l, len(residual.gram) - x - l)
+    turn = np.zeros((len(residual.gram), 6 + 2 * r + int(is_used.sum())))
     turn[:len(rigid), :6] = rigid
-    turn[:x, 6:6 + r], turn[x:x + l, 6:6 + r] = known.inertial, known.loads
-    turn[:x, 6 + r:6 + 2 * r] = known.shapes
-    turn[x + np.flatnonzero(used), np.arange(6 + 2 * r, turn.shape[1])] = 1.0
-    gram = turn.T @ known.gram @ turn
-    return ResidualForm((gram + gram.T) / 2, known.shift, reduction.reach, tables)
+    turn[:x, 6:6 + r], turn[x:x + l, 6:6 + r] = residual.inertial, residual.loads
+    turn[:x, 6 + r:6 + 2 * r] = residual.shapes
+    turn[x + np.flatnonzero(is_used), np.arange(6 + 2 * r, turn.shape[1])] = 1.0
+    gram = turn.T @ residual.gram @ turn
+    return ResidualForm((gram + gram.T) / 2, residual.shift, reduction.reach, tables)
 
 
-def _combinations(places: Mapping[str, PlaceLoads], columns: int, beside: int
+def _combinations(places: Mapping[str, PlaceLoads], columns: int, further_count: int
                   ) -> tuple[np.ndarray, dict[str, FloatArray | MotionTable]]:
-    """Return which of all loads a place uses, and over these what a wrench on every place is."""
-    whole, first, second = {}, 0, columns
-    used = np.zeros(columns + beside, dtype=bool)
+    """Return which of all loads a place uses, and over these the combination that a wrench on every place is."""
+    combinations, first_column, further_column = {}, 0, columns
+    is_used = np.zeros(columns + further_count, dtype=bool)
     for name, place in places.items():
-        k, q = place.columns.shape[1], place.beside.shape[1]
-        at = [*range(first, first + k), *range(second, second + q)]
-        wide = np.zeros((*place.combination.shape[:-1], columns + beside))
-        wide[..., at] = place.combination
-        whole[name] = wide
-        used[at] = True
-        first, second = first + k, second + q
-    return used, {name: wide[..., used] if (positions := places[name].positions) is None
-                  else MotionTable(positions, wide[..., used], name) for name, wide in whole.items()}
+        k, q = place.columns.shape[1], place.further_columns.shape[1]
+        columns_used = [*range(first_column, first_column + k), *range(further_column, further_column + q)]
+        padded = np.zeros((*place.combination.shape[:-1], columns + further_count))
+        padded[..., columns_used] = place.combination
+        combinations[name] = padded
+        is_used[columns_used] = True
+        first_column, further_column = first_column + k, further_column + q
+    return is_used, {name: padded[..., is_used] if (positions := places[name].positions) is None
+                     else MotionTable(positions, padded[..., is_used], name) for name, padded in combinations.items()}

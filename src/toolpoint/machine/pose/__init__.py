@@ -1,1 +1,1 @@
-"""Where a machine is at a pose: bodies, named points, and the tool against its work."""
+"""Placement of a machine at a pose: bodies, named points, and the tool against its work."""

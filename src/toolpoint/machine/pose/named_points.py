@@ -1,4 +1,4 @@
-"""Where the named points of a machine are at a pose."""
+"""Positions of the named points of a machine at a pose."""
 
 from __future__ import annotations
 

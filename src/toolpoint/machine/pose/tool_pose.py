@@ -1,4 +1,4 @@
-"""Where a machine's tool is against its work at a pose, and the pose that brings it there: robots, five-axis machines."""
+"""Place of a machine's tool against its work at a pose, and the pose that brings it there: robots, five-axis machines."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def tool_pair(machine: Machine) -> ToolOnWork:
 
 def _place(machine: Machine, name: str) -> tuple[int, FloatArray]:
     point = machine.description.points[name]
-    at = np.array(point.at)
+    point_place = np.array(point.at)
     if point.body == GROUND:
-        return -1, at
+        return -1, point_place
     link = machine.link(point.body)
-    return link, tf.move(machine.body_frames[link], at[None])[0]
+    return link, tf.move(machine.body_frames[link], point_place[None])[0]
 
 
 def tool_place(machine: Machine, pose: Pose | None = None) -> tuple[FloatArray, FloatArray]:

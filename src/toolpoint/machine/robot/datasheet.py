@@ -1,4 +1,4 @@
-"""What is published of a robot and what is chosen beside it: plain frozen data, one to one with a datasheet file, SI units."""
+"""Published data of a robot and the choices beside it: plain frozen data, one to one with a datasheet file, SI units."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ManualMoment = Annotated[float, Quantity("moment", "N*m", least=0)]
 
 @dataclass(frozen=True)
 class PrintedGearing:
-    """What a source prints of an axis' gearing, to be compared with what follows; left out where it prints nothing."""
+    """Gearing of an axis as its source prints it, compared with the computed one; left out where it prints nothing."""
 
     total_ratio: float | None = None
     reducer_ratio: float | None = None
@@ -79,7 +79,7 @@ class RobotMotor:
 
 @dataclass(frozen=True)
 class MotorPlace:
-    """Where the motor of an axis sits: the link that carries it (0 is the base), its centre (m) and axis at the reference
+    """Place of the motor of an axis: the link that carries it (0 is the base), its centre (m) and axis at the reference
     pose."""
 
     axis: str
@@ -130,7 +130,7 @@ class RobotMember:
 
 @dataclass(frozen=True)
 class RobotPayload:
-    """What the last link carries: a cylinder from the flange outwards, its mass, and how far the tool's tip is from the
+    """Load of the last link: a cylinder from the flange outwards, its mass, and the distance of the tool's tip from the
     flange."""
 
     mass: PositiveWeight
@@ -180,7 +180,7 @@ class RobotDatasheet:
     assumptions: tuple[str, ...] = ()
 
 
-_ORIGINS = ("published", "computed", "chosen")
+_SHEET_ORIGINS = ("published", "computed", "chosen")
 
 
 def find_datasheet_faults(sheet: RobotDatasheet) -> Iterator[tuple[Key, str]]:
@@ -224,11 +224,11 @@ def _axis_faults(sheet: RobotDatasheet, key: Key, axis: RobotAxis, names: list[s
             yield (*key, "coupled", name), f"no axis {name!r}; must be of {', '.join(names)}"
 
 
-def _place_faults(key: Key, link: int, at: tuple[float, ...], links: int) -> Iterator[tuple[Key, str]]:
+def _place_faults(key: Key, link: int, coordinates: tuple[float, ...], links: int) -> Iterator[tuple[Key, str]]:
     if not 0 <= link <= links:
         yield (*key, "link"), f"{link}; must be 0 (the base) to {links}"
-    if len(at) != 3:
-        yield (*key, "at"), f"{len(at)} numbers; must be 3"
+    if len(coordinates) != 3:
+        yield (*key, "at"), f"{len(coordinates)} numbers; must be 3"
 
 
 def _shape_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
@@ -263,6 +263,6 @@ def _origin_faults(sheet: RobotDatasheet) -> Iterator[tuple[Key, str]]:
     parts += [(("motor_places", i), place.source) for i, place in enumerate(sheet.motor_places)]
     parts += [(("payload",), sheet.payload.source)]
     for key, source in parts:
-        if not source.startswith(_ORIGINS):
+        if not source.startswith(_SHEET_ORIGINS):
             text = f"{source!r}; must begin with published, computed or chosen: where its numbers come from"
             yield (*key, "source"), text

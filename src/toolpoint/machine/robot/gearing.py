@@ -16,7 +16,8 @@ from toolpoint._check import fail
 from toolpoint.joints import Reducer, choose_reducer, reducer_of, reflect_inertia
 from toolpoint.machine.robot.datasheet import RobotAxis, RobotDatasheet
 
-_DIGITS = {"total_ratio": 0, "reducer_ratio": 0, "torque": 0}
+# Decimals that sources print: a computed value that rounds to the printed one agrees with it.
+_PRINTED_DECIMALS = {"total_ratio": 0, "reducer_ratio": 0, "torque": 0}
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class AxisGearing:
     torque: float
     moment: float | None
     reducer: str
-    nearest: str
+    nearest_reducer: str
     reflected_inertia: float | None
     disagreements: tuple[str, ...]
 
@@ -55,15 +56,15 @@ def _gearing(sheet: RobotDatasheet, axis: RobotAxis) -> AxisGearing:
     total = motor.speed * np.pi / 30 / axis.largest_speed
     values = {"total_ratio": total, "reducer_ratio": total / axis.stage, "torque": total * motor.stall_torque}
     sizes = {} if axis.size is None else {"smallest_diameter": 0.97 * axis.size, "largest_diameter": 1.03 * axis.size}
-    nearest = choose_reducer(sheet.catalogue, values["reducer_ratio"], **sizes)
-    chosen = axis.reducer or nearest
-    ratio = reducer_of(sheet.catalogue, chosen).ratio * axis.stage
+    nearest_reducer = choose_reducer(sheet.catalogue, values["reducer_ratio"], **sizes)
+    reducer = axis.reducer or nearest_reducer
+    ratio = reducer_of(sheet.catalogue, reducer).ratio * axis.stage
     lines = []
-    for name, digits in _DIGITS.items():
+    for name, digits in _PRINTED_DECIMALS.items():
         printed = getattr(axis.printed, name)
         if printed is not None and abs(values[name] - printed) > 0.5 * 10.0**-digits + 1e-9:
             lines.append(f"{name.replace('_', ' ')} printed {printed:g}, follows {values[name]:.4g}")
-    return AxisGearing(axis.name, total, values["reducer_ratio"], values["torque"], axis.load_moment, chosen, nearest,
+    return AxisGearing(axis.name, total, values["reducer_ratio"], values["torque"], axis.load_moment, reducer, nearest_reducer,
                        None if motor.inertia is None else reflect_inertia(motor.inertia, ratio), tuple(lines))
 
 

@@ -19,7 +19,7 @@ from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 from toolpoint.machine.robot.lumped_beam import beam_springs, split
-from toolpoint.machine.robot.solid_member import FAR, NEAR, mesh_member, middle_of, solid_member, surface_of
+from toolpoint.machine.robot.solid_member import FAR_FACE, NEAR_FACE, mesh_member, middle_of, solid_member, surface_of
 from toolpoint.spatial import transform as tf
 
 REDUCER_LENGTH = 0.4  # of its diameter, as a cylinder of uniform density (chosen)
@@ -72,13 +72,13 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
         raise ToolpointError("\n".join(faults))
     rows = arm_rows(sheet)
     joints, links = arm_frames(rows)
-    whole = _whole_meshes(meshes, solids)
-    density = calibrate_density(sheet, whole)
-    parts = _Gathered(sheet, density, whole, dict(solids or {}), flange=links[-1])
-    held = gravity_loads(sheet, pose, meshes=whole) if loads is None else loads
-    parts.add_links(joints, held)
-    parts.add_masses(joints)
-    tip = parts.add_payload(links[-1])
+    all_meshes = _all_meshes(meshes, solids)
+    density = calibrate_density(sheet, all_meshes)
+    gathered = _Gathered(sheet, density, all_meshes, dict(solids or {}), flange=links[-1])
+    torques = gravity_loads(sheet, pose, meshes=all_meshes) if loads is None else loads
+    gathered.add_links(joints, torques)
+    gathered.add_masses(joints)
+    tip = gathered.add_payload(links[-1])
     drives: dict[str, list[d.DrivenDirection]] = {row.axis: [] for row in rows}
     for row in rows:
         drives[row.axis].insert(0, d.DrivenDirection(f"joint_{row.axis}", "rz"))
@@ -87,14 +87,15 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
     axes = {row.axis: d.AxisDescription(drives=tuple(drives[row.axis]), limits=(row.lower, row.upper)) for row in rows}
     outward = links[-1][:3, 2]
     return d.MachineDescription(
-        sheet.name, parts.bodies, parts.joints, axes,
+        sheet.name, gathered.bodies, gathered.joints, axes,
         {"tip": d.PointDescription("payload", _vector(tip)), "flange": d.PointDescription("payload", _vector(links[-1][:3, 3])),
-         "wrist": d.PointDescription(f"link{len(rows)}", _vector(joints[-1][:3, 3]), parts.starts[-1][1]),
-         "base": d.PointDescription("link0", (0.0, 0.0, sheet.floor), parts.starts[0][1])},
+         "wrist": d.PointDescription(f"link{len(rows)}", _vector(joints[-1][:3, 3]), gathered.starts[-1][1]),
+         "base": d.PointDescription("link0", (0.0, 0.0, sheet.floor), gathered.starts[0][1])},
         tool="tip", damping_ratio=sheet.damping_ratio, cutting=cutting, source=sheet.source,
         assumptions=(*sheet.assumptions,
                      f"computed: members have {density:.1f} kg/m^3 times their fill, so that the robot weighs "
-                     f"{sheet.weight:g} kg", *_unplaced(sheet), *_slope_words(sheet, held, pose, given=loads is not None)),
+                     f"{sheet.weight:g} kg", *_unplaced(sheet),
+                     *_slope_words(sheet, torques, pose, has_loads=loads is not None)),
         tool_axis=_vector(-outward))
 
 
@@ -105,8 +106,8 @@ def gravity_loads(sheet: RobotDatasheet, pose: Mapping[str, float] | None = None
     With coupled axes it is that of the joint, which is not the torque of the axis.
     """
     rows = arm_rows(sheet)
-    at = {name: float(value) for name, value in (pose or {}).items()}
-    unknown = next((name for name in at if name not in {row.axis for row in rows}), None)
+    positions = {name: float(value) for name, value in (pose or {}).items()}
+    unknown = next((name for name in positions if name not in {row.axis for row in rows}), None)
     if unknown is not None:
         fail("pose", f"no axis {unknown!r}", f"must be of {', '.join(row.axis for row in rows)}")
     joints, links = arm_frames(rows)
@@ -114,49 +115,50 @@ def gravity_loads(sheet: RobotDatasheet, pose: Mapping[str, float] | None = None
     rigid.add_links(joints, {})
     rigid.add_masses(joints)
     rigid.add_payload(links[-1])
-    turned = [at.get(row.axis, 0.0) + sum(factor * at.get(name, 0.0) for name, factor in row.coupled.items()) for row in rows]
+    turned = [positions.get(row.axis, 0.0) + sum(factor * positions.get(name, 0.0) for name, factor in row.coupled.items())
+              for row in rows]
     moved = [replace(row, theta=float((row.theta + q + np.pi) % (2 * np.pi) - np.pi))
              for row, q in zip(rows, turned, strict=True)]
-    there, ends = arm_frames(moved)
+    joint_places, ends = arm_frames(moved)
     moments = np.zeros((len(rows) + 1, 4))  # of every link: mass, and mass times its centre at the pose
     for name, body in rigid.bodies.items():
         link = name if name.startswith("link") else rigid.joints[f"fixing_{name}"].parent
         number = int(link.removeprefix("link"))
-        seen = mass_properties(body).moved(frame(body.frame))
+        properties = mass_properties(body).moved(frame(body.frame))
         carried = np.eye(4) if number == 0 else ends[number - 1] @ tf.inverse(links[number - 1])
-        moments[number] += seen.mass * np.array([1.0, *(carried[:3, :3] @ seen.centre + carried[:3, 3])])
-    beyond = np.cumsum(moments[:0:-1], axis=0)[::-1]  # of joint i: all links from the i-th on
-    lever = beyond[:, 1:] - beyond[:, :1] * there[:, :3, 3]
-    torque = np.einsum("ni,ni->n", there[:, :3, 2], np.cross(lever, [0.0, 0.0, -sheet.gravity]))
+        moments[number] += properties.mass * np.array([1.0, *(carried[:3, :3] @ properties.centre + carried[:3, 3])])
+    carried_moments = np.cumsum(moments[:0:-1], axis=0)[::-1]  # of joint i: all links from the i-th on
+    lever = carried_moments[:, 1:] - carried_moments[:, :1] * joint_places[:, :3, 3]
+    torque = np.einsum("ni,ni->n", joint_places[:, :3, 2], np.cross(lever, [0.0, 0.0, -sheet.gravity]))
     return {row.axis: float(np.round(value, 9)) + 0.0 for row, value in zip(rows, torque, strict=True)}
 
 
-def _whole_meshes(meshes: Meshes | None, solids: Mapping[str, SolidBody] | None) -> dict[str, d.MeshDescription]:
-    """Surfaces of all members that are meshes, those by finite elements too."""
+def _all_meshes(meshes: Meshes | None, solids: Mapping[str, SolidBody] | None) -> dict[str, d.MeshDescription]:
+    """Return the surfaces of all members that are meshes, those by finite elements too."""
     return {**{name: surface_of(solid) for name, solid in (solids or {}).items()}, **(meshes or {})}
 
 
 def _unplaced(sheet: RobotDatasheet) -> list[str]:
-    """What is said of motors and reducers that have a mass and no place or size."""
-    lost = [f"motor of {axis.name}" for axis in sheet.axes if not _is_placed(sheet, axis.name)]
-    lost += [f"reducer of {axis}" for axis, part in reducers_of(sheet).items() if part.mass and part.diameter is None]
-    return [f"chosen: no place or size is given of the {', '.join(lost)}: the members carry that mass"] if lost else []
+    """Return the assumption on motors and reducers that have a mass and no place or size."""
+    unplaced = [f"motor of {axis.name}" for axis in sheet.axes if not _is_placed(sheet, axis.name)]
+    unplaced += [f"reducer of {axis}" for axis, part in reducers_of(sheet).items() if part.mass and part.diameter is None]
+    return [f"chosen: no place or size is given of the {', '.join(unplaced)}: the members carry that mass"] if unplaced else []
 
 
-def _slope_words(sheet: RobotDatasheet, loads: Mapping[str, float], pose: Mapping[str, float] | None, *, given: bool
+def _slope_words(sheet: RobotDatasheet, loads: Mapping[str, float], pose: Mapping[str, float] | None, *, has_loads: bool
                  ) -> list[str]:
-    """What is said of reducers whose torsion has several slopes, or a hysteresis that is left out."""
+    """Return the assumptions on reducers whose torsion has several slopes, or a hysteresis that is neglected."""
     lines = []
-    several = {axis: part for axis, part in reducers_of(sheet).items() if part.has_slopes}
-    if several:
+    sloped_reducers = {axis: part for axis, part in reducers_of(sheet).items() if part.has_slopes}
+    if sloped_reducers:
         rows = [f"{axis} {part.linearise(loads.get(axis, 0.0)).stiffness:.4g} N m/rad at {abs(loads.get(axis, 0.0)):.3g} N m"
-                for axis, part in several.items()]
-        where = "the loads given" if given else "gravity's load at the " + ("pose given" if pose else "reference pose")
-        lines.append(f"computed: torsion of several slopes is linearised about {where}: {', '.join(rows)}")
-    loops = [axis for axis, part in reducers_of(sheet).items() if part.hysteresis > 0]
-    if loops:
-        lines.append(f"chosen: the hysteresis of the reducers of {', '.join(loops)} is left out of the machine: vibration much "
-                     "smaller than it sees more stiffness and a loss")
+                for axis, part in sloped_reducers.items()]
+        load_words = "the loads given" if has_loads else "gravity's load at the " + ("pose given" if pose else "reference pose")
+        lines.append(f"computed: torsion of several slopes is linearised about {load_words}: {', '.join(rows)}")
+    hysteretic = [axis for axis, part in reducers_of(sheet).items() if part.hysteresis > 0]
+    if hysteretic:
+        lines.append(f"chosen: the hysteresis of the reducers of {', '.join(hysteretic)} is left out of the machine: vibration "
+                     "much smaller than it sees more stiffness and a loss")
     return lines
 
 
@@ -167,17 +169,18 @@ def arm_rows(sheet: RobotDatasheet) -> list[ArmRow]:
 
 def calibrate_density(sheet: RobotDatasheet, meshes: Meshes | None = None) -> float:
     """Return the density (kg/m^3) of a member of fill 1 that makes robot, motors and reducers weigh what the datasheet says."""
-    rest = sum(sheet.motors[place_axis.motor].mass for place_axis in sheet.axes if _is_placed(sheet, place_axis.name))
-    rest += sum(part.mass or 0.0 for part in reducers_of(sheet).values() if part.diameter is not None)
-    rest += sum(member.mass or 0.0 for member in sheet.members.values())
+    known_weight = sum(sheet.motors[axis.motor].mass for axis in sheet.axes if _is_placed(sheet, axis.name))
+    known_weight += sum(part.mass or 0.0 for part in reducers_of(sheet).values() if part.diameter is not None)
+    known_weight += sum(member.mass or 0.0 for member in sheet.members.values())
     volume = sum(_filled_volume(name, member, dict(meshes or {})) for name, member in sheet.members.items()
                  if member.mass is None)
     if volume == 0:
         fail("members", "none of unknown mass", "at least one must take up the rest of the weight",
              remedy="leave the mass of one out")
-    if sheet.weight <= rest:
-        fail("weight", f"{sheet.weight:g} kg", f"must be above that of motors, reducers and known members, {rest:.3g} kg")
-    return (sheet.weight - rest) / volume
+    if sheet.weight <= known_weight:
+        fail("weight", f"{sheet.weight:g} kg",
+             f"must be above that of motors, reducers and known members, {known_weight:.3g} kg")
+    return (sheet.weight - known_weight) / volume
 
 
 def _is_placed(sheet: RobotDatasheet, axis: str) -> bool:
@@ -228,7 +231,7 @@ class _Gathered:
             outward = (frames[number] if number < len(frames) else self.flange)[:3, 3] - np.array(first.at)
             self._add_link(link, name, first, outward)
             for other, part in others:
-                self._fix(other, self._half(number, np.array(part.at)), _body(other, part, self.density, self.meshes))
+                self._fix(other, self._holder_at(number, np.array(part.at)), _body(other, part, self.density, self.meshes))
             if number == 0:
                 self.joints["fixing"] = d.JointDescription("ground", link, child_interface=self.starts[0][1],
                                                            source="chosen: rigid floor")
@@ -252,7 +255,7 @@ class _Gathered:
             mass = mass_properties(_body(name, member, self.density, self.meshes)).mass
             self.bodies[link] = (mesh_member(name, member, self._solid(name), mass=mass) if member.kind == "mesh" else
                                  solid_member(name, member, mass, sense=sense))
-            self._hold((link, NEAR), (link, FAR), cut)
+            self._hold((link, NEAR_FACE), (link, FAR_FACE), cut)
             return
         for body, part in zip((link, f"{link}_end"), split(member, sense), strict=True):
             self.bodies[body] = replace(_body(name, part, self.density, self.meshes), source=f"half of {name}: {member.source}")
@@ -271,11 +274,11 @@ class _Gathered:
         self.ends.append(end)
         self.cuts.append(cut)
 
-    def _half(self, number: int, at: FloatArray) -> Holder:
-        """What of a link holds something at a place: the half, or the end of finite elements, on whose side it is."""
+    def _holder_at(self, number: int, place: FloatArray) -> Holder:
+        """Return the holder of a part at a place of a link: the half, or the end of finite elements, on whose side it is."""
         cut = self.cuts[number]
-        beyond = cut is not None and (at[cut[0]] - cut[2]) * cut[1] > 0
-        return self.ends[number] if beyond else self.starts[number]
+        is_beyond = cut is not None and (place[cut[0]] - cut[2]) * cut[1] > 0
+        return self.ends[number] if is_beyond else self.starts[number]
 
     def _fix(self, name: str, holder: Holder, body: d.BodyDescription) -> None:
         self.bodies[name] = body
@@ -287,14 +290,14 @@ class _Gathered:
             axis = next(axis for axis in self.sheet.axes if axis.name == place.axis)
             motor = self.sheet.motors[axis.motor]
             shape = d.ShapeDescription("cylinder", diameter=motor.diameter, length=motor.length, axis=place.along)
-            self._fix(f"motor_{axis.name}", self._half(place.link, np.array(place.at)), d.BodyDescription(
+            self._fix(f"motor_{axis.name}", self._holder_at(place.link, np.array(place.at)), d.BodyDescription(
                 mass=motor.mass, centre=_vector(np.array(place.at)), shape=shape,
                 source=f"mass {motor.source}; place {place.source}"))
         for number, (row, part) in enumerate(zip(compute_gearing(self.sheet), reducers_of(self.sheet).values(), strict=True)):
             if part.mass is None or part.diameter is None:
                 continue
             shape = d.ShapeDescription("cylinder", diameter=part.diameter, length=REDUCER_LENGTH * part.diameter)
-            self._fix(f"reducer_{row.axis}", self._half(number, frames[number][:3, 3]), d.BodyDescription(
+            self._fix(f"reducer_{row.axis}", self._holder_at(number, frames[number][:3, 3]), d.BodyDescription(
                 mass=part.mass, shape=shape, frame=describe_frame(frames[number]), source=f"{row.reducer}: {part.source}"))
 
     def add_payload(self, flange: FloatArray) -> FloatArray:
@@ -310,14 +313,15 @@ class _Gathered:
 
 
 def _in_machine_frame(body: d.BodyDescription) -> d.BodyDescription:
-    seen = mass_properties(body).moved(frame(body.frame))
-    tensor = seen.inertia
+    properties = mass_properties(body).moved(frame(body.frame))
+    tensor = properties.inertia
     inertia = d.InertiaDescription(float(tensor[0, 0]), float(tensor[1, 1]), float(tensor[2, 2]), float(tensor[0, 1]),
                                    float(tensor[0, 2]), float(tensor[1, 2]))
-    return d.BodyDescription(mass=seen.mass, centre=_vector(seen.centre), inertia=inertia, source=body.source)
+    return d.BodyDescription(mass=properties.mass, centre=_vector(properties.centre), inertia=inertia, source=body.source)
 
 
 def _reducer_joint(parent: Holder, child: Holder, place: FloatArray, *, reducer: Reducer, load: float) -> d.JointDescription:
+    """Return the joint of a reducer: torsion linearised about a load (N m), bending, and dampers."""
     torsion = reducer.linearise(load)
     assert reducer.bending is not None
     dampers = {"rx": reducer.bending_damping, "ry": reducer.bending_damping, "rz": reducer.damping}

@@ -17,7 +17,7 @@ from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_AXIS_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def rotor_momenta(sheet: RobotDatasheet, speeds: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -26,10 +26,10 @@ def rotor_momenta(sheet: RobotDatasheet, speeds: Mapping[str, float] | None = No
     speeds : of the axes, rad/s; their largest where left out.
     """
     reducers = reducers_of(sheet)
-    known = {axis.name for axis in sheet.axes}
+    axis_names = {axis.name for axis in sheet.axes}
     for name in speeds or {}:
-        if name not in known:
-            fail("speeds", repr(name), f"must be of {', '.join(sorted(known))}")
+        if name not in axis_names:
+            fail("speeds", repr(name), f"must be of {', '.join(sorted(axis_names))}")
     momenta = {}
     for axis, row in zip(sheet.axes, compute_gearing(sheet), strict=True):
         inertia = sheet.motors[axis.motor].inertia
@@ -45,7 +45,7 @@ def with_rotors(description: d.MachineDescription, sheet: RobotDatasheet, speeds
     places = {place.axis: place for place in sheet.motor_places}
     bodies = dict(description.bodies)
     for name, momentum in rotor_momenta(sheet, speeds).items():
-        body, along = bodies[f"motor_{name}"], _AXES[places[name].along]
+        body, along = bodies[f"motor_{name}"], _AXIS_VECTORS[places[name].along]
         polar = _polar(mass_properties(body).inertia, np.array(along))
         bodies[f"motor_{name}"] = replace(body, spin=d.SpinDescription(momentum / polar, along))
     return replace(description, bodies=bodies)

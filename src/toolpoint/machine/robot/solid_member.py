@@ -22,14 +22,13 @@ from toolpoint.machine.description.elastic import (
     SolidDescription,
 )
 from toolpoint.machine.robot.datasheet import RobotMember
-from toolpoint.machine.robot.lumped_beam import POISSON
+from toolpoint.machine.robot.lumped_beam import MEMBER_POISSON_RATIO
 
-NEAR, FAR = "near", "far"
-# Chosen: the ends are so many walls thick, the flange so much of a face (of a round one: of
-# the square within it); up to which frequency free modes are kept (Hz), and
-# elements along the longest edge.
-ENDS, FLANGE, BAND, ELEMENTS = 3.0, 0.9, 1000.0, 6
-_MOST_OF_LENGTH = 0.25
+NEAR_FACE, FAR_FACE = "near", "far"
+# Chosen: thickness of the ends over that of the walls; flange as a fraction of a face (of a round one: of the square within
+# it); band in which free modes are kept (Hz); elements along the longest edge.
+END_WALL_RATIO, FLANGE_FRACTION, MEMBER_BAND, LONGEST_EDGE_ELEMENTS = 3.0, 0.9, 1000.0, 6
+_MAX_END_FRACTION = 0.25  # of the member's length: thickness of an end
 
 
 def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -> d.BodyDescription:
@@ -38,23 +37,25 @@ def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -
     mass : kg, spread evenly over the walls; sense : on which side along the member the next joint is.
     """
     along = "xyz".index(member.along)
-    size, at = _outer_size(member), np.array(member.at)
-    low, high = at - size / 2, at + size / 2
-    turned = member.along if member.kind == "cylinder" else ""
-    boxes = [CastingBox(_place(low), _place(high), round=turned)]
-    fill = np.pi / 4 if turned else 1.0
-    volume = fill * float(size.prod())
+    size, centre = _outer_size(member), np.array(member.at)
+    lower_corner, upper_corner = centre - size / 2, centre + size / 2
+    round_axis = member.along if member.kind == "cylinder" else ""
+    boxes = [CastingBox(_place(lower_corner), _place(upper_corner), round=round_axis)]
+    section_fill = np.pi / 4 if round_axis else 1.0
+    volume = section_fill * float(size.prod())
     if member.wall is not None:
-        inside = np.full(3, member.wall)
-        inside[along] = min(ENDS * member.wall, _MOST_OF_LENGTH * size[along])
-        if (2 * inside >= size).any():
+        wall_thickness = np.full(3, member.wall)
+        wall_thickness[along] = min(END_WALL_RATIO * member.wall, _MAX_END_FRACTION * size[along])
+        if (2 * wall_thickness >= size).any():
             fail(f"members.{name}.wall", f"{1e3 * member.wall:g} mm", "must leave it hollow",
                  remedy="leave it out for a solid member")
-        boxes.append(CastingBox(_place(low + inside), _place(high - inside), window=True, round=turned))
-        volume -= fill * float((size - 2 * inside).prod())
-    material = ElasticMaterial(member.modulus, mass / volume, POISSON, member.loss_factor)
-    places = {NEAR: _end(member, -sense), FAR: _end(member, sense)}
-    elastic = ElasticDescription(tuple(boxes), places, BAND, float(size.max()) / ELEMENTS, {"body": material})
+        boxes.append(CastingBox(_place(lower_corner + wall_thickness), _place(upper_corner - wall_thickness), window=True,
+                                round=round_axis))
+        volume -= section_fill * float((size - 2 * wall_thickness).prod())
+    material = ElasticMaterial(member.modulus, mass / volume, MEMBER_POISSON_RATIO, member.loss_factor)
+    places = {NEAR_FACE: _end(member, -sense), FAR_FACE: _end(member, sense)}
+    elastic = ElasticDescription(tuple(boxes), places, MEMBER_BAND, float(size.max()) / LONGEST_EDGE_ELEMENTS,
+                                 {"body": material})
     return d.BodyDescription(elastic=elastic, source=f"{name} by finite elements: {member.source}")
 
 
@@ -62,18 +63,18 @@ def mesh_member(name: str, member: RobotMember, solid: SolidBody, *, mass: float
     """Return the body of a member by the finite elements of its file, of a mass (kg) spread evenly."""
     from toolpoint.bodies.solid.checks import check_solid
 
-    even = replace(solid, materials={key: replace(part, density=1.0) for key, part in solid.materials.items()})
-    volume = check_solid(even.model).mass
-    material = ElasticMaterial(member.modulus, mass / volume, POISSON, member.loss_factor)
+    unit_density = replace(solid, materials={key: replace(part, density=1.0) for key, part in solid.materials.items()})
+    volume = check_solid(unit_density.model).mass
+    material = ElasticMaterial(member.modulus, mass / volume, MEMBER_POISSON_RATIO, member.loss_factor)
     return d.BodyDescription(solid=replace(solid, materials=dict.fromkeys(solid.materials, material)),
                              source=f"{name} by finite elements: {member.source}")
 
 
 def solid_of_member(member: RobotMember, unit: Literal["m", "mm", "cm", "in"]) -> SolidDescription:
-    """Return what is to be read of a member that is a mesh by finite elements."""
+    """Return the solid to be read for a member that is a mesh by finite elements."""
     assert member.near is not None and member.far is not None
-    material = ElasticMaterial(member.modulus, 1000.0, POISSON, member.loss_factor)
-    return SolidDescription(member.mesh, {NEAR: member.near, FAR: member.far}, BAND, member.mesh_size,
+    material = ElasticMaterial(member.modulus, 1000.0, MEMBER_POISSON_RATIO, member.loss_factor)
+    return SolidDescription(member.mesh, {NEAR_FACE: member.near, FAR_FACE: member.far}, MEMBER_BAND, member.mesh_size,
                             unit, {"body": material})
 
 
@@ -89,8 +90,8 @@ def middle_of(member: RobotMember) -> tuple[np.ndarray, np.ndarray]:
     """Return the middle of a member, and the way from its near to its far face (nothing where they are not told)."""
     if member.near is None or member.far is None:
         return np.array(member.at), np.zeros(3)
-    near, far = np.array(member.near.centre), np.array(member.far.centre)
-    return (near + far) / 2, far - near
+    near_centre, far_centre = np.array(member.near.centre), np.array(member.far.centre)
+    return (near_centre + far_centre) / 2, far_centre - near_centre
 
 
 def _outer_size(member: RobotMember) -> np.ndarray:
@@ -107,7 +108,7 @@ def _end(member: RobotMember, side: float) -> PatchDescription:
     along = "xyz".index(member.along)
     first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
     size = _outer_size(member)
-    share = FLANGE if member.kind == "box" else FLANGE / np.sqrt(2)
+    share = FLANGE_FRACTION if member.kind == "box" else FLANGE_FRACTION / np.sqrt(2)
     centre = np.array(member.at) + side * size[along] / 2 * np.eye(3)[along]
     return PatchDescription(_place(centre), tuple(first.tolist()), tuple((side * second).tolist()),
                             share * float(size @ first), share * float(size @ second))

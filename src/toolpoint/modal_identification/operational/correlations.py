@@ -18,7 +18,7 @@ from scipy import fft
 from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
 
-MIN_BLOCK_LENGTH_LAGS = 2.0  # a block is longer than its longest lag by this factor, so that blocks hardly share any samples
+MIN_CORRELATED_BLOCK_LAGS = 2.0  # block over its longest lag, so that blocks hardly share any samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +78,9 @@ def correlate_blocks(samples: list[FloatArray], interval: float, references: lis
     """
     total = sum(part.shape[0] for part in samples)
     length = (total - lags * len(samples)) // blocks
-    if length < MIN_BLOCK_LENGTH_LAGS * lags:
+    if length < MIN_CORRELATED_BLOCK_LAGS * lags:
         fail("records", f"{total * interval:.4g} s",
-             f"must be at least {blocks * (MIN_BLOCK_LENGTH_LAGS + 1) * lags * interval:.4g} "
+             f"must be at least {blocks * (MIN_CORRELATED_BLOCK_LAGS + 1) * lags * interval:.4g} "
              f"s: {blocks} blocks of correlations {lags * interval:.3g} s long",
              remedy="record longer, or raise the lowest frequency")
     products = [_correlate(part[start:start + length + lags], references, lags)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._notebook import NotebookText
@@ -37,7 +37,7 @@ MAX_SKIRT_RATIO = 2.5  # of lines beside the band of a track over lines farther 
 MAX_FREQUENCY_ROUNDS = 4
 FREQUENCY_TOLERANCE_LINES = 0.02  # of the last correction
 ORDER_TOLERANCE_LINES = 1.5  # between a harmonic and an integer multiple of the rotating frequency
-MAX_ORDER = 40
+MAX_HARMONIC_ORDER = 40
 
 
 @dataclass(frozen=True)
@@ -103,11 +103,11 @@ def number_orders(harmonics: tuple[Harmonic, ...], resolution: float) -> tuple[H
     best: tuple[int, float, list[int | None]] = (1, 0.0, [None] * len(harmonics))
     frequencies = np.array([h.frequency for h in harmonics])
     for first in frequencies:
-        for division in range(1, MAX_ORDER // 4):
+        for division in range(1, MAX_HARMONIC_ORDER // 4):
             base = first / division
             orders = np.rint(frequencies / base)
             fits = (np.abs(frequencies - orders * base) < ORDER_TOLERANCE_LINES * resolution * np.maximum(1, orders / division))
-            fits &= (orders >= 1) & (orders <= MAX_ORDER)
+            fits &= (orders >= 1) & (orders <= MAX_HARMONIC_ORDER)
             if (int(fits.sum()), base) > best[:2] and fits.sum() > 1:
                 best = (int(fits.sum()), float(base), [int(k) if ok else None for k, ok in zip(orders, fits, strict=True)])
     return tuple(replace(h, order=k) for h, k in zip(harmonics, best[2], strict=True))
@@ -118,9 +118,13 @@ def _line_ratio(samples: FloatArray, width: int) -> tuple[FloatArray, FloatArray
     window = np.hanning(samples.shape[0])[:, None]
     power = np.abs(fft.rfft(samples * window, axis=0)) ** 2
     smooth = uniform_filter1d(power, width, axis=0, mode="nearest")
-    # One line in `width` carries all that the smoothed power knows; its running median is spread over the others.
-    coarse = median_filter(smooth[::width], (2 * BACKGROUND_WIDTHS + 1, 1), mode="nearest")
-    background = np.repeat(coarse, width, axis=0)[:power.shape[0]]
+    # One line in `width` carries all that the smoothed power knows; medians at every `BACKGROUND_WIDTHS`-th of them are
+    # spread over # the lines between: a running median is ten times as slow and differs by less than the threshold needs.
+    coarse = np.pad(smooth[::width], ((BACKGROUND_WIDTHS, 2 * BACKGROUND_WIDTHS), (0, 0)), mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(coarse, 2 * BACKGROUND_WIDTHS + 1, axis=0)[::BACKGROUND_WIDTHS]
+    medians = np.median(windows, axis=-1)
+    median_index = (np.arange(power.shape[0]) // width + BACKGROUND_WIDTHS // 2) // BACKGROUND_WIDTHS
+    background = medians[np.minimum(median_index, medians.shape[0] - 1)]
     # The median of exponential power is ln 2 of its mean; of a mean of several lines nearly the mean.
     background = np.maximum(background / (np.log(2) if width == 1 else 1.0), 1e-30 * power.max(initial=1e-300))
     return (smooth / background).mean(axis=1), background
@@ -162,8 +166,9 @@ def _take_off(samples: FloatArray, rate: float, lines: np.ndarray, background: F
     centre = round(float(lines.mean()))
     weight = 1 / np.sqrt(background[centre])
     best: tuple[Harmonic | None, FloatArray] = (None, samples)
+    spectrum = fft.rfft(samples, axis=0) * weight
     for _ in range(MAX_TRACK_WIDENINGS):
-        track = _track(samples * weight, rate, centre, half)
+        track = _track(samples * weight, spectrum, rate, centre, half=half)
         harmonic, remainder = _judge(samples, track, rate, lines)
         if harmonic is None:
             return best
@@ -186,7 +191,7 @@ def _skirt_ratio(remainder: FloatArray, centre: int, half: int) -> float:
     return float((mean_power(half + 1, 2 * half + 3) / np.maximum(mean_power(3 * half + 3, 6 * half + 9), 1e-300)).mean())
 
 
-def _track(weighted: FloatArray, rate: float, centre: int, half: int) -> _Track:
+def _track(weighted: FloatArray, spectrum: ComplexArray, rate: float, centre: int, *, half: int) -> _Track:
     """Return the envelope of the line in the combination of weighted channels where it stands out most.
 
     The record is mixed down by the line's own mean frequency, found in rounds, so that a steady line becomes a constant and the
@@ -194,7 +199,7 @@ def _track(weighted: FloatArray, rate: float, centre: int, half: int) -> _Track:
     """
     count = weighted.shape[0]
     frequency = centre * rate / count
-    signal = weighted @ _strongest_direction(weighted, centre, half)
+    signal = weighted @ _strongest_direction(spectrum, centre, half)
     cycles = np.arange(count) / rate
     for _ in range(MAX_FREQUENCY_ROUNDS):
         mixed = fft.fft(signal * np.exp(-2j * np.pi * frequency * cycles))
@@ -207,10 +212,10 @@ def _track(weighted: FloatArray, rate: float, centre: int, half: int) -> _Track:
     return _Track(frequency, envelope, 2 * half + 1)
 
 
-def _strongest_direction(weighted: FloatArray, centre: int, half: int) -> ComplexArray:
+def _strongest_direction(spectrum: ComplexArray, centre: int, half: int) -> ComplexArray:
     """Return the first principal direction of the channels over the lines within `half` of a line, (n_channels,)."""
-    lines = np.arange(max(1, centre - half), min(weighted.shape[0] // 2, centre + half + 1))
-    return np.asarray(np.linalg.svd(fft.rfft(weighted, axis=0)[lines], full_matrices=False)[2][0].conj())
+    lines = slice(max(1, centre - half), centre + half + 1)
+    return np.asarray(np.linalg.svd(spectrum[lines], full_matrices=False)[2][0].conj())
 
 
 def _judge(samples: FloatArray, track: _Track, rate: float, lines: np.ndarray) -> tuple[Harmonic | None, FloatArray]:

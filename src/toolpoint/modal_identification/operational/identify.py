@@ -12,6 +12,7 @@ from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.operational.band_modes import OPERATIONAL_METHODS, BandModes, Subspace, identify_band
 from toolpoint.modal_identification.operational.bands import plan_bands
 from toolpoint.modal_identification.operational.harmonics import Harmonic, number_orders, remove_harmonics
+from toolpoint.modal_identification.operational.line_remainders import remainders_of_lines
 from toolpoint.modal_identification.operational.record_doubts import question_modes, question_records, usable_channels
 from toolpoint.modal_identification.operational.result import OperationalIdentification
 from toolpoint.modal_identification.operational.setups import check_setups, join_setups
@@ -85,12 +86,18 @@ def _identify_setup(records: Sequence[Record], references: Sequence[str], settin
     plan = plan_bands([part.shape[0] for part in samples], rate, settings.rows, blocks=settings.blocks, band=band)
     parts = [identify_band(samples, usable[0].channels, columns, settings, rate=rate, band=item) for item in plan]
     modes, order = _join_bands(parts, usable[0])
+    share = np.concatenate([part.power_share for part in parts])[order]
+    is_remainder, of_lines = remainders_of_lines(modes, share, harmonics)
+    if is_remainder.any():
+        names = ", ".join(f"{frequency:.4g} Hz" for frequency in modes.frequency[is_remainder])
+        notes.append(f"remainders of removed lines, no modes: {names}")
+    modes, order = modes.selected(np.flatnonzero(~is_remainder).tolist()), order[~is_remainder]
     fields = {name: np.concatenate([getattr(part, name) for part in parts])[order]
               for name in ("support", "power_share", "confirmed")}
     result = OperationalIdentification(
         modes, harmonics, spectra=tuple(part.spectra for part in parts), diagrams=tuple(part.diagram for part in parts),
         method=settings.name, duration=float(sum(record.duration for record in records)), **fields)
-    doubts: list[Doubt] = [*question_records(usable), *(doubt for part in parts for doubt in part.doubts),
+    doubts: list[Doubt] = [*question_records(usable), *(doubt for part in parts for doubt in part.doubts), *of_lines,
                            *question_modes(result)]
     return OperationalIdentification(**{**vars(result), "doubts": tuple(doubts), "notes": tuple(notes)})
 

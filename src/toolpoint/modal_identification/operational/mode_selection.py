@@ -15,7 +15,7 @@ from toolpoint._check import BoolArray, ComplexArray, FloatArray
 from toolpoint.modal_identification.operational.subspace import SubspacePoles
 from toolpoint.modal_identification.poles.selection import group_poles
 
-MIN_GROUP_SIZE = 4  # orders
+MIN_ORDERS_OF_MODE = 4  # orders
 MIN_SUPPORT = 0.35  # of the orders from the first that has the pole
 MAX_DEVIATION_HALF_WIDTHS = 0.3  # standard deviation of a mode's pole over its half width
 MIN_REPEATED_MAC = 0.8  # of shapes of two poles within a half width that are halves of one mode
@@ -47,9 +47,9 @@ class SelectedModes:
 
     def chosen(self, kept: BoolArray) -> SelectedModes:
         """Return those of the modes that are kept; the others count as undetermined."""
-        gone = np.abs(self.poles[~kept]) / (2 * np.pi)
+        left_out = np.abs(self.poles[~kept]) / (2 * np.pi)
         return SelectedModes(self.poles[kept], self.deviations[:, kept], self.scatter[kept], self.support[kept],
-                             np.sort(np.concatenate([self.undetermined, gone])))
+                             np.sort(np.concatenate([self.undetermined, left_out])))
 
 
 def deviation_of_mean(deviations: ComplexArray) -> tuple[FloatArray, FloatArray]:
@@ -76,19 +76,19 @@ class _Group:
         return max(deviations) <= MAX_DEVIATION_HALF_WIDTHS * abs(self.pole.real)
 
 
-def select_modes(found: SubspacePoles) -> SelectedModes:
+def select_modes(all_poles: SubspacePoles) -> SelectedModes:
     """Return the modes of all orders: each the mean of its group, weighted by the inverse variance of its frequency."""
-    diagram = found.diagram
+    diagram = all_poles.diagram
     orders = np.array(diagram.orders)
     groups = []
     for indices in group_poles(diagram):
         members = np.array(indices)
-        support = members.size / max(int((orders >= diagram.order[members].min()).sum()), MIN_GROUP_SIZE)
-        if members.size >= MIN_GROUP_SIZE and support >= MIN_SUPPORT:
-            groups.append(_mean_of_group(found, members, support))
+        support = members.size / max(int((orders >= diagram.order[members].min()).sum()), MIN_ORDERS_OF_MODE)
+        if members.size >= MIN_ORDERS_OF_MODE and support >= MIN_SUPPORT:
+            groups.append(_mean_of_group(all_poles, members, support))
     determined = [group for group in groups if group.is_determined]
     kept = _drop_halves(determined)
-    blocks = found.deviations.shape[0]
+    blocks = all_poles.deviations.shape[0]
     return SelectedModes(
         np.array([group.pole for group in kept], complex),
         np.stack([group.deviation for group in kept], axis=1) if kept else np.zeros((blocks, 0), complex),
@@ -96,16 +96,16 @@ def select_modes(found: SubspacePoles) -> SelectedModes:
         np.sort([abs(group.pole) / (2 * np.pi) for group in groups if not group.is_determined]))
 
 
-def _mean_of_group(found: SubspacePoles, members: np.ndarray, support: float) -> _Group:
-    poles = found.diagram.poles[members]
-    _, imaginary = deviation_of_mean(found.deviations[:, members])
+def _mean_of_group(all_poles: SubspacePoles, members: np.ndarray, support: float) -> _Group:
+    poles = all_poles.diagram.poles[members]
+    _, imaginary = deviation_of_mean(all_poles.deviations[:, members])
     weight = 1 / np.maximum(imaginary, 1e-12 * np.abs(poles)) ** 2
     weight /= weight.sum()
     mean = complex(weight @ poles)
     offset = poles - mean
-    return _Group(mean, found.deviations[:, members] @ weight, complex(weight @ offset.real**2, weight @ offset.imag**2),
+    return _Group(mean, all_poles.deviations[:, members] @ weight, complex(weight @ offset.real**2, weight @ offset.imag**2),
                   support,
-                  found.diagram.participation[:, members[int(np.argmax(weight))]])
+                  all_poles.diagram.participation[:, members[int(np.argmax(weight))]])
 
 
 def _drop_halves(groups: list[_Group]) -> list[_Group]:

@@ -65,11 +65,11 @@ def _is_clipped(values: FloatArray) -> bool:
     """Whether an extreme value repeats as no value near it does: at a step of the converter all values repeat."""
     for sign in (1.0, -1.0):
         ordered = np.sort(sign * values)[::-1]
-        top = int((ordered == ordered[0]).sum())
-        if top >= MIN_CLIPPED_SAMPLES:
-            following = ordered[top:]
-            second = int((following == following[0]).sum()) if following.size else 0
-            if top > 5 * second:
+        n_extreme = int((ordered == ordered[0]).sum())
+        if n_extreme >= MIN_CLIPPED_SAMPLES:
+            following = ordered[n_extreme:]
+            n_following = int((following == following[0]).sum()) if following.size else 0
+            if n_extreme > 5 * n_following:
                 return True
     return False
 
@@ -109,10 +109,10 @@ def question_setup_frequencies(frequency: FloatArray, deviation: FloatArray, lim
     """Return the doubt about one mode whose frequency differs between set-ups by more than its intervals explain."""
     weight = 1 / deviation**2
     mean = float((weight * frequency).sum() / weight.sum())
-    worst = float((np.abs(frequency - mean) / deviation).max())
-    if worst <= limit:
+    largest_deviation = float((np.abs(frequency - mean) / deviation).max())
+    if largest_deviation <= limit:
         return None
     spread = float(np.ptp(frequency) / mean)
     return Doubt(f"mode at {mean:.4g} Hz",
-                 f"its frequency differs by {100 * spread:.2g} % between set-ups ({worst:.1f} standard "
+                 f"its frequency differs by {100 * spread:.2g} % between set-ups ({largest_deviation:.1f} standard "
                  "deviations)", "sensors that are moved carry mass, or the machine changed in between", figure=spread)

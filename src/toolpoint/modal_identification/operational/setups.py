@@ -56,12 +56,12 @@ def check_setups(records: Sequence[Record], references: Sequence[str] | None) ->
     if len(groups) > 1 and not shared:
         fail("records", f"{len(groups)} set-ups without a common channel", "must share at least one that stays (a reference)",
              remedy="a sensor must stay in place while the others are moved")
-    wanted = list(references) if references is not None else (shared if len(groups) > 1 else [])
-    for name in wanted:
+    chosen = list(references) if references is not None else (shared if len(groups) > 1 else [])
+    for name in chosen:
         if not all(name in names for names in groups):
             fail("references", repr(name), "must be a channel of every record",
                  remedy=f"there are {', '.join(next(iter(groups)))}")
-    return [Setup(tuple(members), tuple(wanted)) for members in groups.values()]
+    return [Setup(tuple(members), tuple(chosen)) for members in groups.values()]
 
 
 def join_setups(parts: Sequence[OperationalIdentification], setups: Sequence[Setup]) -> OperationalIdentification:
@@ -74,25 +74,26 @@ def join_setups(parts: Sequence[OperationalIdentification], setups: Sequence[Set
     shared = list(setups[0].references)
     chains = [_match(parts, order, i, shared) for i in range(parts[base].modes.count)]
     complete = [chain for chain in chains if None not in chain]
-    lost = [float(parts[base].modes.frequency[i]) for i, chain in enumerate(chains) if None in chain]
-    joined = [_join_mode(parts, order, [int(k) for k in chain if k is not None], shared) for chain in complete]
+    incomplete = [float(parts[base].modes.frequency[i]) for i, chain in enumerate(chains) if None in chain]
+    joined_modes = [_join_mode(parts, order, [int(k) for k in chain if k is not None], shared) for chain in complete]
     dofs = _all_dofs(parts, order)
-    modes = Modes(np.array([item.frequency for item in joined]), np.array([item.damping_ratio for item in joined]),
-                  np.stack([item.shape for item in joined], axis=1) if joined else np.zeros((len(dofs), 0),
+    modes = Modes(np.array([item.frequency for item in joined_modes]), np.array([item.damping_ratio for item in joined_modes]),
+                  np.stack([item.shape for item in joined_modes], axis=1) if joined_modes else np.zeros((len(dofs), 0),
                                                                                             complex), dofs, "unscaled",
-                  covariance=np.array([item.covariance for item in joined]).reshape(-1, 2, 2),
-                  shape_variance=np.stack([item.variance for item in joined], axis=1) if joined else np.zeros((len(dofs), 0)))
+                  covariance=np.array([item.covariance for item in joined_modes]).reshape(-1, 2, 2),
+                  shape_variance=np.stack([item.variance for item in joined_modes],
+                                          axis=1) if joined_modes else np.zeros((len(dofs), 0)))
 
     def fold(name: str, how: Callable[[list[Any]], Any]) -> np.ndarray:
         """Return one value a mode, folded over the set-ups."""
         return np.array([how([getattr(parts[order[j]], name)[k] for j, k in enumerate(chain)]) for chain in complete])
 
     notes = [note for part in parts for note in part.notes]
-    if lost:
-        names = ", ".join(f"{frequency:.4g}" for frequency in lost)
-        notes.append(f"mode{'s' * (len(lost) > 1)} at {names} Hz not seen in every set-up, left out")
+    if incomplete:
+        names = ", ".join(f"{frequency:.4g}" for frequency in incomplete)
+        notes.append(f"mode{'s' * (len(incomplete) > 1)} at {names} Hz not seen in every set-up, left out")
     doubts = [*(doubt.within(f"set-up {i + 1}") for i, part in enumerate(parts) for doubt in part.doubts),
-              *(item.doubt for item in joined if item.doubt is not None)]
+              *(item.doubt for item in joined_modes if item.doubt is not None)]
     return OperationalIdentification(
         modes, tuple(line for part in parts for line in part.harmonics), fold("support", min), fold("power_share", max),
         fold("confirmed", all).astype(bool), parts[base].spectra, parts[base].diagrams, parts[base].method,

@@ -59,7 +59,7 @@ def fit_shapes(correlations: Correlations, poles: ComplexArray, pole_deviations:
     # A pole's change moves its own decay by t exp(s t) A ds: what the amplitudes of all modes must then make good.
     slopes = time[:, None] * waves
     shape = np.empty((channels, poles.size), complex)
-    moves = np.empty((blocks, channels, poles.size), complex)
+    deviations = np.empty((blocks, channels, poles.size), complex)
     changes = np.empty((blocks, *amplitudes.shape), complex)
     for b in range(blocks):
         moved = np.einsum("lr,rci,r->lci", slopes, amplitudes, pole_deviations[b])
@@ -70,10 +70,10 @@ def fit_shapes(correlations: Correlations, poles: ComplexArray, pole_deviations:
         turn = np.exp(-0.5j * np.angle((vector**2).sum()))
         change = changes[:, r] @ right[0].conj() / size[0]
         change -= (change @ vector.conj())[:, None] * vector
-        shape[:, r], moves[:, :, r] = vector * turn, change * turn
-    own = 2 * np.einsum("rcc->rc", amplitudes[:, list(correlations.references), :]).real
+        shape[:, r], deviations[:, :, r] = vector * turn, change * turn
+    mode_power = 2 * np.einsum("rcc->rc", amplitudes[:, list(correlations.references), :]).real
     power = np.einsum("ccl->cl", correlations.mean[:1, list(correlations.references), :].transpose(1, 2, 0))[:, 0]
-    return OperationalShapes(shape, moves, np.clip((own / power).mean(axis=1), 0.0, 1.0))
+    return OperationalShapes(shape, deviations, np.clip((mode_power / power).mean(axis=1), 0.0, 1.0))
 
 
 def _complex_amplitudes(inverse: FloatArray, values: FloatArray) -> ComplexArray:

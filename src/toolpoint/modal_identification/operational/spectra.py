@@ -61,8 +61,8 @@ def singular_spectra(samples: list[FloatArray], rate: float, lines: int) -> Sing
             total += spectrum[:, :, None] * spectrum[:, None, :].conj()
             count += 1
     vectors, values, _ = np.linalg.svd(2 * total / (max(count, 1) * rate * (window**2).sum()))
-    shown = min(SHOWN_SINGULAR_VALUES, values.shape[1])
-    return SingularSpectra(np.arange(1, lines + 1) * rate / size, values[1:, :shown], vectors[1:, :, :shown])
+    n_values = min(SHOWN_SINGULAR_VALUES, values.shape[1])
+    return SingularSpectra(np.arange(1, lines + 1) * rate / size, values[1:, :n_values], vectors[1:, :, :n_values])
 
 
 def half_spectra(correlations: Correlations, channels: tuple[Dof, ...]) -> Frf:

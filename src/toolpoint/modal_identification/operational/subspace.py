@@ -33,6 +33,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.operational.correlations import Correlations
 from toolpoint.modal_identification.poles.stabilization import Diagram
 
+MAX_ORDER_SHARE = 0.4  # of the rank of the Hankel matrix
 PAST_EIGENVALUE_FLOOR = 1e-10  # of the covariance of the past, over its largest eigenvalue: below, rounding
 
 
@@ -56,7 +57,7 @@ class SubspacePoles(NotebookText):
 
 
 @dataclass(frozen=True, eq=False)
-class _Basis:
+class _SingularBasis:
     """Singular vectors of the Hankel matrix, and the products of their shifted parts."""
 
     left: FloatArray  # (rows n_channels, n)
@@ -92,11 +93,11 @@ def subspace_poles(correlations: Correlations, order: int, *, omega_range: tuple
     diagram = Diagram.collected(entries, omega_range)
     lag_count = correlations.blocks.shape[1]
     flat = deviations.reshape(deviations.shape[0], lag_count, -1)[:, 1:2 * basis.rows].reshape(deviations.shape[0], -1)
-    moves = flat @ np.array(gradients).T if gradients else np.zeros((deviations.shape[0], 0), complex)
-    return SubspacePoles(diagram, moves)
+    pole_changes = flat @ np.array(gradients).T if gradients else np.zeros((deviations.shape[0], 0), complex)
+    return SubspacePoles(diagram, pole_changes)
 
 
-def _decompose(correlations: Correlations, order: int, weight_past: bool) -> _Basis:
+def _decompose(correlations: Correlations, order: int, weight_past: bool) -> _SingularBasis:
     """Return the singular vectors of the Hankel matrix of the mean correlations."""
     mean = correlations.mean
     lags, channels, references = mean.shape
@@ -108,13 +109,14 @@ def _decompose(correlations: Correlations, order: int, weight_past: bool) -> _Ba
     if weight_past:
         flat = flat @ _past_weight(correlations, rows)
     left, size, right = np.linalg.svd(flat, full_matrices=False)
-    count = int(min(order, (size > np.finfo(float).eps * size[0] * max(flat.shape)).sum()))
+    # The deviations live in the directions that the order leaves out: an order near the rank has none, and no covariance.
+    count = int(min(order, MAX_ORDER_SHARE * min(flat.shape), (size > np.finfo(float).eps * size[0] * max(flat.shape)).sum()))
     upper, lower = left[:-channels, :count], left[channels:, :count]
     scaled = right[:count].T / size[:count]
     if weight_past:
         # delta H acts before the weight: V S^-1 is led back through it.
         scaled = _past_weight(correlations, rows) @ scaled
-    return _Basis(left[:, :count], scaled, upper.T @ upper, upper.T @ lower, channels, rows)
+    return _SingularBasis(left[:, :count], scaled, upper.T @ upper, upper.T @ lower, channels, rows)
 
 
 def _past_weight(correlations: Correlations, rows: int) -> FloatArray:
@@ -133,7 +135,7 @@ def _past_weight(correlations: Correlations, rows: int) -> FloatArray:
     return vectors / np.sqrt(values) @ vectors.T
 
 
-def _pole_gradient(basis: _Basis, size: int, root: complex, left: ComplexArray, right: ComplexArray) -> ComplexArray:
+def _pole_gradient(basis: _SingularBasis, size: int, root: complex, left: ComplexArray, right: ComplexArray) -> ComplexArray:
     r"""Return the gradient of a discrete pole by the correlations at lags 1 .. 2 rows - 1, flat.
 
     With :math:`\xi^H = \chi^H (U_\uparrow^T U_\uparrow)^{-1} / \chi^H \psi` and the residual :math:`e = (U_\downarrow - \mu
@@ -150,7 +152,7 @@ def _pole_gradient(basis: _Basis, size: int, root: complex, left: ComplexArray, 
             + _lag_sums(basis, residual - vectors @ (vectors.T @ residual), scaled @ conjugate)).ravel()
 
 
-def _lag_sums(basis: _Basis, row: ComplexArray, column: ComplexArray) -> ComplexArray:
+def _lag_sums(basis: _SingularBasis, row: ComplexArray, column: ComplexArray) -> ComplexArray:
     """Return the sums of row_i column_j^T over i + j = l, l = 0 .. 2 rows - 2: what multiplies each lag in row^T H column."""
     size = 2 * basis.rows
     rows = fft.fft(row.reshape(basis.rows, -1), size, axis=0)

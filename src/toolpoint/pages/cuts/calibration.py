@@ -9,9 +9,9 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.calibration import mean_forces, plot_force_fit
-from toolpoint.studies.cuts.forces.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
+from toolpoint.studies.cuts.forces.calibration import HEADER, MEAN_FORCE_REMARK, TOOTH_REMARK, CalibrationStudy, fit_rows
 
-CHARTS = 8
+MAX_FORCE_CHARTS = 8  # records whose forces are drawn, the smallest feeds first
 
 
 def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> Report:
@@ -23,16 +23,17 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
                     subtitle=f"{words}; {test.speed:g} rev/min, depth {1e3 * test.depth:g} mm, {result.feeds.size} records")
     report = report.with_section(
         "Coefficients and run-out", f"Fit of the forces over rotation; residual {result.fit.residual:.4g} N, "
-        f"{result.fit.status}." + (f" {NAMED}" if result.is_named_by_fit else ""), Table(list(HEADER), fit_rows(result.fit)))
+        f"{result.fit.status}." + (f" {TOOTH_REMARK}" if result.is_named_by_fit else ""),
+        Table(list(HEADER), fit_rows(result.fit)))
     if result.average is not None:
         mean, model = result.measured.mean(1), result.fitted.mean(1)
-        words = f"Fit of the mean forces over feed. {BLIND} The lines are those of the fit over rotation."
+        words = f"Fit of the mean forces over feed. {MEAN_FORCE_REMARK} The lines are those of the fit over rotation."
         report = report.with_section("Average forces", words, Table(list(HEADER), fit_rows(result.average)),
                                      Chart(mean_forces(result.feeds, mean, model), name="means"))
     charts = [Chart(plot_force_fit(result.angle, result.measured[i], result.fitted[i],
                                    title=f"{name}, {1e3 * feed:g} mm a tooth"),
                     name=f"forces{i}")
-              for i, (feed, name) in enumerate(zip(result.feeds[:CHARTS], result.names, strict=False))]
+              for i, (feed, name) in enumerate(zip(result.feeds[:MAX_FORCE_CHARTS], result.names, strict=False))]
     report = report.with_section("Measured and fitted forces", "Forces on the tool over one revolution, the mean of all whole "
                                "revolutions of the record.", *charts)
     report = report.with_doubts(*warnings, *result.doubts)
@@ -44,9 +45,9 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
 
 def _answer(result: CalibrationStudy) -> str:
     """Return the coefficients with their 95 % intervals in a sentence."""
-    fit, parts = result.fit, []
-    for name, value, (_, high) in zip(fit.names, fit.values, fit.interval, strict=True):
+    fit, words = result.fit, []
+    for name, value, (_, upper_end) in zip(fit.names, fit.values, fit.interval, strict=True):
         if name in ("kt", "kn", "ka"):
-            parts.append(f"K_{name[1]} = {with_uncertainty(float(value) / 1e6, float(high - value) / 1e6)}")
-    return f"{', '.join(parts)} N/mm^2 (95 %), fitted to {result.feeds.size} records."
+            words.append(f"K_{name[1]} = {with_uncertainty(float(value) / 1e6, float(upper_end - value) / 1e6)}")
+    return f"{', '.join(words)} N/mm^2 (95 %), fitted to {result.feeds.size} records."
 

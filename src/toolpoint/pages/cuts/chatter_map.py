@@ -39,26 +39,27 @@ def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] 
 
 def _answer(result: ChatterMap) -> str:
     """Return the worst and what is stable everywhere in a sentence."""
-    worst = result.worst()
-    at = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
-    deepest = float(result.everywhere[at])
-    best = f"{number_text(1e3 * deepest, digits=3)} mm at {result.speeds[at]:.0f} rev/min" if np.isfinite(deepest) else \
-        f"no limit to {number_text(1e3 * float(np.nanmin(result.depth_max)), digits=3)} mm at {result.speeds[at]:.0f} rev/min"
-    if not np.isfinite(worst.depth):
+    worst_limit = result.worst()
+    best_speed = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
+    deepest = float(result.everywhere[best_speed])
+    speed_text = f"mm at {result.speeds[best_speed]:.0f} rev/min"
+    best = (f"{number_text(1e3 * deepest, digits=3)} {speed_text}" if np.isfinite(deepest) else
+            f"no limit to {number_text(1e3 * float(np.nanmin(result.depth_max)), digits=3)} {speed_text}")
+    if not np.isfinite(worst_limit.depth):
         return "No limit was found at any pose."
-    return (f"{text_below(1e3 * worst.depth)} mm is stable at every pose, feed direction and charted speed; "
-            f"worst is {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}, "
-            f"{worst.speed:.0f} rev/min, where chatter begins at {worst.frequency:.0f} Hz. The speed that is best everywhere "
-            f"allows {best}.")
+    return (f"{text_below(1e3 * worst_limit.depth)} mm is stable at every pose, feed direction and charted speed; "
+            f"worst is {pose_words(worst_limit.pose, result.angles)}, feed at {angle_words(worst_limit.feed_angle)}, "
+            f"{worst_limit.speed:.0f} rev/min, where chatter begins at {worst_limit.frequency:.0f} Hz. The speed that is best "
+            f"everywhere allows {best}.")
 
 
 def _map_parts(result: ChatterMap) -> list[Chart | str]:
     """Return the map of the least depth over the first two axes that have several positions; the worst of further ones."""
     lowest = np.minimum(result.lowest, result.depth_max[..., None])
-    several = [k for k, at in enumerate(result.axes.values()) if at.size > 1]
+    several = [k for k, positions in enumerate(result.axes.values()) if positions.size > 1]
     names = list(result.axes)
-    rest = tuple(k for k in range(len(names)) if k not in several[:2])
-    values = 1e3 * lowest.min(axis=rest) if rest else 1e3 * lowest
+    minimised_axes = tuple(k for k in range(len(names)) if k not in several[:2])
+    values = 1e3 * lowest.min(axis=minimised_axes) if minimised_axes else 1e3 * lowest
     if not several:
         return ["One pose: " + pose_words(result.pose((0,) * len(names)), result.angles) + "."]
     names_of_ways = [f"feed at {angle_words(angle)}" for angle in result.feed_angles]
@@ -68,16 +69,19 @@ def _map_parts(result: ChatterMap) -> list[Chart | str]:
     remark = _remark(result, [names[k] for k in several[2:]])
     parts: list[Chart | str] = [f"Depth that is stable at every charted speed. {remark}".strip()]
     grid = Grid(result.axes, result.angles)
-    at = [(names[k], grid.shown(names[k]), grid.unit(names[k])) for k in several[:2]]
-    if len(at) == 1:
-        chart = frequency_curves(at[0][1], values, axis=at[0][0], unit=at[0][2], names=names_of_ways, quantity=QUANTITY)
+    map_axes = [(names[k], grid.shown(names[k]), grid.unit(names[k])) for k in several[:2]]
+    if len(map_axes) == 1:
+        chart = frequency_curves(map_axes[0][1], values, axis=map_axes[0][0], unit=map_axes[0][2], names=names_of_ways,
+                                 quantity=QUANTITY)
     else:
-        chart = frequency_map(at[0][1], at[1][1], values, axes=(at[0][0], at[1][0]), units=(at[0][2], at[1][2]),
+        chart = frequency_map(map_axes[0][1], map_axes[1][1], values, axes=(map_axes[0][0], map_axes[1][0]),
+                              units=(map_axes[0][2], map_axes[1][2]),
                               names=names_of_ways, quantity=QUANTITY)
     return [*parts, Chart(chart, name="map")]
 
 
 def _remark(result: ChatterMap, further: Sequence[str]) -> str:
+    """Return how the map treats further axes and poses without a limit."""
     lines = [f"Of {', '.join(further)} the worst position counts."] if further else []
     if np.isinf(result.limit.min(axis=-1)).any():
         lines.append("Where no limit was found, the largest depth looked at is drawn.")
@@ -85,20 +89,23 @@ def _remark(result: ChatterMap, further: Sequence[str]) -> str:
 
 
 def _speed_parts(result: ChatterMap) -> list[Chart | str]:
-    worst = result.worst()
-    index = tuple(int(np.argmin(np.abs(result.axes[name] - value))) for name, value in worst.pose.items())
-    way = int(np.argmin(np.abs(result.feed_angles - worst.feed_angle)))
+    """Return the limits over speed: least over all poses, at the worst pose, and at the best."""
+    worst_limit = result.worst()
+    index = tuple(int(np.argmin(np.abs(result.axes[name] - value))) for name, value in worst_limit.pose.items())
+    worst_way = int(np.argmin(np.abs(result.feed_angles - worst_limit.feed_angle)))
     curves = [StabilityCurve(result.speeds, result.everywhere, "stable everywhere"),
-              StabilityCurve(result.speeds, result.limit[(*index, way)],
-                             f"worst: {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}")]
-    least = result.lowest.reshape(-1)
-    if np.isfinite(least).any():
-        *best, turn = (int(k) for k in np.unravel_index(int(np.nanargmax(least)), result.lowest.shape))
-        if (*best, turn) != (*index, way):
-            label = f"best: {pose_words(result.pose(best), result.angles)}, feed at {angle_words(result.feed_angles[turn])}"
-            curves.append(StabilityCurve(result.speeds, result.limit[(*best, turn)], label))
-    top = None if np.isfinite(result.limit).any() else float(np.nanmax(result.depth_max))
-    at = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
-    deepest = depth_words(float(result.everywhere[at]), float(np.nanmin(result.depth_max)))
-    return [f"Worst: {worst}. Deepest cut that is stable everywhere: {deepest} mm at {result.speeds[at]:.0f} rev/min "
-            "(nothing in hand).", Chart(stability_chart(curves, max_depth=top), name="speeds")]
+              StabilityCurve(result.speeds, result.limit[(*index, worst_way)],
+                             f"worst: {pose_words(worst_limit.pose, result.angles)}, feed at "
+                             f"{angle_words(worst_limit.feed_angle)}")]
+    lowest_limits = result.lowest.reshape(-1)
+    if np.isfinite(lowest_limits).any():
+        *best_pose, best_way = (int(k) for k in np.unravel_index(int(np.nanargmax(lowest_limits)), result.lowest.shape))
+        if (*best_pose, best_way) != (*index, worst_way):
+            label = (f"best: {pose_words(result.pose(best_pose), result.angles)}, feed at "
+                     f"{angle_words(result.feed_angles[best_way])}")
+            curves.append(StabilityCurve(result.speeds, result.limit[(*best_pose, best_way)], label))
+    depth_top = None if np.isfinite(result.limit).any() else float(np.nanmax(result.depth_max))
+    best_speed = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
+    deepest = depth_words(float(result.everywhere[best_speed]), float(np.nanmin(result.depth_max)))
+    return [f"Worst: {worst_limit}. Deepest cut that is stable everywhere: {deepest} mm at {result.speeds[best_speed]:.0f} "
+            "rev/min (nothing in hand).", Chart(stability_chart(curves, max_depth=depth_top), name="speeds")]

@@ -25,27 +25,28 @@ def problem_words(problem: MillingProblem) -> str:
 
 
 def plane_words(plane: PlaneDynamics) -> str:
-    """Return what the dynamics are in words: modes, or lines that were measured."""
+    """Return the dynamics in words: modes, or lines that were measured."""
     if plane.is_modal:
         f = np.abs(plane.poles) / (2 * np.pi)
-        span = f"{f.min():.4g}" if np.ptp(f) < 1e-3 * f.max() else f"{f.min():.4g} to {f.max():.4g}"
-        return f"{f.size} mode{'s' if f.size > 1 else ''}, {span} Hz"
+        frequency_text = f"{f.min():.4g}" if np.ptp(f) < 1e-3 * f.max() else f"{f.min():.4g} to {f.max():.4g}"
+        return f"{f.size} mode{'s' if f.size > 1 else ''}, {frequency_text} Hz"
     lines = plane.lines[0]
     return f"{lines.size} measured lines, {lines[0]:.4g} to {lines[-1]:.4g} Hz"
 
 
 def dynamics_parts(plane: PlaneDynamics) -> list[Chart | Table | str]:
     """Return the dynamics that a chart stands on: the response along x and y, and the modes with their stiffness."""
-    low, high = plane.span
-    f = np.linspace(max(0.3 * low, 1e-3 * high), 1.4 * high, 1500) if plane.is_modal else np.asarray(plane.frequency)
+    frequency_min, frequency_max = plane.span
+    f = np.linspace(max(0.3 * frequency_min, 1e-3 * frequency_max), 1.4 * frequency_max,
+                    1500) if plane.is_modal else np.asarray(plane.frequency)
     values = plane.response(f)
     ways = [k for k in range(plane.size) if np.abs(values[:, k, k]).max() > 0]
-    single = {"xyz"[k]: Frf(f, values[:, k:k + 1, k:k + 1], (Dof("tool", f"+{'xyz'[k]}"),), (Dof("tool", f"+{'xyz'[k]}"),))
-              for k in ways}
+    responses = {"xyz"[k]: Frf(f, values[:, k:k + 1, k:k + 1], (Dof("tool", f"+{'xyz'[k]}"),), (Dof("tool", f"+{'xyz'[k]}"),))
+                 for k in ways}
     parts: list[Chart | Table | str] = [
         f"Response of the tool against the work: {plane_words(plane)}. x is the feed, y normal to it."]
-    if single:
-        parts.append(Chart(bode({f"along {way}": frf for way, frf in single.items()}), name="dynamics"))
+    if responses:
+        parts.append(Chart(bode({f"along {way}": frf for way, frf in responses.items()}), name="dynamics"))
     if plane.is_modal:
         parts.append(_mode_table(plane))
     return parts
@@ -56,19 +57,19 @@ def limit_sentence(chart: StabilityChart, lowest: LowestLimit | None = None, *, 
 
     The depth is below the limit by the stated error, and rounded down; with the `lowest` limit it holds between the speeds too.
     """
-    what, low, high = "width" if width else "depth", chart.speeds.min(), chart.speeds.max()
-    span = f"from {low:.0f} to {high:.0f} rev/min"
+    quantity, speed_min, speed_max = "width" if width else "depth", chart.speeds.min(), chart.speeds.max()
+    span = f"from {speed_min:.0f} to {speed_max:.0f} rev/min"
     limit = chart.limit
     if not np.isfinite(limit).any():
-        return f"No limit was found {span}: every {what} up to {number_text(1e3 * chart.depth_max, digits=3)} mm is stable."
+        return f"No limit was found {span}: every {quantity} up to {number_text(1e3 * chart.depth_max, digits=3)} mm is stable."
     if lowest is not None and np.isfinite(lowest.depth):
-        return (f"A {what} of {text_below(1e3 * (lowest.depth - lowest.error))} mm is stable at every speed {span}; the limit "
-                f"is least at {lowest.speed:.0f} rev/min; above it chatter begins at {lowest.frequency:.0f} Hz.")
-    at = int(np.argmin(limit))
-    point = int(chart.limit_points()[at])
+        return (f"A {quantity} of {text_below(1e3 * (lowest.depth - lowest.error))} mm is stable at every speed {span}; the "
+                f"limit is least at {lowest.speed:.0f} rev/min; above it chatter begins at {lowest.frequency:.0f} Hz.")
+    lowest_index = int(np.argmin(limit))
+    point = int(chart.limit_points()[lowest_index])
     above = f"; above it chatter begins at {chart.frequency[point]:.0f} Hz" if point >= 0 else ""
-    return (f"A {what} of {text_below(1e3 * float(chart.sure_limit.min()))} mm is stable at every charted speed {span}; "
-            f"the limit is least at {chart.speeds[at]:.0f} rev/min{above}.")
+    return (f"A {quantity} of {text_below(1e3 * float(chart.sure_limit.min()))} mm is stable at every charted speed {span}; "
+            f"the limit is least at {chart.speeds[lowest_index]:.0f} rev/min{above}.")
 
 
 def no_cut_words(withheld: Sequence[Doubt]) -> str:
@@ -94,6 +95,7 @@ def depth_answers(chart: StabilityChart) -> list[str]:
 
 
 def _mode_table(plane: PlaneDynamics) -> Table:
+    """Return frequency, damping and modal stiffness of every mode of a plane's dynamics."""
     rows = []
     for k, pole in enumerate(plane.poles):
         omega, zeta = abs(pole), -pole.real / abs(pole)

@@ -23,7 +23,7 @@ from toolpoint.plot.figures.cuts.cutting import (
 )
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.cuts.probability import importance_chart, probability_chart
-from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, is_long
+from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, needs_long_edges
 from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
@@ -47,18 +47,18 @@ def _answer(result: LobesStudy) -> str:
     chart, best = result.chart, from_chart(result.chart)
     words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
-        half = result.spread.factor * result.spread.lowest
-        low, high = (1e3 * float(np.min(chart.limit)) * np.exp(sign * half) for sign in (-1, 1))
-        words += f" Its 95 % interval from the machine's identified numbers: {number_text(low, digits=3)} to " \
-                 f"{number_text(high, digits=3)} mm."
+        log_half_width = result.spread.factor * result.spread.lowest
+        lower_end, upper_end = (1e3 * float(np.min(chart.limit)) * np.exp(sign * log_half_width) for sign in (-1, 1))
+        words += f" Its 95 % interval from the machine's identified numbers: {number_text(lower_end, digits=3)} to " \
+                 f"{number_text(upper_end, digits=3)} mm."
     if best.depth <= 0:
         return words
-    edge = ", if its edges are so long" if is_long(result.problem, best.depth) else ""
+    edge = ", if its edges are so long" if needs_long_edges(result.problem, best.depth) else ""
     return f"{words} The best cut with a margin: {text_below(1e3 * best.depth)} mm at {best.speed:.0f} rev/min{edge}."
 
 
 def _rests(result: LobesStudy) -> list[str]:
-    """Return what the limits rest on, where nothing else says it."""
+    """Return the basis of the limits, where nothing else states it."""
     lines = [f"Method {result.chart.method}; stated errors are those of the computation alone."]
     if result.spread is None and result.probability is None:
         lines.append("Dynamics and cutting coefficients are taken as exact: an interval of the limits needs a machine with "
@@ -70,11 +70,12 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     chart, runs = result.chart, result.runs
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
     best = from_chart(chart)
-    top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
+    depth_top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
     if result.withheld:
         words = f"What the dynamics as they were given would allow: not to be used. {words}"
     points = [] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")]
-    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")], max_depth=top,
+    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
+                             max_depth=depth_top,
                              points=points)
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
@@ -92,8 +93,10 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:
+    """Return the report with the surface location error at half the lowest limit, where a flank leaves a wall."""
     side = wall_side(problem.engagement)
     if problem.feed_per_tooth > 0 and problem.tool.is_regular and problem.tool.corner_radius == 0 and side is not None:
+        # At half the lowest limit the cut is stable at every charted speed: forced vibration alone makes the error.
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:
             error = location_error(problem, chart.speeds, depth, side=side)

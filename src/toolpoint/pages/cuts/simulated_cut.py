@@ -28,5 +28,5 @@ def _answer(result: SimulatedCut) -> str:
     if result.withheld:
         return no_cut_words(result.withheld)
     run, verdict = result.run, result.run.verdict()
-    said = {"chatter": "chatters", "stable": "is stable"}.get(verdict.state, "is undecided")
-    return (f"The cut at {run.speed:g} rev/min and {1e3 * run.depth:g} mm depth {said}: {verdict.reason.split(';')[0]}.")
+    state_words = {"chatter": "chatters", "stable": "is stable"}.get(verdict.state, "is undecided")
+    return (f"The cut at {run.speed:g} rev/min and {1e3 * run.depth:g} mm depth {state_words}: {verdict.reason.split(';')[0]}.")

@@ -63,14 +63,16 @@ def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:
 
 
 def _with_band(tip: PlaneReceptance) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return magnitude of the response with its 95 % ends, line by line; three times the magnitude without draws."""
     size = np.abs(tip.values[:, 0, 0])
     if tip.draws is None:
         return size, size, size
-    low, high = np.percentile(np.abs(tip.draws[:, :, 0, 0]), [2.5, 97.5], axis=0, method="weibull")
-    return size, low, high
+    lower_end, upper_end = np.percentile(np.abs(tip.draws[:, :, 0, 0]), [2.5, 97.5], axis=0, method="weibull")
+    return size, lower_end, upper_end
 
 
 def _lobes(charts: dict[str, StabilityChart]) -> object:
+    """Return the stability charts of several tools in one."""
     finite = any(np.isfinite(chart.limit).any() for chart in charts.values())
     return stability_chart([StabilityCurve(chart.speeds, chart.limit, name) for name, chart in charts.items()],
                            max_depth=None if finite else max(chart.depth_max for chart in charts.values()))

@@ -36,16 +36,17 @@ def turning_page(result: TurningStudy) -> Report:
         "Chart", *([] if result.withheld else [lookup]),
         "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
         Chart(figure, name="stability"), Table(list(HEADER), result.rows()))
-    least = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
+    lowest_real_part = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
     report = report.with_section(
         "Response of the chip thickness", "The part of the receptance that the cutting force turns into chip thickness. Its "
         "least real part sets the width that is stable at every speed: b = -1/(2 K_f min Re G).",
-        Chart(chip_response(_response(result.problem.plane), least), name="oriented"))
+        Chart(chip_response(_response(result.problem.plane), lowest_real_part), name="oriented"))
     report = report.with_section("The dynamics it stands on", *dynamics_parts(result.problem.plane))
     return with_remarks(report, [*chart.notes, f"Method {chart.method}; dynamics and coefficients are taken as exact."])
 
 
 def _answer(result: TurningStudy) -> str:
+    """Return the least stable width in a sentence, and the width that is stable at any speed."""
     if result.withheld:
         return no_cut_words(result.withheld)
     limit = result.limit
@@ -57,6 +58,7 @@ def _answer(result: TurningStudy) -> str:
 
 
 def _response(plane: PlaneDynamics) -> Frf:
-    low, high = plane.span
-    f = np.linspace(0.3 * low, 1.5 * high, 3000) if plane.is_modal else np.asarray(plane.frequency)
+    """Return the response of the chip thickness over the modes, or on the measured lines."""
+    frequency_min, frequency_max = plane.span
+    f = np.linspace(0.3 * frequency_min, 1.5 * frequency_max, 3000) if plane.is_modal else np.asarray(plane.frequency)
     return Frf(f, plane.response(f)[:, :1, :1], (Dof("chip", "+x"),), (Dof("chip", "+x"),))

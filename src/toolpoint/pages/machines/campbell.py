@@ -29,11 +29,11 @@ def campbell_page(result: Campbell) -> Report:
 
 def _answer(result: Campbell) -> str:
     """Return the lowest critical speed in a sentence."""
-    low, high = float(result.speeds[0]), float(result.speeds[-1])
+    speed_min, speed_max = float(result.speeds[0]), float(result.speeds[-1])
     if not result.critical:
-        return f"No critical speed lies between {low:.0f} and {high:.0f} rev/min for the orders looked at."
+        return f"No critical speed lies between {speed_min:.0f} and {speed_max:.0f} rev/min for the orders looked at."
     order, speed, frequency, whirl = min(result.critical, key=lambda row: row[1])
-    return (f"{len(result.critical)} critical speeds lie between {low:.0f} and {high:.0f} rev/min; the lowest is "
+    return (f"{len(result.critical)} critical speeds lie between {speed_min:.0f} and {speed_max:.0f} rev/min; the lowest is "
             f"{speed:.0f} rev/min, where {order:g} per revolution meets {number_text(float(frequency))} Hz "
             f"({SENSES[whirl + 1]}).")
 

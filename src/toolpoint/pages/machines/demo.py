@@ -22,7 +22,7 @@ def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warni
     for title, part in (("Frequencies over the workspace", result.frequencies),
                         ("Static stiffness over the workspace", result.stiffness)):
         maps = map_page(part, file_name)
-        page = page.with_section(title, *(inner for section in maps.sections for inner in section.parts))
+        page = page.with_section(title, *(map_part for section in maps.sections for map_part in section.parts))
     return page.with_section(inputs.title, *inputs.parts)
 
 
@@ -31,8 +31,8 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
     """Return the page of the published machine, without and with its feed drives; `files`: name and text of either."""
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)
-    lead = answer(casting).partition(". ")[0]
-    page = replace(page, summary=f"{lead} as a casting alone. With its feed drives: {answer(drives)}\n\n"
+    first_sentence = answer(casting).partition(". ")[0]
+    page = replace(page, summary=f"{first_sentence} as a casting alone. With its feed drives: {answer(drives)}\n\n"
                                  f"{casting.machine.description.description}")
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     scene, shapes = machine_shapes(drives.machine, {}, 18)
@@ -41,7 +41,9 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
         "of the paper counts them. The stiffnesses of the drives are chosen, not published. Tool-point responses and stability "
         "below are those of this machine.", ShapeView(scene, shapes, "drives", drives.machine.name))
     page = with_responses(page, drives)
-    more = [note for note in drives.machine.description.assumptions if note not in casting.machine.description.assumptions]
+    further_assumptions = [note for note in drives.machine.description.assumptions
+                           if note not in casting.machine.description.assumptions]
     parts = [Notes(warnings, "warning")] if warnings else []
-    return page.with_section(inputs.title, *parts, *inputs.parts, Notes(more, "assumed", "Also assumed for the feed drives"),
+    return page.with_section(inputs.title, *parts, *inputs.parts,
+                             Notes(further_assumptions, "assumed", "Also assumed for the feed drives"),
                              Listing(f"Machine file {drives_name}", drives_text))

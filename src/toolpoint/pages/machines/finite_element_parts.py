@@ -24,9 +24,9 @@ Parts = list[Chart | Table | Notes | ShapeView | str]
 
 def hammer_parts(correlation: FiniteElementCorrelation, test: FiniteElementTest) -> Parts:
     """Return the pairs with their coefficients, the MAC matrix, the coherence, and what costs MAC."""
-    now = correlation.correlation
-    c = now.coefficients
-    points = now.points
+    comparison = correlation.correlation
+    c = comparison.coefficients
+    points = comparison.points
     distance = 1e3 * np.array(list(points.distance.values()))
     parts: Parts = [
         f"Struck: {', '.join(map(str, test.struck))}; {len(points.pairs)} points of three directions in a frame of the test's "
@@ -35,11 +35,13 @@ def hammer_parts(correlation: FiniteElementCorrelation, test: FiniteElementTest)
         Table(list(PAIR_HEADER), correlation.rows(), "Paired modes: MAC alone, MAC with the best mix of neighbouring shapes of "
               "the model, and the correlation coefficients")]
     if c is not None:
-        moved, alike = float(c.weight @ c.displacement), float(c.weight @ c.mac)
+        mean_displacement, mean_mac = float(c.weight @ c.displacement), float(c.weight @ c.mac)
         parts.append(Table(["frequency, mean", "mass", "displacement", "MAC", "total"],
-                           [[f"{v:.4f}" for v in (c.mean, c.mass, moved, alike, c.total)]], "Over all pairs, weighted by mass"))
-    matrix = mac_matrix(now.mac, now.measured, now.predicted, row_title="Measured mode", column_title="Mode of the model",
-                        pairs=now.pairs.pairs, title="MAC")
+                           [[f"{v:.4f}" for v in (c.mean, c.mass, mean_displacement, mean_mac, c.total)]],
+                           "Over all pairs, weighted by mass"))
+    matrix = mac_matrix(comparison.mac, comparison.measured, comparison.predicted, row_title="Measured mode",
+                        column_title="Mode of the model",
+                        pairs=comparison.pairs.pairs, title="MAC")
     parts.append(Chart(matrix, "Paired modes are framed.", narrowest=640))
     parts.append(Chart(_coherence(test), "Median coherence of all responses; it falls where little moves."))
     lines = [*correlation.mixed_modes(), *(f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}"
@@ -55,55 +57,61 @@ def _coherence(test: FiniteElementTest) -> object:
     return chart
 
 
-def slope_parts(whole: PartSensitivity, part: str) -> Parts:
+def slope_parts(sensitivity: PartSensitivity, part: str) -> Parts:
     """Return the effects of parts on frequencies, how few elements hold most, and what would raise the worst MAC."""
-    parts: Parts = [Table(list(PART_HEADER), whole.rows(), "Relative change of a frequency per relative change of a part's E "
+    parts: Parts = [Table(list(PART_HEADER), sensitivity.rows(),
+                          "Relative change of a frequency per relative change of a part's E "
                           "or density; the share of elements, and of the part's mass, that hold 80 % of its effect on mode 1"),
-                    Chart(_accumulated(whole), "Elements from the one with the largest effect of E on mode 1 to the least.")]
-    volumes = _volumes(whole, part)
-    for name, values, what in (("stiffness", whole.frequency[part].modulus[0], "E"),
-                               ("inertia", whole.frequency[part].density[0], "density")):
-        parts.append(values_on_part(whole.machine.parts[part], 100 * values / volumes, name=name, unit="% a dm³",
+                    Chart(_accumulated(sensitivity),
+                          "Elements from the one with the largest effect of E on mode 1 to the least.")]
+    volumes = _volumes(sensitivity, part)
+    for name, values, what in (("stiffness", sensitivity.frequency[part].modulus[0], "E"),
+                               ("inertia", sensitivity.frequency[part].density[0], "density")):
+        parts.append(values_on_part(sensitivity.machine.parts[part], 100 * values / volumes, name=name, unit="% a dm³",
                                     title=f"Mode 1 by {what}, on the {part}"))
-    parts += _motion_parts(whole, part)
-    if whole.mac is not None and len(whole.mac.values):
-        k = int(np.argmin(whole.mac.values))
-        levers = "; ".join(whole.mac_levers(k, 6))
-        parts.append(f"{whole.mac.names[k]} is the lowest, {whole.mac.values[k]:.3f}. It moves most with {levers}: a list of "
-                     "what to look at, not a proof of what is wrong.")
-        parts.append(Chart(_mac_slopes(whole), "All of a part's E, all of its density, or all stiffness of a joint by 1 %."))
-        values = whole.mac.parts[part].modulus[k] / _volumes(whole, part)
-        parts.append(values_on_part(whole.machine.parts[part], values, name="mac", unit="per dm³ and relative change of E",
-                                    title=f"{whole.mac.names[k]} by E, on the {part}"))
+    parts += _motion_parts(sensitivity, part)
+    if sensitivity.mac is not None and len(sensitivity.mac.values):
+        k = int(np.argmin(sensitivity.mac.values))
+        levers = "; ".join(sensitivity.mac_levers(k, 6))
+        parts.append(f"{sensitivity.mac.names[k]} is the lowest, {sensitivity.mac.values[k]:.3f}. It moves most with {levers}: "
+                     "a list of what to look at, not a proof of what is wrong.")
+        parts.append(Chart(_mac_slopes(sensitivity),
+                           "All of a part's E, all of its density, or all stiffness of a joint by 1 %."))
+        values = sensitivity.mac.parts[part].modulus[k] / _volumes(sensitivity, part)
+        parts.append(values_on_part(sensitivity.machine.parts[part], values, name="mac",
+                                    unit="per dm³ and relative change of E",
+                                    title=f"{sensitivity.mac.names[k]} by E, on the {part}"))
     return parts
 
 
-def _motion_parts(whole: PartSensitivity, part: str) -> Parts:
+def _motion_parts(sensitivity: PartSensitivity, part: str) -> Parts:
     """Return what parts do to the motion of a place in the modes that move it, and, for the first of these, the elements."""
-    moves = np.flatnonzero(np.abs(whole.motion.values) > 0.1 * np.abs(whole.motion.values).max())[:6]
-    share = 100 / whole.motion.values[moves]
-    rows = [[name, *(f"{v:+.1f}" for v in e[moves] * share), *(f"{v:+.1f}" for v in rho[moves] * share)]
-            for name, (e, rho) in whole.motion.by_part().items()]
-    numbers = [str(whole.motion.modes[i] + 1) for i in moves]
-    place = whole.motion.names[0].split(" in mode")[0]
-    first = int(moves[0])
-    values = 100 * whole.motion.parts[part].modulus[first] / whole.motion.values[first] / _volumes(whole, part)
+    moving_modes = np.flatnonzero(np.abs(sensitivity.motion.values) > 0.1 * np.abs(sensitivity.motion.values).max())[:6]
+    share = 100 / sensitivity.motion.values[moving_modes]
+    rows = [[name, *(f"{v:+.1f}" for v in e[moving_modes] * share), *(f"{v:+.1f}" for v in rho[moving_modes] * share)]
+            for name, (e, rho) in sensitivity.motion.by_part().items()]
+    numbers = [str(sensitivity.motion.modes[i] + 1) for i in moving_modes]
+    place = sensitivity.motion.names[0].split(" in mode")[0]
+    first = int(moving_modes[0])
+    values = (100 * sensitivity.motion.parts[part].modulus[first] / sensitivity.motion.values[first]
+              / _volumes(sensitivity, part))
     return [Table(["part", *(f"E, mode {n}" for n in numbers), *(f"density, mode {n}" for n in numbers)], rows,
                   f"Shapes at unit modal mass: change of the motion of the top ({place}), % for all of a part's E or density"),
-            values_on_part(whole.machine.parts[part], values, name="shape", unit="% a dm³",
-                           title=f"{whole.motion.names[first]} by E, on the {part}")]
+            values_on_part(sensitivity.machine.parts[part], values, name="shape", unit="% a dm³",
+                           title=f"{sensitivity.motion.names[first]} by E, on the {part}")]
 
 
 def _volumes(sensitivity: PartSensitivity, part: str) -> FloatArray:
     """Return the volume of each element, dm^3."""
     model = sensitivity.machine.parts[part]
+    # Elements are boxes along the axes: the span of the corners is their size.
     corners = [model.nodes[block.nodes[:, :block.kind.corner_count]] for block in model.blocks]
     return np.concatenate([np.prod(np.ptp(c, axis=1), axis=1) for c in corners]) * 1e3
 
 
-def _accumulated(whole: PartSensitivity) -> object:
+def _accumulated(sensitivity: PartSensitivity) -> object:
     chart = figure("", 360)
-    for i, (name, slopes) in enumerate(whole.frequency.items()):
+    for i, (name, slopes) in enumerate(sensitivity.frequency.items()):
         values = accumulate(slopes.modulus[0])
         share = 100 * np.arange(1, len(values) + 1) / len(values)
         step = max(len(values) // 80, 1)
@@ -113,13 +121,13 @@ def _accumulated(whole: PartSensitivity) -> object:
     return chart
 
 
-def _mac_slopes(whole: PartSensitivity) -> object:
-    assert whole.mac is not None
+def _mac_slopes(sensitivity: PartSensitivity) -> object:
+    assert sensitivity.mac is not None
     chart = figure("", 420, barmode="group")
-    modes = [f"mode {i + 1}" for i in whole.mac.modes]
-    rows = {f"E of {p}": m for p, (m, _) in whole.mac.by_part().items()}
-    rows |= {f"density of {p}": d for p, (_, d) in whole.mac.by_part().items()}
-    rows |= {f"stiffness of {j}": v for j, v in whole.mac.joints.items()}
+    modes = [f"mode {i + 1}" for i in sensitivity.mac.modes]
+    rows = {f"E of {p}": m for p, (m, _) in sensitivity.mac.by_part().items()}
+    rows |= {f"density of {p}": d for p, (_, d) in sensitivity.mac.by_part().items()}
+    rows |= {f"stiffness of {j}": v for j, v in sensitivity.mac.joints.items()}
     largest = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:7]
     for i, name in enumerate(largest):
         chart.add_bar(x=modes, y=np.round(0.01 * rows[name], 6), name=name, marker={"color": COLOURS[i % len(COLOURS)]})
@@ -129,39 +137,42 @@ def _mac_slopes(whole: PartSensitivity) -> object:
 
 def gram_parts(study: FiniteElementStudy, part: str) -> Parts:
     """Return what a kilogram of wall does at each element of a part, and the best and worst places of every part."""
-    gains = 1e3 * study.whole.hertz_a_kilogram(part)[0]
-    rows = [[name, f"{1e3 * best:+.1f}", f"{1e3 * worst:+.1f}"]
-            for name, best, worst in study.whole.best_grams(0, len(study.machine.parts))]
+    gains = 1e3 * study.whole_sensitivity.hertz_a_kilogram(part)[0]
+    rows = [[name, f"{1e3 * best_gain:+.1f}", f"{1e3 * worst_gain:+.1f}"]
+            for name, best_gain, worst_gain in study.whole_sensitivity.best_grams(0, len(study.machine.parts))]
     return [Table(["part", "best element, mHz/kg", "worst element, mHz/kg"], rows,
                   "Mode 1 for a kilogram that makes a wall thicker there: stiffness and mass together"),
             values_on_part(study.machine.parts[part], gains, name="grams", unit="mHz/kg", title=f"Mode 1, on the {part}")]
 
 
-def alone_parts(alone: PartSensitivity, part: str) -> Parts:
+def alone_parts(sensitivity: PartSensitivity, part: str) -> Parts:
     """Return the modes of a part alone with what its E, density and foot do to them, to its motion, and to MAC."""
-    e, rho = alone.motion.by_part()[part]
-    motion = 100 * np.array([e, rho]) / np.where(alone.motion.values == 0, np.inf, alone.motion.values)
-    moves = np.abs(alone.motion.values) > 0.05 * np.abs(alone.motion.values).max()
+    e, rho = sensitivity.motion.by_part()[part]
+    motion = 100 * np.array([e, rho]) / np.where(sensitivity.motion.values == 0, np.inf, sensitivity.motion.values)
+    is_moving = np.abs(sensitivity.motion.values) > 0.05 * np.abs(sensitivity.motion.values).max()
     rows = []
-    for i in range(len(alone.motion.values)):
-        slopes = alone.frequency[part]
-        stiff, heavy = slopes.modulus[i].sum(), slopes.density[i].sum()
-        row = [str(i + 1), f"{alone.pairs.frequency[i]:.2f}", f"{stiff:+.3f}", f"{heavy:+.3f}",
-               *((f"{motion[0, i]:+.1f}", f"{motion[1, i]:+.1f}") if moves[i] else ("", ""))]
-        if alone.mac is not None:
-            k = alone.mac.modes.tolist().index(i) if i in alone.mac.modes else None
-            row += ["", ""] if k is None else [f"{alone.mac.values[k]:.4f}", f"{alone.mac.by_part()[part][0][k]:+.4f}"]
+    for i in range(len(sensitivity.motion.values)):
+        slopes = sensitivity.frequency[part]
+        modulus_effect, density_effect = slopes.modulus[i].sum(), slopes.density[i].sum()
+        row = [str(i + 1), f"{sensitivity.pairs.frequency[i]:.2f}", f"{modulus_effect:+.3f}", f"{density_effect:+.3f}",
+               *((f"{motion[0, i]:+.1f}", f"{motion[1, i]:+.1f}") if is_moving[i] else ("", ""))]
+        if sensitivity.mac is not None:
+            k = sensitivity.mac.modes.tolist().index(i) if i in sensitivity.mac.modes else None
+            row += ["", ""] if k is None else [f"{sensitivity.mac.values[k]:.4f}",
+                                               f"{sensitivity.mac.by_part()[part][0][k]:+.4f}"]
         rows.append(row)
-    header = ["mode", "Hz", "f by E", "f by density", f"{alone.motion.names[0].split(' in mode')[0]} by E, %", "by density, %"]
-    header += ["MAC", "MAC by E"] if alone.mac is not None else []
-    share = alone.holders(part, 0)
-    slopes = 100 * alone.frequency[part].modulus[0] / _volumes(alone, part)
-    near: Parts = [Notes(list(alone.motion.notes), "note")] if alone.motion.notes else []
+    header = ["mode", "Hz", "f by E", "f by density", f"{sensitivity.motion.names[0].split(' in mode')[0]} by E, %",
+              "by density, %"]
+    header += ["MAC", "MAC by E"] if sensitivity.mac is not None else []
+    share = sensitivity.holders(part, 0)
+    slopes = 100 * sensitivity.frequency[part].modulus[0] / _volumes(sensitivity, part)
+    note_parts: Parts = [Notes(list(sensitivity.motion.notes), "note")] if sensitivity.motion.notes else []
     return [f"On the springs of its foot, the rest of the machine gone; {100 * share[0]:.0f} % of its elements, "
             f"{100 * share[1]:.0f} % of its mass, hold 80 % of what E does to its first mode.",
             Table(header, rows, "Per relative change of all E or all density of the part; the motion is at unit modal mass, "
                   "left out where a mode hardly moves there"),
-            values_on_part(alone.machine.parts[part], slopes, name="alone", unit="% a dm³", title="Its mode 1 by E"), *near]
+            values_on_part(sensitivity.machine.parts[part], slopes, name="alone", unit="% a dm³", title="Its mode 1 by E"),
+            *note_parts]
 
 
 def option_parts(study: FiniteElementStudy) -> Parts:

@@ -20,15 +20,15 @@ from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.shape_view.solid_scene import solid_shapes
 from toolpoint.studies.finite_elements.machine_study import FiniteElementStudy
 
-_SHOWN = 10
+_DRAWN_MODES = 10  # modes
 
 
 def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study; `part` is the one whose elements are coloured."""
     pairs, machine = study.pairs, study.machine
-    labels = tuple(_seats(study, i) for i in range(_SHOWN))
-    frequency = pairs.frequency[:_SHOWN]
-    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :_SHOWN], frequency,
+    labels = tuple(_energy_words(study, i) for i in range(_DRAWN_MODES))
+    frequency = pairs.frequency[:_DRAWN_MODES]
+    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :_DRAWN_MODES], frequency,
                                  ratio=study.modes.damping_ratio[0], labels=labels)
     masses = ", ".join(f"{name} {mass:.0f} kg" for name, mass in machine.part_mass.items())
     size = f"{machine.size} coordinates, {study.mass:.0f} kg: {masses}"
@@ -37,9 +37,9 @@ def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warn
     report = report.with_section("Where the energy sits", Chart(_energies(study)))
     if study.correlation is not None and study.test is not None:
         report = report.with_section("A hammer test beside the model", *hammer_parts(study.correlation, study.test))
-    report = report.with_section("What stiffens, and what a test would correct", *slope_parts(study.whole, part))
+    report = report.with_section("What stiffens, and what a test would correct", *slope_parts(study.whole_sensitivity, part))
     report = report.with_section("Which gram buys which hertz", *gram_parts(study, part))
-    report = report.with_section(f"The {part} alone", *alone_parts(study.alone, part))
+    report = report.with_section(f"The {part} alone", *alone_parts(study.part_sensitivity, part))
     report = report.with_section("What helps the cut", *option_parts(study))
     report = report.with_section("Dampers", *damper_parts(study))
     return report.with_doubts(*study.doubts, *warnings)
@@ -48,18 +48,19 @@ def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warn
 def _answer(study: FiniteElementStudy) -> str:
     """Return the first mode, where its energy sits, how the test agrees, and what helps the cut most."""
     text = (f"The lowest mode is at {number_text(float(study.pairs.frequency[0]))} Hz; its strain energy sits in "
-            f"{_seats(study, 0)}.")
+            f"{_energy_words(study, 0)}.")
     if study.correlation is not None and study.correlation.correlation.coefficients is not None:
         c = study.correlation.correlation.coefficients
         text += (f" A virtual hammer test of a machine that the model does not know finds {len(c.mac)} modes of it: "
                  f"frequencies differ by at most {100 * (1 - c.frequency.min()):.1f} %, the lowest MAC is {c.mac.min():.2f}.")
-    best = max(study.every_option, key=lambda option: option.limit.least)
-    text += (f" The cut is stable at any speed to {1e3 * study.base.limit.least:.2f} mm; of what was tried, {best.name} brings "
-             f"most, {best.limit.least / study.base.limit.least:.2f} times that.")
+    best = max(study.every_option, key=lambda option: option.limit.depth)
+    text += (f" The cut is stable at any speed to {1e3 * study.base.limit.depth:.2f} mm; of what was tried, {best.name} brings "
+             f"most, {best.limit.depth / study.base.limit.depth:.2f} times that.")
     return text + " Sizes, stiffnesses and damping are chosen: none has an interval."
 
 
-def _seats(study: FiniteElementStudy, mode: int) -> str:
+def _energy_words(study: FiniteElementStudy, mode: int) -> str:
+    """Return the two parts or joints with most of a mode's strain energy, in words."""
     shares = {**study.part_shares, **study.joint_shares}
     best = sorted(shares, key=lambda name: -shares[name][mode])[:2]
     return ", ".join(f"{name} {100 * shares[name][mode]:.0f} %" for name in best)
@@ -71,12 +72,13 @@ def _mode_table(study: FiniteElementStudy) -> Table:
 
 
 def _energies(study: FiniteElementStudy) -> object:
+    """Return the strain energy of every mode by part and joint, as stacked bars."""
     chart = figure("", 460, barmode="stack")
     shares = {**study.part_shares, **study.joint_shares}
-    modes = [f"{i + 1}: {f:.1f} Hz" for i, f in enumerate(study.pairs.frequency[:_SHOWN])]
+    modes = [f"{i + 1}: {f:.1f} Hz" for i, f in enumerate(study.pairs.frequency[:_DRAWN_MODES])]
     for i, (name, share) in enumerate(shares.items()):
         pattern = "" if name in study.machine.parts else "/"
         marker = {"color": COLOURS[i % len(COLOURS)], "pattern": {"shape": pattern}}
-        chart.add_bar(x=modes, y=np.round(100 * share[:_SHOWN], 3), name=name, marker=marker)
+        chart.add_bar(x=modes, y=np.round(100 * share[:_DRAWN_MODES], 3), name=name, marker=marker)
     chart.update_yaxes(title_text="strain energy of the mode, %")
     return chart

@@ -28,7 +28,7 @@ def map_page(result: PoseMap | StiffnessMap | ResponseMap, name: str) -> Report:
 def frequency_map_page(result: PoseMap, name: str) -> Report:
     """Return a page with the map of every mode over the first two axes (the others at their first position)."""
     report = Report(f"Natural frequencies over the workspace: {name}", _extreme_sentence(
-        result.grid, result.frequency[..., 0], "The lowest natural frequency", "Hz", _half(result)),
+        result.grid, result.frequency[..., 0], "The lowest natural frequency", "Hz", _frequency_half_width(result)),
         subtitle=_grid_words(result))
     modes = [f"mode {i + 1}" for i in range(result.frequency.shape[-1])]
     report = _map_page(report, "Frequencies", result.grid, (result.frequency, modes, "Natural frequency, Hz"),
@@ -56,68 +56,72 @@ def response_map_page(result: ResponseMap, name: str) -> Report:
         result.grid, 1e6 * result.greatest().max(axis=-1), "The greatest receptance of the tool", "µm/N", worst_is_high=True),
         subtitle=_grid_words(result))
     grid = result.grid
-    first = next((k for k, at in enumerate(grid.axes.values()) if len(at) > 1), None)
+    first = next((k for k, positions in enumerate(grid.axes.values()) if len(positions) > 1), None)
     if first is not None:
         name = list(grid.axes)[first]
         size = np.abs(result.values[tuple(slice(None) if k == first else 0 for k in range(len(grid.axes)))])
         others = [other for other in grid.axes if other != name]
-        rest = f"; {', '.join(others)} at the first position" if others else ""
+        other_axes = f"; {', '.join(others)} at the first position" if others else ""
         chart = frequency_map(grid.shown(name), result.frequency, np.log10(1e6 * size), axes=(name, "frequency"),
                               units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of µm/N")
-        report = report.with_section("Responses over the position", f"Receptance over {name}{rest}.", Chart(chart))
+        report = report.with_section("Responses over the position", f"Receptance over {name}{other_axes}.", Chart(chart))
     greatest = (1e6 * result.greatest(), list(DIRECTIONS), "Greatest receptance, µm/N")
     report = _map_page(report, "Greatest response", grid, greatest, lines=result.extremes(), failures=result.failures)
     return with_remarks(report, [*result.notes, "Along the tool's x, y and z, force and motion in the same direction."])
 
 
-def _half(result: PoseMap) -> FloatArray | None:
+def _frequency_half_width(result: PoseMap) -> FloatArray | None:
+    """Return the half-widths of the first frequency's intervals over the grid; None without an uncertainty."""
     return None if result.uncertainty is None else result.uncertainty.interval[..., 0]
 
 
 def _grid_words(result: PoseMap | StiffnessMap | ResponseMap) -> str:
+    """Return the number of poses computed, and of those failed."""
     return f"{result.grid} poses computed" + (f", {len(result.failures)} failed" if result.failures else "")
 
 
-def _extreme_sentence(grid: Grid, values: FloatArray, what: str, unit: str, half: FloatArray | None = None, *,
+def _extreme_sentence(grid: Grid, values: FloatArray, quantity_words: str, unit: str, half_width: FloatArray | None = None, *,
                       worst_is_high: bool = False) -> str:
-    """Return where a quantity over a grid is worst, and how far it reaches, in a sentence."""
+    """Return the worst place of a quantity over a grid, and its range, in a sentence."""
     if np.isnan(values).all():
         return "No pose could be computed."
-    low, high = (tuple(int(i) for i in np.unravel_index(int(pick(values)), values.shape))
-                 for pick in (np.nanargmin, np.nanargmax))
-    first, second = (high, low) if worst_is_high else (low, high)
-    if values[high] - values[low] <= 1e-6 * abs(values[high]):
-        return f"{what} is {number_text(float(values[low]))} {unit} at every pose."
-    size = with_uncertainty(float(values[first]), None if half is None else float(half[first]), unit)
+    lowest_index, highest_index = (tuple(int(i) for i in np.unravel_index(int(pick(values)), values.shape))
+                                   for pick in (np.nanargmin, np.nanargmax))
+    worst_index, opposite_index = (highest_index, lowest_index) if worst_is_high else (lowest_index, highest_index)
+    if values[highest_index] - values[lowest_index] <= 1e-6 * abs(values[highest_index]):
+        return f"{quantity_words} is {number_text(float(values[lowest_index]))} {unit} at every pose."
+    size = with_uncertainty(float(values[worst_index]), None if half_width is None else float(half_width[worst_index]), unit)
     words = "highest" if worst_is_high else "lowest"
     other = "falls to" if worst_is_high else "rises to"
-    return (f"{what} is {words}, {size}{'' if half is None else ' (95 %)'}, at {grid.words(first)}; it {other} "
-            f"{number_text(float(values[second]))} {unit} at {grid.words(second)}.")
+    return (f"{quantity_words} is {words}, {size}{'' if half_width is None else ' (95 %)'}, at {grid.words(worst_index)}; it "
+            f"{other} {number_text(float(values[opposite_index]))} {unit} at {grid.words(opposite_index)}.")
 
 
-def _map_page(report: Report, title: str, grid: Grid, shown: tuple[FloatArray, Sequence[str], str], *, lines: Sequence[str],
+def _map_page(report: Report, title: str, grid: Grid, columns_shown: tuple[FloatArray, Sequence[str], str], *,
+              lines: Sequence[str],
               failures: Mapping[tuple[int, ...], str]) -> Report:
     """Add a map over the first two axes of several positions; further ones stand at their first."""
-    values, columns, quantity = shown
-    drawn = [k for k, at in enumerate(grid.axes.values()) if len(at) > 1][:2]
-    names = [list(grid.axes)[k] for k in drawn]
-    values = values[tuple(slice(None) if k in drawn else 0 for k in range(len(grid.axes)))]
+    values, columns, quantity = columns_shown
+    drawn_axes = [k for k, positions in enumerate(grid.axes.values()) if len(positions) > 1][:2]
+    names = [list(grid.axes)[k] for k in drawn_axes]
+    values = values[tuple(slice(None) if k in drawn_axes else 0 for k in range(len(grid.axes)))]
     where = Notes(list(lines), "note", "Where it is lowest and highest")
-    if not drawn:
+    if not drawn_axes:
         report = report.with_section(title, where)
-    elif len(drawn) == 1:
+    elif len(drawn_axes) == 1:
         chart = frequency_curves(grid.shown(names[0]), values, axis=names[0], unit=grid.unit(names[0]), names=columns,
                                  quantity=quantity)
         report = report.with_section(title, Chart(chart), where)
     else:
         chart = frequency_map(grid.shown(names[0]), grid.shown(names[1]), values, axes=(names[0], names[1]),
                               units=(grid.unit(names[0]), grid.unit(names[1])), names=columns, quantity=quantity,
-                              reasons={(index[drawn[0]], index[drawn[1]]): reason for index, reason in failures.items()
-                                       if all(i == 0 for k, i in enumerate(index) if k not in drawn)})
+                              reasons={(index[drawn_axes[0]], index[drawn_axes[1]]): reason for index,
+                                       reason in failures.items()
+                                       if all(i == 0 for k, i in enumerate(index) if k not in drawn_axes)})
         report = report.with_section(title, Chart(chart, _map_caption(grid, names)), where)
-    rest = [name for name in grid.axes if name not in names]
-    if rest and names:
-        report = report.with_section("Cut", f"Axes {', '.join(rest)} stand at their first position.")
+    cut_axes = [name for name in grid.axes if name not in names]
+    if cut_axes and names:
+        report = report.with_section("Cut", f"Axes {', '.join(cut_axes)} stand at their first position.")
     if failures:
         report = report.with_section("Failed poses", Notes(grid.failure_lines(failures), "warning")).with_doubts(
             f"{len(failures)} of {int(np.prod(grid.shape))} poses could not be computed (crosses on the map)")
@@ -125,6 +129,7 @@ def _map_page(report: Report, title: str, grid: Grid, shown: tuple[FloatArray, S
 
 
 def _map_caption(grid: Grid, names: Sequence[str]) -> str:
+    """Return how the map is drawn between its poses."""
     if is_coarse(*(len(grid.axes[name]) for name in names)):
         return "Every cell is a pose that was computed; with so few nothing is interpolated."
     return "Dots are poses that were computed; between them the contours are interpolated."

@@ -33,7 +33,7 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
                                        "Undamped modes at the pose named above; shapes are scaled to be seen."))
     report = report.with_section("Natural frequencies", *_frequency_parts(result))
     report = with_responses(report, result)
-    report = report.with_doubts(*problems, *result.missing, *doubts_among(result.notes))
+    report = report.with_doubts(*problems, *result.gaps, *doubts_among(result.notes))
     rests = ["Small, linear motion about each pose.", *description.assumptions, *_method_notes(result)]
     return report.with_section("Inputs and assumptions", Notes(rests, "assumed"), _input_table(result.machine),
                                Listing(f"Machine file {file_name}", source))
@@ -52,9 +52,9 @@ def answer(result: MachineReport) -> str:
                   f"({number_text(1e6 * size, digits=3)} µm/N)")
     finite = [limit for limit in result.lowest if np.isfinite(limit.depth)]
     if finite:
-        least = min(finite, key=lambda limit: limit.depth)
-        words += (f". In the cut of the file {text_below(1e3 * (least.depth - least.error))} mm is stable at every charted "
-                  f"speed and pose (least at {least.speed:.0f} rev/min)")
+        lowest = min(finite, key=lambda limit: limit.depth)
+        words += (f". In the cut of the file {text_below(1e3 * (lowest.depth - lowest.error))} mm is stable at every charted "
+                  f"speed and pose (least at {lowest.speed:.0f} rev/min)")
     return words + ". Computed from the numbers of the file, without an interval."
 
 
@@ -108,13 +108,14 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, *_lowest(limit, chart)] for name, chart, limit in zip(names, result.charts, result.lowest, strict=True)]
     finite = any(np.isfinite(chart.limit).any() for chart in result.charts)
-    top = None if finite else max(chart.depth_max for chart in result.charts)
-    return [words, Chart(stability_chart(curves, max_depth=top)),
+    depth_top = None if finite else max(chart.depth_max for chart in result.charts)
+    return [words, Chart(stability_chart(curves, max_depth=depth_top)),
             Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
                   "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error alone")]
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
+    """Return limit, chatter frequency and speed of the lowest limit as cells."""
     if not np.isfinite(limit.depth):
         return [f"above {1e3 * chart.depth_max:.3g}", "", ""]
     # The digits below a thousandth of a depth are those of the computation, not of any machine.
@@ -123,6 +124,7 @@ def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
 
 
 def _method_notes(result: MachineReport) -> list[str]:
+    """Return the remarks on methods that are no doubts, each once."""
     notes = [note for note in result.notes if not isinstance(note, Doubt)]
     notes += [*result.study.leaning(), *result.study.modes.notes] if result.study is not None else []
     for chart in result.charts:
@@ -131,6 +133,7 @@ def _method_notes(result: MachineReport) -> list[str]:
 
 
 def _input_table(machine: Machine) -> Table:
+    """Return the inputs of all joints and bodies with the marks of their origin."""
     rows = []
     for name, joint in machine.description.joints.items():
         mark = origin_of(joint.source)

@@ -51,7 +51,7 @@ def _answer(result: MachineResponses, names: list[str]) -> str:
     size = f"{number_text(1e6 * peaks[k], digits=3)} µm/N"
     band = result.band(k) if result.spread is not None else None
     if band is not None:
-        low, high = (1e6 * float(part[line, i, j]) for part in band)
-        size += f" ({number_text(low, digits=3)} to {number_text(high, digits=3)}, 95 %)"
-    at = f" at {names[k]}" if len(names) > 1 else ""
-    return f"The greatest response, {frf.outputs[i]} / {frf.inputs[j]}, is {size} at {frf.frequency[line]:.1f} Hz{at}."
+        lower_end, upper_end = (1e6 * float(part[line, i, j]) for part in band)
+        size += f" ({number_text(lower_end, digits=3)} to {number_text(upper_end, digits=3)}, 95 %)"
+    pose_text = f" at {names[k]}" if len(names) > 1 else ""
+    return f"The greatest response, {frf.outputs[i]} / {frf.inputs[j]}, is {size} at {frf.frequency[line]:.1f} Hz{pose_text}."

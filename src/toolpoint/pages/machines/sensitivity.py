@@ -13,9 +13,9 @@ from toolpoint.plot.figures.machines.sensitivity import cumulative_bars, sensiti
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.sensitivity_study import SensitivityStudy
 
-_ROWS = 40
-_SHOWN = 5e-4
-_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor", "diameter", "bore", "width", "height")
+_MAX_MAP_PARAMETERS = 40  # parameters of a map: more do not fit a page
+_MIN_DRAWN_SENSITIVITY = 5e-4  # relative sensitivity that is drawn: smaller ones would read 0.000
+_PARAMETER_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor", "diameter", "bore", "width", "height")
 
 
 def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,
@@ -34,7 +34,7 @@ def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float =
     report = report.with_section("Frequencies, part by part", *_cumulated(result))
     report = report.with_section("Shapes", *_shapes(result, change))
     if np.any(result.damping):
-        damped = np.argsort(-np.abs(result.damping).max(axis=1), kind="stable")[:_ROWS]
+        damped = np.argsort(-np.abs(result.damping).max(axis=1), kind="stable")[:_MAX_MAP_PARAMETERS]
         damped = damped[np.abs(result.damping[damped]).max(axis=1) > 0]
         report = report.with_section("Damping", Chart(
             sensitivity_map(100 * result.damping[damped], [result.paths[k] for k in damped], result.frequencies,
@@ -52,12 +52,13 @@ def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float =
 
 def _largest(size: FloatArray) -> np.ndarray:
     """Return the parameters to draw, the largest first: what would show as an empty row is left out."""
-    order = np.argsort(-size, kind="stable")[:_ROWS]
-    shown = order[size[order] >= _SHOWN]
-    return shown if shown.size else order
+    order = np.argsort(-size, kind="stable")[:_MAX_MAP_PARAMETERS]
+    visible = order[size[order] >= _MIN_DRAWN_SENSITIVITY]
+    return visible if visible.size else order
 
 
 def _summary(result: SensitivityStudy) -> str:
+    """Return for each mode the part whose stiffness moves its frequency most, in a sentence."""
     parts = result.cumulative("stiffness") or result.cumulative()
     words = []
     for k, f in enumerate(result.frequencies):
@@ -67,8 +68,9 @@ def _summary(result: SensitivityStudy) -> str:
 
 
 def _cumulated(result: SensitivityStudy) -> list[Chart]:
+    """Return the bars of all parts for each kind of parameter that moves a frequency."""
     charts = []
-    for kind in (k for k in _KINDS if k in result.kinds):
+    for kind in (k for k in _PARAMETER_KINDS if k in result.kinds):
         parts = {name.split(".")[1]: row for name, row in result.cumulative(kind).items()}
         if any(np.any(row) for row in parts.values()):
             title = kind.replace("_", " ")
@@ -77,15 +79,16 @@ def _cumulated(result: SensitivityStudy) -> list[Chart]:
 
 
 def _shapes(result: SensitivityStudy, change: float) -> list[Chart | Table]:
-    lost = 1 - result.mac_after(change)
-    order = _largest(lost.max(axis=1)) if lost.max() > 1e-9 else np.zeros(0, int)
+    """Return the loss of MAC by a change of each parameter, and by that of a part's parameters together."""
+    mac_loss = 1 - result.mac_after(change)
+    order = _largest(mac_loss.max(axis=1)) if mac_loss.max() > 1e-9 else np.zeros(0, int)
     words = f"1 - MAC between each shape and itself after {100 * change:+.3g} % of the parameter, to second order."
     charts: list[Chart | Table] = []
     if len(order):
         names = [result.paths[k] for k in order]
-        charts.append(Chart(sensitivity_map(lost[order], names, result.frequencies, quantity="1 - MAC", diverging=False),
+        charts.append(Chart(sensitivity_map(mac_loss[order], names, result.frequencies, quantity="1 - MAC", diverging=False),
                             words))
-    kinds = [k for k in _KINDS if k in result.kinds]
+    kinds = [k for k in _PARAMETER_KINDS if k in result.kinds]
     rows = [[part, kind, *(f"{v:.4f}" for v in 1 - (row * change) ** 2)] for kind in kinds
             for part, row in result.cumulative_shape(kind).items() if np.any(row > 1e-6)]
     return [*charts, Table(["part", "kind", *(f"MAC, {f:.2f} Hz" for f in result.frequencies)], rows,

@@ -19,12 +19,12 @@ from toolpoint.studies.measured.measured_comparison import Comparison, MeasuredT
 from toolpoint.studies.measured.model_correlation import ModelCorrelation
 
 Point = str | int
-_CURVES = 4
+_DRAWN_RESPONSES = 4  # responses drawn, those that agree least
 
 
 def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a comparison of a machine with a test."""
-    now, machine, test = result.now, result.machine, result.test
+    now, machine, test = result.correlation, result.machine, result.test
     words = f"{_answer(now)} {len(now.points.pairs)} points are paired ({now.points.status})."
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
     model = point_positions(machine, result.pose)
@@ -55,6 +55,7 @@ def _answer(now: ModelCorrelation) -> str:
 
 
 def _tested(test: MeasuredTest) -> str:
+    """Return the extent of a test: modes, frequencies, points and responses."""
     f, points = test.modes.frequency, {d.point for d in test.modes.dofs}
     words = f"{test.modes.count} measured modes, {f.min():.4g} to {f.max():.4g} Hz, at {len(points)} points"
     if test.frf is None:
@@ -63,7 +64,7 @@ def _tested(test: MeasuredTest) -> str:
 
 
 def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
-    now, rows = result.now, []
+    now, rows = result.correlation, []
     parts: list[Table | Chart | Notes] = []
     for r, (i, j) in enumerate(now.pairs.pairs):
         f, g, c = float(now.measured.frequency[i]), float(now.predicted.frequency[j]), now.coefficients
@@ -74,66 +75,69 @@ def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
     parts.append(Table(header, rows, "Paired modes and their correlation coefficients (0 nothing in common, 1 equal)"))
     if now.coefficients is not None:
         named = [("model", now.coefficients)]
-        if result.before is not None and result.before.coefficients is not None:
-            named.insert(0, ("model before", result.before.coefficients))
+        if result.earlier is not None and result.earlier.coefficients is not None:
+            named.insert(0, ("model before", result.earlier.coefficients))
         parts.append(Table(["", "mean of frequencies", "weighted by mass", "total"],
                            [[name, f"{c.mean:.4f}", f"{c.mass:.4f}", f"{c.total:.4f}"] for name, c in named],
                            "Over all pairs; total: frequency x displacement x MAC, weighted by mass"))
-    for name, state in (("before", result.before), ("now", now)):
+    for name, state in (("before", result.earlier), ("now", now)):
         if state is not None:
             parts.append(Chart(mac_matrix(state.mac, state.measured, state.predicted, row_title="Measured mode",
                                           column_title="Mode of the model", pairs=state.pairs.pairs,
-                                          title="MAC" if result.before is None else f"MAC {name}"), "Paired modes are framed."))
+                                          title="MAC" if result.earlier is None else f"MAC {name}"),
+                               "Paired modes are framed."))
     single = [f"measured mode {i + 1} ({now.measured.frequency[i]:.2f} Hz) has no partner" for i in now.pairs.single_first]
     return [*parts, Notes(single, "warning", "Without partner")] if single else parts
 
 
 def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: MeasuredTest) -> list[Chart | Table]:
-    at = {point: model[point] for point in now.comac}
+    positions = {point: model[point] for point in now.comac}
     lines = _lines(now, test)
-    top = max(0.05, max(now.ecomac.values()))
-    worst = sorted(now.comac, key=lambda p: now.comac[p])[:8]
-    low = min(0.9, np.floor(10 * min(now.comac.values())) / 10)
-    return [Chart(point_values(at, now.comac, quantity="COMAC", limits=(low, 1.0), lines=lines),
+    ecomac_top = max(0.05, max(now.ecomac.values()))
+    worst_points = sorted(now.comac, key=lambda p: now.comac[p])[:8]
+    comac_bottom = min(0.9, np.floor(10 * min(now.comac.values())) / 10)
+    return [Chart(point_values(positions, now.comac, quantity="COMAC", limits=(comac_bottom, 1.0), lines=lines),
                   "COMAC of every point: 1 where all paired modes agree."),
-            Chart(point_values(at, now.ecomac, quantity="ECOMAC", limits=(0.0, top), good_is_high=False, lines=lines),
+            Chart(point_values(positions, now.ecomac, quantity="ECOMAC", limits=(0.0, ecomac_top), good_is_high=False,
+                               lines=lines),
                   "ECOMAC: mean difference of the shapes over twice their largest entry. Where little moves, noise alone "
                   "lowers COMAC but does not raise ECOMAC."),
-            Table(["point", "COMAC", "ECOMAC"], [[str(p), f"{now.comac[p]:.3f}", f"{now.ecomac[p]:.3f}"] for p in worst],
+            Table(["point", "COMAC", "ECOMAC"], [[str(p), f"{now.comac[p]:.3f}", f"{now.ecomac[p]:.3f}"] for p in worst_points],
                   "Points that agree least")]
 
 
 def _lines(now: ModelCorrelation, test: MeasuredTest) -> list[tuple[Point, Point]]:
+    """Return the lines of the test's geometry between the paired points of the model."""
     pairs = now.points.pairs
-    given = [] if test.geometry is None else test.geometry.lines
-    return [(pairs[a], pairs[b]) for a, b in given if a in pairs and b in pairs]
+    test_lines = [] if test.geometry is None else test.geometry.lines
+    return [(pairs[a], pairs[b]) for a, b in test_lines if a in pairs and b in pairs]
 
 
 def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: MeasuredTest) -> ShapeView:
-    at = {point: places[point] for point in now.comac}
-    scene = Scene.of_points(at, _lines(now, test))
+    positions = {point: places[point] for point in now.comac}
+    scene = Scene.of_points(positions, _lines(now, test))
     first, second = now.pairs.pairs.T
-    panes = [AnimatedShapes.from_modes(modes.selected(which), at)
+    panes = [AnimatedShapes.from_modes(modes.selected(which), positions)
              for modes, which in ((now.measured, first), (now.predicted, second))]
     model = turn_alike(panes[1], panes[0])
     return ShapeView(scene, panes[0], "pairs", "measured", "Paired modes; both panes move together.", (scene, model, "model"))
 
 
 def _response_parts(result: Comparison) -> list[Chart]:
-    now = result.now
+    now = result.correlation
     assert now.frac is not None and now.measured_frf is not None and now.predicted_frf is not None
     frf = now.measured_frf
     names = [f"{o} / {i}" for o in frf.outputs for i in frf.inputs]
     flat = now.frac.reshape(len(now.bands), -1)
-    shown = np.argsort(flat.mean(axis=0))[:24]
-    parts = [Chart(frac_bands(flat[:, shown], now.bands, [names[k] for k in shown]),
+    worst_responses = np.argsort(flat.mean(axis=0))[:24]
+    parts = [Chart(frac_bands(flat[:, worst_responses], now.bands, [names[k] for k in worst_responses]),
                    "FRAC of measured and computed response over bands, the worst responses first"
-                   + (f" ({len(shown)} of {len(names)})." if len(shown) < len(names) else "."))]
-    for k in shown[:_CURVES]:
+                   + (f" ({len(worst_responses)} of {len(names)})." if len(worst_responses) < len(names) else "."))]
+    for k in worst_responses[:_DRAWN_RESPONSES]:
         o, i = divmod(int(k), len(frf.inputs))
         curves = {"measured": frf.selected([o], [i])}
-        if result.before is not None and result.before.predicted_frf is not None:
-            curves["before"] = result.before.predicted_frf.selected([o], [i])
+        if result.earlier is not None and result.earlier.predicted_frf is not None:
+            curves["before"] = result.earlier.predicted_frf.selected([o], [i])
         curves["model"] = now.predicted_frf.selected([o], [i])
         parts.append(Chart(bode(curves, title=names[int(k)])))
     return parts
@@ -144,12 +148,13 @@ def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test:
     pairing = now.points
     distance = np.array(list(pairing.distance.values()))
     single = f", {len(pairing.single)} measured ones are not" if pairing.single else ", all that were measured"
-    apart = (f" Distance between the two of a pair: mean {1e3 * distance.mean():.2f} mm, largest {1e3 * distance.max():.2f} mm."
-             if distance.any() else "")
+    distance_text = (f" Distance between the two of a pair: mean {1e3 * distance.mean():.2f} mm, largest "
+                     f"{1e3 * distance.max():.2f} mm."
+                     if distance.any() else "")
     parts: list[Chart | Table | Notes | str] = [
-        f"{len(pairing.pairs)} points are paired{single}: {pairing.status}.{apart}"]
+        f"{len(pairing.pairs)} points are paired{single}: {pairing.status}.{distance_text}"]
     if test.geometry is not None and test.owner is None:
-        moved = {p: tf.move(pairing.transform, np.asarray(at)[None])[0] for p, at in test.geometry.points.items()
+        moved = {p: tf.move(pairing.transform, np.asarray(xyz)[None])[0] for p, xyz in test.geometry.points.items()
                  if p in pairing.pairs or p in pairing.single}
         parts.append(Chart(point_pairs(moved, model, pairing.pairs), "Measured points carried into the frame of the model."))
         rows = [[way, *(f"{round(v, 6) + 0.0:.6f}" for v in row[:3]), f"{1e3 * row[3]:.2f}"]

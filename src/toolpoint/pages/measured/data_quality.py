@@ -14,12 +14,12 @@ from toolpoint.plot.figures.measured.identification import argand_by_mode, coher
 from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.vibration.correlation import auto_mac
 
-_PAIRS = 3  # reciprocal pairs that are drawn, the worst first
-_REAL = 0.9  # phase collinearity below which a shape is called complex
+_DRAWN_RECIPROCAL_PAIRS = 3  # reciprocal pairs that are drawn, the worst first
+_MIN_REAL_COLLINEARITY = 0.9  # phase collinearity below which a shape is called complex
 
 
 def with_quality_of_data(report: Report, result: Identification) -> Report:
-    """Return the report with coherence and reciprocity, or why they cannot be told."""
+    """Return the report with coherence and reciprocity, or the reason for their absence."""
     frf = result.frf
     if frf.coherence is not None:
         lowest = np.unravel_index(int(np.argmin(frf.coherence.mean(axis=0))), frf.coherence.shape[1:])
@@ -35,7 +35,7 @@ def with_quality_of_data(report: Report, result: Identification) -> Report:
         words = ("No two points were both struck and measured, so reciprocity cannot be checked: strike at a sensor's place "
                  "and measure where it was struck.")
         return report.with_section("Reciprocity", words)
-    charts = [_pair_chart(result, pair) for pair in pairs[:_PAIRS]]
+    charts = [_pair_chart(result, pair) for pair in pairs[:_DRAWN_RECIPROCAL_PAIRS]]
     return report.with_section("Reciprocity", _reciprocity_table(pairs), *charts)
 
 
@@ -61,7 +61,7 @@ def with_phase_collinearity(report: Report, result: Identification) -> Report:
         return report
     collinear = phase_collinearity(modes.shape)
     labels = [f"{i + 1}: {f:.2f} Hz, MPC {c:.3f}" for i, (f, c) in enumerate(zip(modes.frequency, collinear, strict=True))]
-    complex_ = [labels[i] for i in np.flatnonzero(collinear < _REAL)]
+    complex_ = [labels[i] for i in np.flatnonzero(collinear < _MIN_REAL_COLLINEARITY)]
     words = "All shapes are nearly real (MPC above 0.9)."
     if complex_:
         words = (f"Shapes that are not real (MPC below 0.9): {'; '.join(complex_)}. Real causes are local damping and "

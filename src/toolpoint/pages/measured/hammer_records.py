@@ -12,8 +12,8 @@ from toolpoint.plot.figures.measured.hits import PulseCurve, force_pulses, force
 from toolpoint.plot.figures.measured.response_bands import magnitude_bands
 from toolpoint.studies.measured.hammer_study import HEADER, HammerStudy, HitVerdict
 
-BEFORE, AFTER = 4, 20  # pulse widths shown before and after a peak
-MOST = 12  # responses drawn
+WIDTHS_BEFORE_PEAK, WIDTHS_AFTER_PEAK = 4, 20  # pulse widths drawn before and after a peak
+MAX_DRAWN_RESPONSES = 12  # responses drawn
 
 
 def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = "Hammer test") -> Report:
@@ -36,32 +36,36 @@ def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = 
 
 
 def _pulse(verdict: HitVerdict) -> PulseCurve:
+    """Return the force of a hit about its peak."""
     hit, record = verdict.hit, verdict.record
     channel = record.quantities.index("force")
     width = max(hit.pulse - hit.peak, 3)
-    first, last = max(hit.peak - BEFORE * width, 0), min(hit.peak + AFTER * width, record.samples.shape[0])
+    first, last = max(hit.peak - WIDTHS_BEFORE_PEAK * width, 0), min(hit.peak + WIDTHS_AFTER_PEAK * width,
+                                                                     record.samples.shape[0])
     time = (np.arange(first, last) - hit.peak) / record.sample_rate
     return PulseCurve(verdict.name, 1e3 * time, record.samples[first:last, channel], hit.accepted)
 
 
 def _spectra(result: HammerStudy) -> Chart:
-    spectra = [(f"struck at {test.frf.inputs[0]}", test.force_spectrum) for test in result.tests[:MOST]]
+    spectra = [(f"struck at {test.frf.inputs[0]}", test.force_spectrum) for test in result.tests[:MAX_DRAWN_RESPONSES]]
     return Chart(force_spectra(result.frf.frequency, spectra, result.band.ends),
                  f"Rms over the hits used. Shaded: the band to be believed, {result.band.low:.4g} to {result.band.high:.4g} "
                  "Hz.")
 
 
 def _with_responses(report: Report, result: HammerStudy) -> Report:
+    """Return the report with response, coherence and intervals of every output, up to `MAX_DRAWN_RESPONSES`."""
     count = 0
     for test in result.tests:
         frf, radius = test.frf.between(*result.band.ends), test.radius()
         inside = (test.frf.frequency >= result.band.low) & (test.frf.frequency <= result.band.high)
         for k, output in enumerate(frf.outputs):
-            if count == MOST:
-                words = f"The first {MOST} responses are drawn; all are saved with --save."
+            if count == MAX_DRAWN_RESPONSES:
+                words = f"The first {MAX_DRAWN_RESPONSES} responses are drawn; all are saved with --save."
                 return report.with_section("Further responses", words)
             count += 1
             estimates = {name: test.estimated_by(name).between(*result.band.ends).selected([k]) for name in ("H1", "H2", "Hv")}
+            # With one hit H1, H2 and Hv are equal.
             parts = [Chart(bode(estimates if test.used > 1 else {"H1": estimates["H1"]}))]
             if radius is not None:
                 size = np.abs(frf.values[:, k, 0])
@@ -76,6 +80,7 @@ def _with_responses(report: Report, result: HammerStudy) -> Report:
 
 
 def _with_checks(report: Report, result: HammerStudy) -> Report:
+    """Return the report with the checks of driving points and reciprocity."""
     parts = []
     if result.driving:
         parts.append(Table(["driving point", "power taken in, %", ""],

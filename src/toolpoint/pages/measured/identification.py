@@ -21,7 +21,7 @@ from toolpoint.plot.figures.measured.identification import (
 from toolpoint.plot.figures.measured.stabilization import stabilization
 from toolpoint.vibration.geometry import Geometry
 
-_NAMED = 5  # modes in the answer
+_MAX_ANSWER_MODES = 5  # modes in the answer
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
@@ -57,24 +57,24 @@ def identification_page(result: Identification, geometry: Geometry | None = None
 def answer(result: Identification) -> str:
     """Return the modes with their intervals in a sentence, and how many of them are doubtful."""
     modes, count = result.modes, result.modes.count
-    sure = [i for i in range(count) if not result.doubtful[i]]
-    named = sorted(result.dominant.tolist() or sure, key=lambda i: float(modes.frequency[i]))
-    half = modes.frequency_interval if modes.covariance is not None else None
-    parts = [with_uncertainty(float(modes.frequency[i]), None if half is None else float(half[i]), "Hz")
-             + f" ({100 * float(modes.damping_ratio[i]):.2g} %)" for i in named[:_NAMED]]
+    certain_modes = [i for i in range(count) if not result.doubtful[i]]
+    answer_modes = sorted(result.dominant.tolist() or certain_modes, key=lambda i: float(modes.frequency[i]))
+    half_width = modes.frequency_interval if modes.covariance is not None else None
+    parts = [with_uncertainty(float(modes.frequency[i]), None if half_width is None else float(half_width[i]), "Hz")
+             + f" ({100 * float(modes.damping_ratio[i]):.2g} %)" for i in answer_modes[:_MAX_ANSWER_MODES]]
     words = f"{count} mode{'s' * (count != 1)}"
     if parts:
-        what = "stand out" if len(named) != 1 else "stands out"
-        more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
-        what = what if result.dominant.size else "are not doubtful"
-        words += f", of which {len(named)} {what}: {', '.join(parts)}{more}"
-        words += " (95 % intervals; damping in brackets)" if half is not None else " (damping in brackets; no intervals)"
+        verb = "stand out" if len(answer_modes) != 1 else "stands out"
+        further_text = f" and {len(answer_modes) - _MAX_ANSWER_MODES} more" if len(answer_modes) > _MAX_ANSWER_MODES else ""
+        verb = verb if result.dominant.size else "are not doubtful"
+        words += f", of which {len(answer_modes)} {verb}: {', '.join(parts)}{further_text}"
+        words += " (95 % intervals; damping in brackets)" if half_width is not None else " (damping in brackets; no intervals)"
     doubtful = int(result.doubtful.sum())
     return words + (f". {doubtful} {'is' if doubtful == 1 else 'are'} doubtful." if doubtful else ".")
 
 
 def mark_lines(result: Identification) -> list[str]:
-    """Return what the marks of the table mean, and why single modes have the one they have."""
+    """Return the meaning of the table's marks, and the reasons for the marks of single modes."""
     lines = ["stands out: it moves the responses at its frequency more than all others together; the strongest of those that "
              "overlap and look alike carries the mark",
              "no mark: a mode of its own, but others carry more of the responses at its frequency (see its share)",
@@ -111,8 +111,8 @@ def _with_band(command: str, lines: FloatArray) -> str:
     if "--band" in command or lines.size < 2:
         return command
     digits = max(0, math.ceil(-math.log10(0.4 * float(np.diff(lines).min()))))
-    low, high = math.floor(lines[0] * 10**digits) / 10**digits, math.ceil(lines[-1] * 10**digits) / 10**digits
-    return f"{command} --band {low:.{digits}f}:{high:.{digits}f}"
+    band_start, band_end = math.floor(lines[0] * 10**digits) / 10**digits, math.ceil(lines[-1] * 10**digits) / 10**digits
+    return f"{command} --band {band_start:.{digits}f}:{band_end:.{digits}f}"
 
 
 def _with_choice(report: Report, result: Identification, geometry: Geometry | None, command: str) -> Report:

@@ -33,7 +33,7 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
         "Components are rigid and their points lie where the geometry says; joints are linear springs at one place each.",
         "Damping is by the law that the notes name.")
     if result.machine is None or result.checked is None:
-        return report.with_section("No machine", Notes([result.missing], "warning"))
+        return report.with_section("No machine", Notes([result.no_machine_reason], "warning"))
     machine = build(result.machine)
     drawn, moved = machine_shapes(machine, {}, min(12, machine.size))
     return report.with_section("The machine of these joints", result.checked.status, Table(HEADER, result.checked.rows()),

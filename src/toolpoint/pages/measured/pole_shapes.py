@@ -1,4 +1,4 @@
-"""Shapes of the stable poles of a stabilization diagram, to be looked at one by one."""
+"""Shapes of the stable poles of a stabilization diagram, for a view of one at a time."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ def pole_shapes(result: Identification, geometry: Geometry) -> tuple[list[int] |
     poles: list[complex] = []
     shapes, labels = [], []
     for order in diagram.orders:
-        at = np.flatnonzero((diagram.order == order) & (diagram.level == 3))
-        if at.size == 0:
+        stable_poles = np.flatnonzero((diagram.order == order) & (diagram.level == 3))
+        if stable_poles.size == 0:
             continue
-        parts = residues(result.frf, diagram.poles[at]).values
+        parts = residues(result.frf, diagram.poles[stable_poles]).values
+        # The reference with the largest residues shows the shape best.
         strongest = np.argmax(np.abs(parts).sum(axis=0), axis=0)
-        for k, pole in enumerate(at):
+        for k, pole in enumerate(stable_poles):
             numbers[pole] = len(poles)
             poles.append(diagram.poles[pole])
             shapes.append(parts[:, strongest[k], k])

@@ -21,8 +21,9 @@ from toolpoint.vibration import Frf, Modes
 def with_measured(report: Report, result: MeasuredResponse, warnings: Sequence[str] = ()) -> Report:
     """Return the report with sections on the measured FRFs."""
     frf = result.frf
-    shown = frf.selected(range(min(8, len(frf.outputs))), range(min(3, len(frf.inputs))))
-    parts: list[Chart | Table | str] = [Chart(bode(shown, modes=result.modes)), Chart(real_imaginary(shown))]
+    drawn_responses = frf.selected(range(min(8, len(frf.outputs))), range(min(3, len(frf.inputs))))
+    parts: list[Chart | Table | str] = [Chart(bode(drawn_responses, modes=result.modes)),
+                                        Chart(real_imaginary(drawn_responses))]
     if result.modes is not None and result.modes.count:
         parts.append(_mode_table(result.modes))
     report = replace(report, summary=_answer(result) if not report.sections else f"{report.summary}\n\n{_answer(result)}")
@@ -58,13 +59,13 @@ def _answer(result: MeasuredResponse) -> str:
     return words if words.endswith(".") else words + "."
 
 
-def limit_words(limit: FloatArray, speeds: FloatArray, top: float) -> str:
+def limit_words(limit: FloatArray, speeds: FloatArray, depth_max: float) -> str:
     """Return the least limit of a chart in a sentence."""
     if not np.isfinite(limit).any():
-        return f"No limit was found up to {number_text(1e3 * top, digits=3)} mm."
-    at = int(np.argmin(limit))
-    return f"Straight from the data {text_below(1e3 * float(limit[at]))} mm is stable at every charted speed " \
-           f"(least at {speeds[at]:.0f} rev/min)."
+        return f"No limit was found up to {number_text(1e3 * depth_max, digits=3)} mm."
+    lowest_index = int(np.argmin(limit))
+    return f"Straight from the data {text_below(1e3 * float(limit[lowest_index]))} mm is stable at every charted speed " \
+           f"(least at {speeds[lowest_index]:.0f} rev/min)."
 
 
 def _mode_table(modes: Modes) -> Table:

@@ -16,48 +16,48 @@ from toolpoint.plot.figures.measured.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.measured.machine_update import Agreement, MachineUpdate
-from toolpoint.studies.measured.measured_update import MeasuredUpdate, as_assumed
+from toolpoint.studies.measured.measured_update import MeasuredUpdate, unscale_covariance
 from toolpoint.updating.fits.sampler import Samples
 from toolpoint.updating.residuals import track_modes
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
-_CURVES = 4
+_MAX_DRAWN_UPDATES = 4  # responses drawn
 
 
 def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an update of a machine to measurements."""
-    before, updated, measured, samples = result.before, result.update, result.measured, result.samples
+    original, updated, measured, samples = result.start_machine, result.update, result.measured, result.samples
     free = f"{len(updated.fit.free)} of {len(updated.problem.parameters)} parameters moved"
     status = updated.fit.status[:1].upper() + updated.fit.status[1:] + "."
-    report = Report(f"Updated: {before.name}", f"{_answer(before, updated)}\n\n{status}", subtitle=free)
-    report = report.with_section("Parameters", _parameters(before, updated),
+    report = Report(f"Updated: {original.name}", f"{_answer(original, updated)}\n\n{status}", subtitle=free)
+    report = report.with_section("Parameters", _parameters(original, updated),
                                  Listing("Identifiability, fit report and agreement", updated.report()))
     for k, part in enumerate(measured):
-        of = f", measurement {k + 1}{' at ' + part.label if part.label else ''}" if len(measured) > 1 else ""
+        measurement_text = f", measurement {k + 1}{' at ' + part.label if part.label else ''}" if len(measured) > 1 else ""
         b, a = updated.all_before[k], updated.all_after[k]
         if part.modes is not None:
-            report = report.with_section(f"Modes before and after{of}", _agreement(b, a),
+            report = report.with_section(f"Modes before and after{measurement_text}", _agreement(b, a),
                                          *_mac((b, a), part.modes))
         if part.frf is not None:
-            report = report.with_section(f"Responses before and after{of}", *_frac(b, a),
-                                         *_responses(before, updated.machine, part.frf, part.pose))
+            report = report.with_section(f"Responses before and after{measurement_text}", *_frac(b, a),
+                                         *_responses(original, updated.machine, part.frf, part.pose))
     if samples is not None:
         report = report.with_section("Posterior", *_posterior(updated, samples))
-    report = report.with_section("Shapes before and after", _shapes(before, updated, measured[0].pose))
+    report = report.with_section("Shapes before and after", _shapes(original, updated, measured[0].pose))
     return report.with_doubts(*result.doubts, *warnings).with_assumptions(
         "Only the parameters of the table may move; everything else of the machine file is taken as exact, so an error there "
         "shows up in what moves.", "Standard errors are of the fit's linearisation at the value found.")
 
 
-def _answer(before: Machine, updated: MachineUpdate) -> str:
+def _answer(original: Machine, updated: MachineUpdate) -> str:
     """Return what moved, by how much and how surely, and what the agreement has become."""
-    moves = []
+    changes = []
     for name in updated.fit.free:
-        old, value, error = before.value(name), updated.machine.value(name), updated.fit.standard_error[name]
+        old, value, error = original.value(name), updated.machine.value(name), updated.fit.standard_error[name]
         change = f" ({100 * (value / old - 1):+.0f} %)" if old else ""
-        moves.append(f"{name} to {with_uncertainty(value, 1.96 * error)}{change}")
-    shown = "; ".join(moves[:3]) + (f"; and {len(moves) - 3} more" if len(moves) > 3 else "")
-    words = f"The data move {shown} (SI, 95 %)" if moves else "The data move no parameter"
+        changes.append(f"{name} to {with_uncertainty(value, 1.96 * error)}{change}")
+    change_text = "; ".join(changes[:3]) + (f"; and {len(changes) - 3} more" if len(changes) > 3 else "")
+    words = f"The data move {change_text} (SI, 95 %)" if changes else "The data move no parameter"
     b, a = updated.before, updated.after
     if a.modes.size:
         words += (f". The largest frequency error falls from {100 * np.abs(b.frequency_error).max():.1f} to "
@@ -66,11 +66,12 @@ def _answer(before: Machine, updated: MachineUpdate) -> str:
 
 
 def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
-    rows, fit = [], as_assumed(updated.fit)
+    rows, fit = [], unscale_covariance(updated.fit)
     for k, name in enumerate(samples.names):
-        low, high = samples.interval(name)
-        least, most = fit.interval(name)
-        rows.append([name, f"{np.median(samples.values[:, k]):.6g}", f"{low:.6g} .. {high:.6g}", f"{least:.6g} .. {most:.6g}",
+        lower_end, upper_end = samples.interval(name)
+        normal_lower, normal_upper = fit.interval(name)
+        rows.append([name, f"{np.median(samples.values[:, k]):.6g}", f"{lower_end:.6g} .. {upper_end:.6g}",
+                     f"{normal_lower:.6g} .. {normal_upper:.6g}",
                      f"{samples.r_hat[k]:.4f}", f"{samples.effective[k]:.0f}"])
     header = ["parameter", "median", "95 % of the samples", "95 % of the normal posterior", "R-hat", "independent samples"]
     table = Table(header, rows, "SI units; both intervals with the deviations of the data as they are given or assumed")
@@ -79,18 +80,18 @@ def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart |
     sd = 100 * np.array([fit.standard_error[name] for name in samples.names]) / np.abs(best)
     short = [".".join(name.split(".")[1:]).replace(".stiffness", "") + ", %" for name in samples.names]
     chart = posterior_corner(change, short, (np.zeros(len(best)), sd))
-    some = "" if len(best) <= 6 else f" The first 6 of {len(best)} parameters."
+    first_text = "" if len(best) <= 6 else f" The first 6 of {len(best)} parameters."
     return [samples.status[:1].upper() + samples.status[1:] + ".", table, Chart(
-        chart, "Difference from the value found, per cent. Bars: samples; line: the fit's normal posterior." + some)]
+        chart, "Difference from the value found, per cent. Bars: samples; line: the fit's normal posterior." + first_text)]
 
 
-def _parameters(before: Machine, updated: MachineUpdate) -> Table:
+def _parameters(original: Machine, updated: MachineUpdate) -> Table:
     rows = []
     for path in (p.name for p in updated.problem.parameters):
-        old, new = before.value(path), updated.machine.value(path)
-        moved = path in updated.fit.free
-        error = f"± {updated.fit.standard_error[path]:.2g}" if moved else ""
-        verdict = ("moved, at a bound" if path in updated.fit.at_bounds else "moved") if moved else (
+        old, new = original.value(path), updated.machine.value(path)
+        is_free = path in updated.fit.free
+        error = f"± {updated.fit.standard_error[path]:.2g}" if is_free else ""
+        verdict = ("moved, at a bound" if path in updated.fit.at_bounds else "moved") if is_free else (
             "left alone: " + updated.fit.left_alone.get(path, ""))
         rows.append([path, f"{old:.6g}", f"{new:.6g}", error, f"{100 * (new / old - 1):+.2f}" if old else "", verdict])
     return Table(["parameter", "before", "after", "standard error", "change, %", "verdict"], rows, "SI units")
@@ -124,17 +125,17 @@ def _frac(b: Agreement, a: Agreement) -> list[Table]:
     return [Table(["FRAC", "lowest", "mean"], rows, f"Over all measured responses and lines{left_out}")]
 
 
-def _shapes(before: Machine, updated: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:
-    scene, shapes = machine_shapes(before, pose, before.size)
-    other, moved = machine_shapes(updated.machine, pose, before.size)
+def _shapes(original: Machine, updated: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:
+    scene, shapes = machine_shapes(original, pose, original.size)
+    updated_scene, updated_shapes = machine_shapes(updated.machine, pose, original.size)
     if updated.before.modes.size:
-        shapes = shapes.selected(_undamped(before, updated.before, pose))
-        moved = moved.selected(_undamped(updated.machine, updated.after, pose))
+        shapes = shapes.selected(_undamped(original, updated.before, pose))
+        updated_shapes = updated_shapes.selected(_undamped(updated.machine, updated.after, pose))
     else:
         shapes = shapes.selected(range(min(12, shapes.count)))
-        moved = moved.selected(partners(shapes, moved))
+        updated_shapes = updated_shapes.selected(partners(shapes, updated_shapes))
     return ShapeView(scene, shapes, "pair", "before", "Shapes that belong to one measured mode, or else look alike.",
-                     (other, turn_alike(moved, shapes), "after"))
+                     (updated_scene, turn_alike(updated_shapes, shapes), "after"))
 
 
 def _undamped(machine: Machine, agreement: Agreement, pose: Mapping[str, float] | None) -> list[int]:
@@ -145,14 +146,14 @@ def _undamped(machine: Machine, agreement: Agreement, pose: Mapping[str, float] 
     return [int(i) for i in track_modes(damped, undamped).model]
 
 
-def _responses(before: Machine, after: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:
+def _responses(original: Machine, updated: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:
     lines = measured if measured.frequency[0] > 0 else measured.between(float(measured.frequency[1]), np.inf)
     lines = lines.converted_to("receptance")
     charts = []
-    for k in range(min(_CURVES, len(lines.outputs))):
+    for k in range(min(_MAX_DRAWN_UPDATES, len(lines.outputs))):
         single = replace(lines.selected([k], [0]), coherence=None)
         named = {"measured": single}
-        for words, machine in (("before", before), ("after", after)):
+        for words, machine in (("before", original), ("after", updated)):
             system = assemble(machine, pose, single.outputs, inputs=single.inputs)
             named[words] = frequency_response.direct(system, single.frequency)
         charts.append(Chart(bode(named, title=f"{single.outputs[0]} / {single.inputs[0]}")))

@@ -13,7 +13,7 @@ from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.machines.screening import error_curves, error_spectrum
 from toolpoint.studies.accuracy.milling_accuracy import COORDINATES, MillingAccuracy, SideAccuracy
 
-_SHOWN = 3000  # samples of the middle of a side that are drawn
+_DRAWN_SIDE_SAMPLES = 3000  # samples of the middle of a side that are drawn
 
 
 def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] = ()) -> Report:
@@ -32,33 +32,35 @@ def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] =
 
 def _answer(result: MillingAccuracy) -> str:
     """Return the largest mean error over the sides, and what step and spacing change in it."""
-    worst = max(result.sides, key=lambda side: side.position_error)
-    share = f" (step and spacing leave at most about {100 * worst.halving:.1g} %)" if np.isfinite(worst.halving) else ""
-    mean = float(np.linalg.norm(worst.mean_deflection[:3]))
+    worst_side = max(result.sides, key=lambda side: side.position_error)
+    share = (f" (step and spacing leave at most about {100 * worst_side.halving:.1g} %)" if np.isfinite(worst_side.halving)
+             else "")
+    mean = float(np.linalg.norm(worst_side.mean_deflection[:3]))
     doubted = " and ".join(dict.fromkeys(doubt.what for doubt in result.doubts))
     begin = f"Doubtful ({doubted}, see below): the" if doubted else "The"
-    return (f"{begin} tool moves {number_text(1e6 * worst.position_error, digits=3)} µm, on average along the worst side, "
-            f"{worst.name}{share}, and {number_text(1e6 * worst.rotation_error, digits=3)} µrad about its mean deflection, "
-            f"which is {number_text(1e6 * mean, digits=3)} µm and taken out.")
+    return (f"{begin} tool moves {number_text(1e6 * worst_side.position_error, digits=3)} µm, on average along the worst side, "
+            f"{worst_side.name}{share}, and {number_text(1e6 * worst_side.rotation_error, digits=3)} µrad about its mean "
+            f"deflection, which is {number_text(1e6 * mean, digits=3)} µm and taken out.")
 
 
 def _side(report: Report, side: SideAccuracy, tooth: float) -> Report:
-    middle = len(side.time) // 2
-    part = slice(max(0, middle - _SHOWN // 2), middle + _SHOWN // 2)
-    curves = error_curves(1e3 * side.length[part], 1e6 * side.error[part, :3], names=COORDINATES[:3],
+    """Return the report with errors over the path and their spectrum, for one side."""
+    middle_sample = len(side.time) // 2
+    drawn = slice(max(0, middle_sample - _DRAWN_SIDE_SAMPLES // 2), middle_sample + _DRAWN_SIDE_SAMPLES // 2)
+    curves = error_curves(1e3 * side.length[drawn], 1e6 * side.error[drawn, :3], names=COORDINATES[:3],
                           quantity="Position error, µm")
-    turns = error_curves(1e3 * side.length[part], 1e6 * side.error[part, 3:], names=COORDINATES[3:],
+    turns = error_curves(1e3 * side.length[drawn], 1e6 * side.error[drawn, 3:], names=COORDINATES[3:],
                          quantity="Rotation error, µrad")
     frequency, amplitude = side.spectrum()
-    low = frequency <= 5 * tooth
-    step = max(1, int(low.sum()) // 4000)
-    lines = error_spectrum(frequency[low][::step], 1e6 * _peaks(amplitude[low][:, :3], step), names=COORDINATES[:3],
+    is_low = frequency <= 5 * tooth
+    step = max(1, int(is_low.sum()) // 4000)
+    lines = error_spectrum(frequency[is_low][::step], 1e6 * _peaks(amplitude[is_low][:, :3], step), names=COORDINATES[:3],
                            quantity="Amplitude, µm", tooth=tooth)
     return report.with_section(side.name.capitalize(), Chart(curves), Chart(turns), Chart(lines))
 
 
 def _peaks(values: FloatArray, step: int) -> FloatArray:
-    """Largest value of every group of lines, so that no peak is lost in drawing."""
+    """Return the largest value of every group of lines, so that no peak is lost in drawing."""
     count = -(-len(values) // step)
     padded = np.concatenate([values, np.zeros((count * step - len(values), values.shape[1]))])
     return padded.reshape(count, step, -1).max(axis=1)

@@ -10,7 +10,7 @@ from toolpoint.plot.figures.machines.place_map import place_contours
 from toolpoint.studies.robots.place_map import PlaceMap, place_words
 from toolpoint.studies.robots.regions import RegionSearch
 
-_DRAWN = 3
+_DRAWN_SEGMENTS = 3  # segments drawn in the map, the most even first
 
 
 def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Report:
@@ -58,18 +58,20 @@ def _answer(result: PlaceMap, search: RegionSearch | None) -> str:
 
 
 def _contours(result: PlaceMap, search: RegionSearch | None, axes: tuple[int, int]) -> object:
+    """Return the contours of a quantity over a plane of places, further axes at their first place."""
     values, grid = result.values, result.grid
-    shown = np.moveaxis(values, axes, (0, 1))
-    while shown.ndim > 3:
-        shown = shown[:, :, 0]
+    plane_values = np.moveaxis(values, axes, (0, 1))
+    while plane_values.ndim > 3:
+        plane_values = plane_values[:, :, 0]
     directions = [grid.places[tuple(1 if k == axis else 0 for k in range(len(grid.shape)))] - grid.places[(0,
                                                                                                            ) * len(grid.shape)]
                   for axis in axes]
-    base = np.array([d / np.linalg.norm(d) for d in directions])
-    zero = grid.places[(0,) * len(grid.shape)] - sum((grid.positions[a][0] * b for a, b in zip(axes, base, strict=True)),
-                                                     np.zeros(3))
-    segments = [] if search is None else [(1e3 * base @ (r.start - zero), 1e3 * base @ (r.end - zero))
-                                          for r in search.regions[:_DRAWN]]
-    return place_contours(1e3 * grid.positions[axes[0]], 1e3 * grid.positions[axes[1]], shown,
+    unit_directions = np.array([d / np.linalg.norm(d) for d in directions])
+    origin = grid.places[(0,) * len(grid.shape)] - sum((grid.positions[a][0] * b for a,
+                                                        b in zip(axes, unit_directions, strict=True)),
+                                                       np.zeros(3))
+    segments = [] if search is None else [(1e3 * unit_directions @ (r.start - origin), 1e3 * unit_directions @ (r.end - origin))
+                                          for r in search.regions[:_DRAWN_SEGMENTS]]
+    return place_contours(1e3 * grid.positions[axes[0]], 1e3 * grid.positions[axes[1]], plane_values,
                           axes=(grid.names[axes[0]], grid.names[axes[1]]), columns=result.quantity.columns,
                           quantity=f"{result.quantity.kind.capitalize()}, {result.quantity.unit}", segments=segments)

@@ -17,7 +17,7 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
           row.reducer, float(hold), float(inertia)]
          for row, hold, inertia in zip(result.gearing, result.holding, result.inertia, strict=True)],
         "R_t = n_max/w_max, R_r = R_t/R_m, T_t = R_t T_s; holding torque and inertia with the arm stretched out")
-    loads = [result.still, *result.stops]
+    loads = [result.rest_load, *result.stops]
     base = Table(["case", "M_v, N m", "F_v, N", "M_h, N m", "F_h, N"],
                  [[load.name, load.vertical_moment, load.vertical_force, load.horizontal_moment, load.horizontal_force]
                   for load in loads], f"Axes stop from their largest speed in {1e3 * result.sheet.stop_time:.0f} ms")
@@ -39,7 +39,8 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
 def _answer(result: DatasheetStudy) -> str:
     """Return the lowest frequency and how far the load moments agree."""
     drop = 100 * (float(result.frequency[0]) / float(result.rigid[0]) - 1)
-    off = [abs(row.deviation) for row in result.gearing if row.deviation is not None]
+    deviations = [abs(row.deviation) for row in result.gearing if row.deviation is not None]
     words = (f"The lowest natural frequency is {number_text(float(result.frequency[0]))} Hz ({drop:+.0f} % against rigid "
              "members), at the reference pose, undamped")
-    return words + (f"; torques by gear ratio and stated load moments differ by up to {100 * max(off):.0f} %." if off else ".")
+    return words + (f"; torques by gear ratio and stated load moments differ by up to {100 * max(deviations):.0f} %."
+                    if deviations else ".")

@@ -16,16 +16,16 @@ from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo
 
 
 def answer_of(result: RobotDemo) -> str:
-    """Return where the robot mills most evenly, how well, and which change of the screened ones helps most."""
+    """Return the most even place of the robot, its milling error there, and the change of the screened ones that helps most."""
     best, screening = result.search.best, result.screening.screening
     error = screening.metric("position error")[0]
     change = error / error[0] - 1
-    most = int(change.argmin())
+    best_variant = int(change.argmin())
     start, end = (" ".join(f"{1e3 * v:.0f}" for v in place) for place in (best.start, best.end))
     return (f"The wrist's most even 200 mm run from ({start}) to ({end}) mm: {best.total:.2g} Hz over four modes from "
             f"{result.datasheet.frequency[0]:.3g} Hz on. A side of 200 mm is milled with a mean error of "
             f"{1e6 * result.accuracy.position_error:.2g} \u00b5m; of {len(change) - 1} changes screened, "
-            f"{screening.design.words(most)} helps most, {100 * change[most]:+.1f} %.")
+            f"{screening.design.words(best_variant)} helps most, {100 * change[best_variant]:+.1f} %.")
 
 
 def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:

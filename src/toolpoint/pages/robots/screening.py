@@ -13,7 +13,7 @@ from toolpoint.plot.figures.machines.screening import effect_bars, variant_scatt
 from toolpoint.studies.screening.metrics import unit_of
 from toolpoint.studies.screening.planned import PlannedScreening
 
-_MOST = 60
+_MAX_TABLE_VARIANTS = 60  # variants in the table
 
 
 def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] = ()) -> Report:
@@ -29,11 +29,13 @@ def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] 
             base=0 if has_base else None)))
     for ranking in result.rankings:
         effects = ranking.effects
-        value, low, high = (np.array([getattr(e, key) for e in effects]) for key in ("value", "low", "high"))
-        chart = effect_bars([e.name for e in effects], value, low, high=high, title=ranking.what)
+        effects_found, lower_ends, upper_ends = (np.array([getattr(e, key) for e in effects])
+                                                 for key in ("value", "low", "high"))
+        chart = effect_bars([e.name for e in effects], effects_found, lower_ends, upper_ends=upper_ends, title=ranking.what)
         doubt = [Notes([ranking.doubt], "warning", "How sure")] if ranking.doubt else []
         report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
-    rows = [[i, label, *map(float, row)] for i, (label, row) in enumerate(zip(labels[:_MOST], screening.stated, strict=False))]
+    rows = [[i, label, *map(float, row)] for i,
+            (label, row) in enumerate(zip(labels[:_MAX_TABLE_VARIANTS], screening.stated, strict=False))]
     report = report.with_section("All variants", Table(["number", "variant", *screening.metrics], rows, digits=6))
     drawn = "Effects are those of the file's numbers, with its doubts drawn at random where it states any."
     return with_remarks(report, [*result.remarks, screening.status, drawn], [*screening.failures.values(), *warnings])

@@ -34,11 +34,12 @@ def _answer(result: ServoData) -> str:
     if not rows:
         return "The record holds nothing that could be judged."
     words = "; ".join(f"{f'{axis}: ' if axis else ''}{quantity} {value}" for axis, quantity, value in rows[:3])
-    more = f"; {len(rows) - 3} more below" if len(rows) > 3 else ""
-    return f"{words}{more}."
+    further_text = f"; {len(rows) - 3} more below" if len(rows) > 3 else ""
+    return f"{words}{further_text}."
 
 
 def _runs(axis: AxisFindings) -> Table:
+    """Return load, scatter and following error of every constant speed."""
     factor, unit = (180 / np.pi, "°") if axis.unit == "rad" else (1e3, "mm")
     runs = axis.runs
     rows = [[f"{factor * v:.5g}", f"{t:.3g}", f"{i:.4g}", f"{s:.2g}", f"{factor * e:.6g}"] for v, t, i, s, e in

@@ -14,7 +14,7 @@ from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.servo_map import QUANTITIES, ServoMap
 
 # A map of less change than this share would show rounding, not the machine.
-_FLAT = 1e-3
+_MIN_MAP_CHANGE = 1e-3
 
 
 def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
@@ -28,8 +28,9 @@ def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
         if not np.isfinite(values).any():
             continue
         heading = words.split(",")[0]
-        if np.all(np.nanmax(values, axis=0) - np.nanmin(values, axis=0) <= _FLAT * np.abs(np.nanmean(values, axis=0))):
-            report = report.with_section(heading, f"The same at every pose to {100 * _FLAT:g} %: see the table.")
+        if np.all(np.nanmax(values, axis=0) - np.nanmin(values, axis=0) <= _MIN_MAP_CHANGE
+                  * np.abs(np.nanmean(values, axis=0))):
+            report = report.with_section(heading, f"The same at every pose to {100 * _MIN_MAP_CHANGE:g} %: see the table.")
         else:
             report = report.with_section(heading, _chart(result, values, names, words))
     return report.with_doubts(*result.doubts(), *warnings).with_assumptions(
@@ -38,15 +39,15 @@ def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
 
 
 def _answer(result: ServoMap) -> str:
-    """Return how many poses are stable and where the phase margin is least."""
+    """Return the number of stable poses and the place of the least phase margin."""
     stable = int(result.stable.sum())
     words = f"{stable} of {len(result.poses)} poses are stable"
     if not np.isfinite(result.velocity_phase_margin).any():
         return f"{words}; no margin could be computed."
     pose, axis = result.worst()
     place = ", ".join(f"{name} {position_words(value, name in result.angles)}" for name, value in result.poses[pose].items())
-    least = float(np.nanmin(result.velocity_phase_margin))
-    return (f"{words}; the least phase margin of a velocity loop is {least:.1f}° (axis {axis}, "
+    lowest_margin = float(np.nanmin(result.velocity_phase_margin))
+    return (f"{words}; the least phase margin of a velocity loop is {lowest_margin:.1f}° (axis {axis}, "
             f"{place or 'reference pose'}).")
 
 

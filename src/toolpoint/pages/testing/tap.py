@@ -10,7 +10,7 @@ from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.cuts.tap import limit_chart
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.studies.measured.hammer_study import HEADER
-from toolpoint.studies.testing.tap_study import MODES, SPEEDS, TappedDirection, TapStudy
+from toolpoint.studies.testing.tap_study import MODE_COLUMNS, SPEED_COLUMNS, TappedDirection, TapStudy
 
 MARKS = {"green": "good", "amber": "assumed", "red": "doubtful"}
 
@@ -19,13 +19,13 @@ def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a tap test."""
     report = Report("Tap test", result.status)
     rows = [[light.step, Cell(light.colour, MARKS[light.colour]), light.words, light.remedy] for light in result.lights]
-    again = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []
-    report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *again)
+    repeat_notes = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []
+    report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *repeat_notes)
     if result.speed_rows():
         caption = "95 % certain at the speed and 2 % beside it, with a tenth of the depth in hand; checked by the exact method."
-        report = report.with_section("Speeds to use", Table(list(SPEEDS), result.speed_rows(), caption))
+        report = report.with_section("Speeds to use", Table(list(SPEED_COLUMNS), result.speed_rows(), caption))
     report = report.with_section("Limits", _limits(result))
-    report = report.with_section("Modes", Table(list(MODES), result.mode_rows()))
+    report = report.with_section("Modes", Table(list(MODE_COLUMNS), result.mode_rows()))
     for direction in result.directions:
         report = report.with_section(f"Along {direction.name}", *_evidence(direction))
     doubts = [doubt for d in result.directions for doubt in (*(d.hits.doubts if d.hits else ()), *d.modes.doubts)]
@@ -37,6 +37,7 @@ def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
 
 
 def _limits(result: TapStudy) -> Chart:
+    """Return the chart of limits with their interval, the rough curve, and the speeds to use unless the light is red."""
     limits = result.limits
     limit = np.minimum(limits.chart.limit, limits.chart.depth_max)
     use = [] if result.colour == "red" else [(use.speed, use.depth) for use in limits.speeds]
@@ -46,6 +47,7 @@ def _limits(result: TapStudy) -> Chart:
 
 
 def _evidence(direction: TappedDirection) -> list[Chart | Table]:
+    """Return the response at the tip with its modes, and the hits behind it."""
     inside = direction.tip.between(*direction.band.ends)
     parts: list[Chart | Table] = [Chart(bode(inside, modes=direction.modes.modes), "The response at the tip, with its modes.")]
     if direction.hits is not None:

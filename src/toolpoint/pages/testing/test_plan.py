@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.machines.planned_points import point_views
 from toolpoint.plot.figures.measured.correlation import mac_matrix
-from toolpoint.studies.testing.modal_test_plan import EXPECTED, STEPS, ModalTestPlan
+from toolpoint.studies.testing.modal_test_plan import EXPECTED_COLUMNS, STEP_COLUMNS, ModalTestPlan
 from toolpoint.vibration.correlation import auto_mac
 
 
@@ -21,8 +21,8 @@ def plan_page(result: ModalTestPlan, warnings: Sequence[str] = ()) -> Report:
              ", ".join(dof.direction for dof in result.struck if dof.point == name)] for name in result.points]
     report = report.with_section("Where", Chart(point_views(places, result.points, result.struck)),
                                  Table(["point", "x mm", "y mm", "z mm", "on", "struck along"], rows))
-    report = report.with_section("Check list", Table(list(STEPS), result.steps()))
-    report = report.with_section("Expected", Table(list(EXPECTED), result.mode_rows(),
+    report = report.with_section("Check list", Table(list(STEP_COLUMNS), result.steps()))
+    report = report.with_section("Expected", Table(list(EXPECTED_COLUMNS), result.mode_rows(),
                                                    f"By a virtual test with {100 * result.noise:g} % noise; shapes expanded to "
                                                    f"all {len(places)} points by those of the model."), _beside(result))
     chosen = set(result.points)
@@ -36,6 +36,7 @@ def plan_page(result: ModalTestPlan, warnings: Sequence[str] = ()) -> Report:
 
 
 def _beside(result: ModalTestPlan) -> Table:
+    """Return the chosen points beside random ones, by the modes found in virtual tests."""
     outcomes = [("chosen", result.expected), *((f"random {k}", outcome) for k, outcome in enumerate(result.random, 1))]
     errors = [float(np.nanmax(np.abs(outcome.frequency_error), initial=0.0)) for _, outcome in outcomes]
     return Table(["points", "modes found", "least MAC", "largest frequency error %"],

@@ -17,12 +17,14 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
 DASHES = ("solid", "dash", "dot", "dashdot")
-PAPER = 640  # pixels that a printed page is wide: no figure may need more
-_LABELLED = 600  # pixels of a chart whose labels at the foot stand apart
-_LABEL_WIDTH, _SHARED = 0.02, 4  # share of an axis that a turned label takes; frequencies named in one label
+PRINTED_PAGE_WIDTH = 640  # pixels that a printed page is wide: no figure may need more
+_MIN_LABELLED_WIDTH = 600  # pixels of a chart whose labels at the foot stand apart
+# Fraction of an axis that a turned label takes; frequencies named in one label
+_LABEL_WIDTH_FRACTION, _MAX_LABEL_FREQUENCIES = 0.02, 4
 
 
 def _ramp() -> list[list[float]]:
+    """Return the colours of Viridis as red, green, blue of 0 .. 1, for the WebGL views."""
     colours = [c if isinstance(c, str) else str(c) for c in sequential.Viridis]
     return [[int(c[i:i + 2], 16) / 255 for i in (1, 3, 5)] if c.startswith("#")
             else [v / 255 for v in unlabel_rgb(c)] for c in colours]
@@ -58,9 +60,9 @@ def needs_width(chart: go.Figure, pixels: int) -> None:
     chart.update_layout(meta={"narrowest": pixels})
 
 
-def logarithmic_ticks(low: float, high: float) -> float | str:
+def logarithmic_ticks(value_min: float, value_max: float) -> float | str:
     """Return the step of a logarithmic axis whose labels cannot run into each other: decades, or 1, 2, 5 where few."""
-    return 1 if high / max(low, 1e-300) > 30 else "D2"
+    return 1 if value_max / max(value_min, 1e-300) > 30 else "D2"
 
 
 def plain(text: object) -> str:
@@ -82,41 +84,43 @@ def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float]
     Lines too close for a label each share one: "4.1, 4.3 Hz", or "4.1 .. 9.8 Hz, 12 modes". The labels stand at the foot,
     because a response is high at its modes.
     """
-    every = np.sort(np.atleast_1d(np.asarray(frequency, float)))
-    for f in every:
+    frequencies = np.sort(np.atleast_1d(np.asarray(frequency, float)))
+    for f in frequencies:
         chart.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col)
-    if span is None or not every.size:
+    if span is None or not frequencies.size:
         return
-    if every.size > 1:
-        needs_width(chart, _LABELLED)
-    at = _along(every, span, logarithmic)
-    for group in _groups(at):
-        some = every[group]
-        words = ", ".join(f"{f:.4g}" for f in some) if some.size <= _SHARED else f"{some[0]:.4g} .. {some[-1]:.4g}"
-        place = float(np.log10(some[-1]) if logarithmic else some[-1])
+    if frequencies.size > 1:
+        needs_width(chart, _MIN_LABELLED_WIDTH)
+    positions = _axis_positions(frequencies, span, logarithmic)
+    for group in _label_groups(positions):
+        group_frequencies = frequencies[group]
+        words = (", ".join(f"{f:.4g}" for f in group_frequencies) if group_frequencies.size <= _MAX_LABEL_FREQUENCIES
+                 else f"{group_frequencies[0]:.4g} .. {group_frequencies[-1]:.4g}")
+        place = float(np.log10(group_frequencies[-1]) if logarithmic else group_frequencies[-1])
         chart.add_annotation(
-            x=place, y=0, yref="y domain", text=f"{words} Hz" + (f", {some.size} modes" if some.size > _SHARED else ""),
+            x=place, y=0, yref="y domain", text=f"{words} Hz"
+            + (f", {group_frequencies.size} modes" if group_frequencies.size > _MAX_LABEL_FREQUENCIES else ""),
             font={"size": 10}, textangle=-90, yanchor="bottom", showarrow=False, row=row, col=col,
-            xanchor="right" if at[group[-1]] > 1 - _LABEL_WIDTH else "left")
+            xanchor="right" if positions[group[-1]] > 1 - _LABEL_WIDTH_FRACTION else "left")
 
 
-def _along(frequency: Array, span: tuple[float, float], logarithmic: bool) -> Array:
-    """Places on the axis, 0 at its left end and 1 at its right end."""
+def _axis_positions(frequency: Array, span: tuple[float, float], logarithmic: bool) -> Array:
+    """Return places on the axis, 0 at its left end and 1 at its right end."""
     if logarithmic:
-        low, high = np.log10(max(span[0], 1e-3 * span[1])), np.log10(span[1])
-        return np.asarray((np.log10(np.maximum(frequency, 10**low)) - low) / (high - low))
+        decade_min, decade_max = np.log10(max(span[0], 1e-3 * span[1])), np.log10(span[1])
+        return np.asarray((np.log10(np.maximum(frequency, 10**decade_min)) - decade_min) / (decade_max - decade_min))
     return np.asarray((frequency - span[0]) / (span[1] - span[0]))
 
 
-def _groups(at: Array) -> list[list[int]]:
-    """Places that share a label: each nearer to the one before than a label is wide.
+def _label_groups(positions: Array) -> list[list[int]]:
+    """Return the places that share a label: each nearer to the one before than a label is wide.
 
     A label stands right of its last line; where the axis ends, left of it and so needs twice the room.
     """
     groups: list[list[int]] = []
-    for i, place in enumerate(at):
-        room = 2 * _LABEL_WIDTH if place > 1 - _LABEL_WIDTH else _LABEL_WIDTH
-        if groups and place - at[groups[-1][-1]] < room:
+    for i, place in enumerate(positions):
+        label_width = 2 * _LABEL_WIDTH_FRACTION if place > 1 - _LABEL_WIDTH_FRACTION else _LABEL_WIDTH_FRACTION
+        if groups and place - positions[groups[-1][-1]] < label_width:
             groups[-1].append(i)
         else:
             groups.append([i])

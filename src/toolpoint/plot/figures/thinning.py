@@ -1,4 +1,4 @@
-"""Long curves for a screen: of every bin of samples the lowest and the highest are drawn, so that no peak is lost."""
+"""Thinning of long curves for a screen: the lowest and the highest sample of every bin are drawn, so that no peak is lost."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, IndexArray
 
-POINTS = 1600  # more than a screen has columns
+MAX_CURVE_SAMPLES = 1600  # drawn samples of a curve: more than a screen has columns
 
 
-def extreme_samples(values: FloatArray, most: int = POINTS) -> IndexArray:
-    """Return the places (increasing) of the lowest and highest value of each of `most`/2 equal bins; all where few."""
+def extreme_samples(values: FloatArray, max_samples: int = MAX_CURVE_SAMPLES) -> IndexArray:
+    """Return the places (increasing) of the lowest and highest value of each of `max_samples`/2 equal bins; all where few."""
     count = len(values)
-    if count <= most:
+    if count <= max_samples:
         return np.arange(count)
-    edges = np.linspace(0, count, most // 2 + 1).astype(int)
+    edges = np.linspace(0, count, max_samples // 2 + 1).astype(int)
     kept = {0, count - 1}
     for first, last in itertools.pairwise(edges):
         part = values[first:last]
@@ -24,7 +24,7 @@ def extreme_samples(values: FloatArray, most: int = POINTS) -> IndexArray:
     return np.array(sorted(kept))
 
 
-def thin_curve(x: Array, y: Array, most: int = POINTS) -> tuple[Array, Array]:
+def thin_curve(x: Array, y: Array, max_samples: int = MAX_CURVE_SAMPLES) -> tuple[Array, Array]:
     """Return a curve by its extreme samples."""
-    at = extreme_samples(np.asarray(y), most)
-    return np.asarray(x)[at], np.asarray(y)[at]
+    drawn = extreme_samples(np.asarray(y), max_samples)
+    return np.asarray(x)[drawn], np.asarray(y)[drawn]

@@ -13,27 +13,29 @@ from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vision.displacement.result import DisplacementField
 
-POINTS = "measured points"
-MOST_POINTS, MOST_LINES = 80, 220
+POINT_TRACE = "measured points"
+# Points that can be clicked, and spectral lines of each: the page holds the spectra of all of them.
+MAX_CLICKED_POINTS, MAX_SPECTRUM_LINES = 80, 220
 
 
 def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:
     """Return the picture at rest (a PNG or JPEG file) with the chosen windows as points that can be clicked."""
-    chart = _over(picture, shape)
+    chart = _picture_chart(picture, shape)
     centres = field.windows.centres[list(chosen)]
     words = [f"point {k + 1}: {field.quality[k]}, {_sigma(field, k)} px a frame" for k in chosen]
-    chart.add_scatter(x=centres[:, 0], y=centres[:, 1], mode="markers", name=POINTS, customdata=list(range(len(chosen))),
+    chart.add_scatter(x=centres[:, 0], y=centres[:, 1], mode="markers", name=POINT_TRACE, customdata=list(range(len(chosen))),
                       text=words, hovertemplate="%{text}<extra></extra>",
                       marker={"size": 8, "color": COLOURS[1], "line": {"width": 1, "color": "white"}})
     return chart
 
 
-def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *, moved: ComplexArray,
+def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *, shape_values: ComplexArray,
                   title: str = "") -> go.Figure:
     """Return the picture at rest with the shape of one mode, (n, 2) complex pixels, as lines from each window's centre."""
-    chart = _over(picture, shape, title)
-    flat = moved * np.exp(-0.5j * np.angle((moved**2).sum()))
-    arrows = flat.real * (0.05 * max(shape) / max(float(np.abs(flat.real).max()), 1e-12))
+    chart = _picture_chart(picture, shape, title)
+    # The phase of largest real motion, at a twentieth of the picture's longer side.
+    real_shape = shape_values * np.exp(-0.5j * np.angle((shape_values**2).sum()))
+    arrows = real_shape.real * (0.05 * max(shape) / max(float(np.abs(real_shape.real).max()), 1e-12))
     x, y = (np.stack([centres[:, i], centres[:, i] + arrows[:, i], np.full(len(centres), np.nan)], axis=1).ravel() for i in (0,
                                                                                                                              1))
     chart.add_scatter(x=np.round(x, 1), y=np.round(y, 1), mode="lines", line={"color": COLOURS[1], "width": 1.5},
@@ -50,27 +52,31 @@ def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str,
     values = field.values[first:, list(chosen)]
     spectra = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) / len(values)
     frequency = np.fft.rfftfreq(len(values), 1 / field.frame_rate)
-    keep = np.flatnonzero((frequency > 0) & (frequency <= highest))[:MOST_LINES * 4]
+    keep = np.flatnonzero((frequency > 0) & (frequency <= highest))[:MAX_SPECTRUM_LINES * 4]
     chart = figure("", 340)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text="Amplitude, px", type="log")
     sets = [(f"point {k + 1} ({field.quality[k]})", frequency[keep], [np.maximum(spectra[keep, n, i], 1e-6) for i in range(2)])
             for n, k in enumerate(chosen)]
-    return ClickedSeries(chart, follows, POINTS, ("right", "down"), COLOURS[:2], sets, "Spectrum of the point last clicked.",
+    return ClickedSeries(chart, follows, POINT_TRACE, ("right", "down"), COLOURS[:2], sets,
+                         "Spectrum of the point last clicked.",
                          name)
 
 
-def spread_points(field: DisplacementField, most: int = MOST_POINTS) -> list[int]:
-    """Return up to `most` points that see motion, spread over their order."""
-    at = np.flatnonzero(field.windows.sight > 0)
-    return at[np.unique(np.linspace(0, at.size - 1, min(most, at.size)).astype(int))].tolist() if at.size else []
+def spread_points(field: DisplacementField, max_points: int = MAX_CLICKED_POINTS) -> list[int]:
+    """Return up to `max_points` points that see motion, spread over their order."""
+    visible = np.flatnonzero(field.windows.sight > 0)
+    return visible[np.unique(np.linspace(0, visible.size - 1,
+                                         min(max_points, visible.size)).astype(int))].tolist() if visible.size else []
 
 
 def _sigma(field: DisplacementField, k: int) -> str:
+    """Return the mean standard deviation of a window's displacement in a frame, as text."""
     return f"{np.sqrt(np.trace(field.covariance[k]) / 2):.2g}"
 
 
-def _over(picture: bytes, shape: tuple[int, int], title: str = "") -> go.Figure:
+def _picture_chart(picture: bytes, shape: tuple[int, int], title: str = "") -> go.Figure:
+    """Return a chart with the picture as its background, a pixel a unit, rows downwards."""
     rows, columns = shape
     chart = figure(title, int(min(620, max(320, 900 * rows / columns))))
     source = "data:image/jpeg;base64," + base64.b64encode(picture).decode()

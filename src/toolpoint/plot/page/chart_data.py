@@ -1,4 +1,4 @@
-"""What a page keeps of a chart: its figure as short JSON text, numbers to seven digits, fixed widths left to the page."""
+"""Data of a chart on a page: its figure as short JSON text, numbers to seven digits, widths left to the page."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ import numpy as np
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-_DIGITS = 7  # more than any screen shows, fewer than a double holds
+_STORED_DIGITS = 7  # more than any screen shows, fewer than a double holds
 
 
 def chart_text(figure: go.Figure) -> str:
     """Return data and layout of a figure as JSON without width and title: the page gives the chart both, so that a chart
     shrinks with the screen and a title breaks its lines."""
-    whole = json.loads(figure.to_json())
-    layout = {key: value for key, value in whole["layout"].items() if key not in ("width", "title")}
-    return json.dumps({"data": _short(whole["data"]), "layout": layout}, separators=(",", ":"), allow_nan=False)
+    figure_data = json.loads(figure.to_json())
+    layout = {key: value for key, value in figure_data["layout"].items() if key not in ("width", "title")}
+    return json.dumps({"data": _shorten(figure_data["data"]), "layout": layout}, separators=(",", ":"), allow_nan=False)
 
 
-def _short(value: Any) -> Any:
+def _shorten(value: Any) -> Any:
     """Return plain data with packed arrays (of newer plotly) opened and every float to seven digits."""
     if isinstance(value, dict):
         if {"dtype", "bdata"} <= value.keys():
-            return _opened(value)
-        return {key: _short(entry) for key, entry in value.items()}
+            return _unpack(value)
+        return {key: _shorten(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_short(entry) for entry in value]
-    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value
+        return [_shorten(entry) for entry in value]
+    return float(f"{value:.{_STORED_DIGITS}g}") if isinstance(value, float) else value
 
 
-def _opened(packed: dict[str, Any]) -> Any:
+def _unpack(packed: dict[str, Any]) -> Any:
+    """Return a packed array as lists, as numbers of `_STORED_DIGITS` digits."""
     array = np.frombuffer(base64.b64decode(packed["bdata"]), np.dtype(packed["dtype"]).newbyteorder("<"))
     if "shape" in packed:
         array = array.reshape([int(n) for n in str(packed["shape"]).split(",")])
@@ -43,6 +44,7 @@ def _opened(packed: dict[str, Any]) -> Any:
 
 
 def _rows(array: Any) -> Any:
+    """Return an array as nested lists; what is not finite becomes null, which JSON has."""
     if array.ndim > 1:
         return [_rows(row) for row in array]
-    return [float(f"{v:.{_DIGITS}g}") if np.isfinite(v) else None for v in array.tolist()]
+    return [float(f"{v:.{_STORED_DIGITS}g}") if np.isfinite(v) else None for v in array.tolist()]

@@ -51,17 +51,17 @@ class Chart:
     def fragment(self) -> str:
         """Return the place of the chart and its data block."""
         source, height = f"tp-chart-{self.name}", int(self.figure.layout.height or 420)
-        widest = f";max-width:{int(self.figure.layout.width)}px" if self.figure.layout.width else ""
+        max_width = f";max-width:{int(self.figure.layout.width)}px" if self.figure.layout.width else ""
         narrowest = max(self.narrowest, int((self.figure.layout.meta or {}).get("narrowest", 0)))
-        least = f";min-width:{narrowest}px" if narrowest else ""
+        min_width = f";min-width:{narrowest}px" if narrowest else ""
         title = _plain_title(self.figure)
         heading = f'<h3 class="tp-title">{mark_up(title)}</h3>' if title else ""
         click = f' data-click-view="{self.click_view}"' if self.click_view else ""
         caption = f"<figcaption>{mark_up(self.caption)}</figcaption>" if self.caption else ""
-        label = html.escape(_spoken(self.figure, self.caption))
-        inner = "<noscript>This chart needs JavaScript, which is switched off.</noscript>"
-        return (f'<figure class="tp-figure">{heading}<div class="tp-chart" style="min-height:{height}px{widest}{least}" '
-                f'role="img" aria-label="{label}" data-name="{self.name}" data-source="{source}"{click}>{inner}</div>'
+        label = html.escape(_screen_reader_text(self.figure, self.caption))
+        no_script = "<noscript>This chart needs JavaScript, which is switched off.</noscript>"
+        return (f'<figure class="tp-figure">{heading}<div class="tp-chart" style="min-height:{height}px{max_width}{min_width}" '
+                f'role="img" aria-label="{label}" data-name="{self.name}" data-source="{source}"{click}>{no_script}</div>'
                 f"{caption}</figure>" + deflate_block(source, chart_text(self.figure)))
 
 
@@ -108,8 +108,8 @@ class ClickedSeries:
                 "sets": [{"label": label, "x": short(x, 6), "y": [short(y, 5) for y in curves]}
                          for label, x, curves in self.sets]}
         block = f"tp-series-{self.name}"
-        inner = Chart(self.figure, self.caption, self.name).fragment()
-        marked = inner.replace('class="tp-chart"', f'class="tp-chart" data-series="{block}" data-follows="{self.follows}"', 1)
+        chart = Chart(self.figure, self.caption, self.name).fragment()
+        marked = chart.replace('class="tp-chart"', f'class="tp-chart" data-series="{block}" data-follows="{self.follows}"', 1)
         options = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, (label, _, _) in enumerate(self.sets))
         choice = (f'<p class="tp-lookup"><label for="{block}-list">{mark_up(self.label)}</label> '
                   f'<select id="{block}-list" data-series="{block}">{options}</select></p>') if self.label else ""
@@ -126,10 +126,10 @@ class Lookup:
     ----------
     label, unit : str
         Words before the field, and the unit behind it.
-    at : sequence of floats
-        Abscissae, increasing.
+    abscissae : sequence of floats
+        Increasing.
     values : sequence of floats
-        What the lower of two answers is judged by.
+        By which the lower of two answers is found.
     answers : sequence of str
         A sentence for each abscissa.
     start : float
@@ -139,26 +139,26 @@ class Lookup:
 
     label: str
     unit: str
-    at: Sequence[float]
+    abscissae: Sequence[float]
     values: Sequence[float]
     answers: Sequence[str]
     start: float
     name: str = "lookup"
 
     def __post_init__(self) -> None:
-        if not len(self.at) == len(self.values) == len(self.answers) or len(self.at) == 0:
-            fail("Lookup", f"{len(self.at)} places, {len(self.values)} values, {len(self.answers)} answers",
+        if not len(self.abscissae) == len(self.values) == len(self.answers) or len(self.abscissae) == 0:
+            fail("Lookup", f"{len(self.abscissae)} places, {len(self.values)} values, {len(self.answers)} answers",
                  "must be equally many, at least one")
 
     def fragment(self) -> str:
         """Return the field, the place of the answer, and the data block."""
-        at = [float(f"{v:.7g}") for v in self.at]
+        abscissae = [float(f"{v:.7g}") for v in self.abscissae]
         values = [float(f"{v:.7g}") if math.isfinite(v) else None for v in self.values]
-        data = {"at": at, "values": values, "answers": list(self.answers), "unit": self.unit}
+        data = {"at": abscissae, "values": values, "answers": list(self.answers), "unit": self.unit}
         field_id, source = f"tp-field-{self.name}", f"tp-lookup-{self.name}"
         return (f'<div class="tp-lookup" data-source="{source}"><label for="{field_id}">{mark_up(self.label)}</label> '
-                f'<input id="{field_id}" type="number" inputmode="decimal" step="any" min="{at[0]:g}" max="{at[-1]:g}" '
-                f'value="{self.start:g}"> <span>{html.escape(self.unit)}</span>'
+                f'<input id="{field_id}" type="number" inputmode="decimal" step="any" '
+                f'min="{abscissae[0]:g}" max="{abscissae[-1]:g}" value="{self.start:g}"> <span>{html.escape(self.unit)}</span>'
                 f'<output for="{field_id}" aria-live="polite"><noscript>This field needs JavaScript.</noscript></output></div>'
                 + deflate_block(source, json.dumps(data, separators=(",", ":"))))
 
@@ -168,7 +168,7 @@ def _plain_title(figure: go.Figure) -> str:
     return html.unescape(re.sub(r"<[^>]+>", " ", str(figure.layout.title.text or ""))).strip()
 
 
-def _spoken(figure: go.Figure, caption: str) -> str:
+def _screen_reader_text(figure: go.Figure, caption: str) -> str:
     """Return what a screen reader says of a chart: its title, what is drawn over what, and its caption."""
     title = _plain_title(figure)
     named = [axis.title.text for axis in (figure.layout.yaxis, figure.layout.xaxis) if axis.title.text]

@@ -14,8 +14,8 @@ from importlib import resources
 from typing import Any
 
 LIBRARY = "plotly-cartesian.min.js.gz"
-_PACKED_FROM = 12_000  # characters of a data block from which it is deflated
-_GZIP_HEAD, _GZIP_TAIL = 10, 8  # bytes around the deflated stream of a file without a name
+_MIN_DEFLATED_LENGTH = 12_000  # characters of a data block from which it is deflated: below, inflating costs more than it saves
+_GZIP_HEADER_BYTES, _GZIP_TRAILER_BYTES = 10, 8  # bytes around the deflated stream of a file without a name
 
 
 @lru_cache(maxsize=16)
@@ -33,7 +33,7 @@ def chart_script() -> str:
 @lru_cache(maxsize=1)
 def chart_block() -> str:
     """Return the chart library as an inert block, deflated (0.6 MB), which the page's own script inflates and starts."""
-    packed = base64.b64encode(_library()[_GZIP_HEAD:-_GZIP_TAIL]).decode("ascii")
+    packed = base64.b64encode(_library()[_GZIP_HEADER_BYTES:-_GZIP_TRAILER_BYTES]).decode("ascii")
     size = len(chart_script().encode())
     return f'<script type="application/octet-stream" id="tp-library" data-size="{size}">{packed}</script>\n'
 
@@ -47,12 +47,12 @@ def data_block(identifier: str, data: Any) -> str:
 
 def deflate_block(identifier: str, text: str) -> str:
     """Return JSON text as an inert block, deflated where it is long; `ToolpointBlock` of the page's script reads both."""
-    if len(text) < _PACKED_FROM:
+    if len(text) < _MIN_DEFLATED_LENGTH:
         return data_block(identifier, text)
-    raw = text.encode("utf-8")
-    maker = zlib.compressobj(9, zlib.DEFLATED, -15)
-    packed = base64.b64encode(maker.compress(raw) + maker.flush()).decode("ascii")
-    return (f'<script type="application/octet-stream" id="{html.escape(identifier)}" data-size="{len(raw)}">{packed}'
+    encoded = text.encode("utf-8")
+    compressor = zlib.compressobj(9, zlib.DEFLATED, -15)
+    packed = base64.b64encode(compressor.compress(encoded) + compressor.flush()).decode("ascii")
+    return (f'<script type="application/octet-stream" id="{html.escape(identifier)}" data-size="{len(encoded)}">{packed}'
             "</script>\n")
 
 

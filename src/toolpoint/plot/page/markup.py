@@ -7,11 +7,11 @@ import re
 
 # Letters of forces, coefficients, gains and torques; other words with an underscore are names that a user gave.
 _SYMBOL = re.compile(r"(?<![\w.])(K|F|M|R|T|J|n|w|g|f)_(max|min|te|ne|ae|tc|nc|ac|[tnafvhrmscxyz]|\d)(?!\w)")
-# A unit stands after a number, a comma, a stroke, a bar or a bracket; so a body called "um" keeps its name.
-_BEFORE = r"(?:(?<=\d)|(?<=\d )|(?<=, )|(?<=/)|(?<=\|)|(?<=\()|(?<=\| ))"
+# A unit stands after a number, a comma, a stroke, a bar or a bracket: a body called "um" keeps its name.
+_UNIT_CONTEXT = r"(?:(?<=\d)|(?<=\d )|(?<=, )|(?<=/)|(?<=\|)|(?<=\()|(?<=\| ))"
 _UNITS = (
-    (re.compile(_BEFORE + r"um(?![\w.])"), "µm"), (re.compile(_BEFORE + r"urad(?![\w.])"), "µrad"),
-    (re.compile(r"(?<=position )um|(?<=rms )um"), "µm"), (re.compile(_BEFORE + r"us(?![\w.])"), "µs"),
+    (re.compile(_UNIT_CONTEXT + r"um(?![\w.])"), "µm"), (re.compile(_UNIT_CONTEXT + r"urad(?![\w.])"), "µrad"),
+    (re.compile(r"(?<=position )um|(?<=rms )um"), "µm"), (re.compile(_UNIT_CONTEXT + r"us(?![\w.])"), "µs"),
     (re.compile(r"(?<=\d) ?deg(?![\w.])"), "°"), (re.compile(r"(?<=, )deg(?![\w.])|(?<=\()deg(?=[/)])"), "°"),
     (re.compile(r"\+-(?=[ \d])"), "±"), (re.compile(r"(?<=[A-Za-z])\^2(?!\d)"), "²"),
     (re.compile(r"(?<=[A-Za-z])\^3(?!\d)"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−\d])"), " … "))

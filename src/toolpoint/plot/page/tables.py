@@ -13,7 +13,7 @@ from toolpoint._rounding import number_text, with_uncertainty
 from toolpoint.plot.page.markup import mark_up
 
 MARKS = ("", "published", "chosen", "measured", "computed", "assumed", "good", "doubtful")
-_WIDE = 7  # columns from which a table is set smaller in print
+_MIN_SMALL_PRINT_COLUMNS = 7  # columns from which a table is set smaller in print
 _NUMERIC = re.compile(r"(above |below )?[-+−]?\d[\d.,]*(e[-+]?\d+)?( ± [\d.,e+-]+)?( %)?")
 
 
@@ -65,17 +65,18 @@ class Table:
     def fragment(self) -> str:
         """Return the table as HTML, with a key to the marks that it uses."""
         cells = [[value if isinstance(value, Cell) else Cell(value) for value in row] for row in self.rows]
-        right = [any(_is_numeric(row[i].value) for row in cells) for i in range(len(self.header))]
-        head = "".join(f"<th scope=\"col\"{_side(r)}>{mark_up(name)}</th>" for name, r in zip(self.header, right))
+        is_numeric_column = [any(_is_numeric(row[i].value) for row in cells) for i in range(len(self.header))]
+        head = "".join(f"<th scope=\"col\"{_alignment(r)}>{mark_up(name)}</th>" for name,
+                       r in zip(self.header, is_numeric_column))
         texts = list(zip(*(_column([row[i] for row in cells], self.digits) for i in range(len(self.header)))))
-        body = "".join("<tr>" + "".join(_td(c, t, r) for c, t, r in zip(row, text, right)) + "</tr>"
+        body = "".join("<tr>" + "".join(_cell_markup(c, t, r) for c, t, r in zip(row, text, is_numeric_column)) + "</tr>"
                        for row, text in zip(cells, texts))
         caption = f"<caption>{mark_up(self.caption)}</caption>" if self.caption else ""
-        wide = " wide" if len(self.header) > _WIDE else ""
+        width_class = " wide" if len(self.header) > _MIN_SMALL_PRINT_COLUMNS else ""
         used = [mark for mark in MARKS if mark and any(cell.mark == mark for row in cells for cell in row)]
         key = "".join(f"<span class=\"mark {m}\">{m}</span>" for m in used)
         label = html.escape(self.caption or "Table")
-        return (f"<div class=\"table{wide}\" role=\"region\" tabindex=\"0\" aria-label=\"{label}\">"
+        return (f"<div class=\"table{width_class}\" role=\"region\" tabindex=\"0\" aria-label=\"{label}\">"
                 f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
                 + (f"<p class=\"key\">Values marked: {key}</p>" if key else ""))
 
@@ -85,19 +86,20 @@ def _column(cells: Sequence[Cell], digits: int) -> list[str]:
     values = [cell.value for cell in cells]
     texts = [with_uncertainty(cell.value, cell.uncertainty) if cell.uncertainty is not None and _is_number(cell.value)
              else f"{cell.value:.{digits}g}" if isinstance(cell.value, float) else str(cell.value) for cell in cells]
-    free = [isinstance(cell.value, float) and cell.uncertainty is None for cell in cells]
-    floats = [text for text, of in zip(texts, free) if of]
+    is_plain_float = [isinstance(cell.value, float) and cell.uncertainty is None for cell in cells]
+    floats = [text for text, is_free in zip(texts, is_plain_float) if is_free]
     if any("e" in text or "n" in text for text in floats):  # exponents, nan, inf: no common number of decimals
-        return [number_text(value, digits=digits) if of else text for value, text, of in zip(values, texts, free)]
+        return [number_text(value, digits=digits) if is_free else text for value, text,
+                is_free in zip(values, texts, is_plain_float)]
     decimals = max((len(text.partition(".")[2]) for text in floats), default=0)
-    return [f"{value:.{decimals}f}" if of else text for value, text, of in zip(values, texts, free)]
+    return [f"{value:.{decimals}f}" if is_free else text for value, text, is_free in zip(values, texts, is_plain_float)]
 
 
-def _td(cell: Cell, text: str, right: bool) -> str:
-    inner = mark_up(text)
+def _cell_markup(cell: Cell, text: str, right: bool) -> str:
+    content = mark_up(text)
     if cell.mark:
-        inner = f"<span class=\"mark {cell.mark}\" title=\"{cell.mark}\">{inner}</span>"
-    return f"<td{_side(right)}>{inner}</td>"
+        content = f"<span class=\"mark {cell.mark}\" title=\"{cell.mark}\">{content}</span>"
+    return f"<td{_alignment(right)}>{content}</td>"
 
 
 def _is_number(value: object) -> bool:
@@ -109,5 +111,5 @@ def _is_numeric(value: object) -> bool:
     return _is_number(value) or (isinstance(value, str) and _NUMERIC.fullmatch(value) is not None)
 
 
-def _side(right: bool) -> str:
+def _alignment(right: bool) -> str:
     return " class=\"n\"" if right else ""

@@ -28,7 +28,7 @@ class AnimatedShapes:
         Translation of each node, any common scale; the page scales each mode to its own largest amplitude.
     labels : sequence of m str, optional
         A few words beside each mode.
-    known : (n,) booleans, optional
+    has_data : (n,) booleans, optional
         False for nodes without data: they are drawn grey and unmoved.
     notes : sequence of str
         Remarks shown under the view.
@@ -38,7 +38,7 @@ class AnimatedShapes:
     damping_ratio: FloatArray
     displacement: ComplexArray
     labels: tuple[str, ...] = ()
-    known: NDArray[np.bool_] | None = None
+    has_data: NDArray[np.bool_] | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -57,10 +57,10 @@ class AnimatedShapes:
             fail("AnimatedShapes.labels", f"{len(labels)} labels", f"must be {m}", remedy="one for each mode")
         put(self, "labels", labels)
         n = self.displacement.shape[1]
-        known = np.ones(n, bool) if self.known is None else np.array(self.known, bool)
-        if known.shape != (n,):
-            fail("AnimatedShapes.known", f"shape {known.shape}", f"must be ({n},)")
-        put(self, "known", frozen(known))
+        has_data = np.ones(n, bool) if self.has_data is None else np.array(self.has_data, bool)
+        if has_data.shape != (n,):
+            fail("AnimatedShapes.has_data", f"shape {has_data.shape}", f"must be ({n},)")
+        put(self, "has_data", frozen(has_data))
         put(self, "notes", tuple(str(note) for note in self.notes))
 
     @classmethod
@@ -78,21 +78,22 @@ class AnimatedShapes:
         if modes.frequency.ndim > 1:
             fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use modes.at_pose(i) first")
         rows: dict[str | int, list[int]] = {point: [] for point in points}
-        notes, lost = list(modes.notes), set()
+        notes, unplaced_points = list(modes.notes), set()
         for i, dof in enumerate(modes.dofs):
             if dof.is_rotation:
                 continue
-            rows[dof.point].append(i) if dof.point in rows else lost.add(dof.point)
-        if lost:
-            text = f"{len(lost)} points have data but no coordinates, for example {sorted(map(str, lost))[0]}"
+            rows[dof.point].append(i) if dof.point in rows else unplaced_points.add(dof.point)
+        if unplaced_points:
+            text = (f"{len(unplaced_points)} points have data but no coordinates, for example "
+                    f"{sorted(map(str, unplaced_points))[0]}")
             warnings.warn(text, ToolpointWarning, stacklevel=2)
             notes.append(text)
         directions = np.array([dof.unit[:3] for dof in modes.dofs])
-        moved = [_translation(directions[at], modes.shape[at]) for at in rows.values()]
-        notes += _gaps([np.linalg.matrix_rank(directions[at]) if at else 0 for at in rows.values()])
+        translations = [_translation(directions[i], modes.shape[i]) for i in rows.values()]
+        notes += _gaps([np.linalg.matrix_rank(directions[i]) if i else 0 for i in rows.values()])
         shapes = cls(
-            modes.frequency, modes.damping_ratio, np.stack(moved, axis=1), tuple(labels),
-            np.array([bool(at) for at in rows.values()]), tuple(notes))
+            modes.frequency, modes.damping_ratio, np.stack(translations, axis=1), tuple(labels),
+            np.array([bool(i) for i in rows.values()]), tuple(notes))
         return shapes.aligned()
 
     @property
@@ -111,11 +112,11 @@ class AnimatedShapes:
 
     def selected(self, modes: Iterable[int]) -> AnimatedShapes:
         """Return these modes, in the order asked for."""
-        at = list(modes)
-        if not at or any(not -self.count <= i < self.count for i in at):
-            fail("selected", f"modes {at}", f"must be some within 0 .. {self.count - 1}")
-        return replace(self, frequency=self.frequency[at], damping_ratio=self.damping_ratio[at],
-                       displacement=self.displacement[at], labels=tuple(self.labels[i] for i in at))
+        indices = list(modes)
+        if not indices or any(not -self.count <= i < self.count for i in indices):
+            fail("selected", f"modes {indices}", f"must be some within 0 .. {self.count - 1}")
+        return replace(self, frequency=self.frequency[indices], damping_ratio=self.damping_ratio[indices],
+                       displacement=self.displacement[indices], labels=tuple(self.labels[i] for i in indices))
 
     def __repr__(self) -> str:
         kind = "complex" if np.abs(self.displacement.imag).max(initial=0) > 0 else "real"
@@ -124,17 +125,19 @@ class AnimatedShapes:
 
 
 def _translation(directions: FloatArray, values: Array) -> Array:
+    """Return the least-squares translation (m, 3) of a point from its measured directions (k, 3) and values (k, m)."""
     if directions.shape[0] == 0:
         return np.zeros((values.shape[-1], 3), values.dtype)
     return (np.linalg.pinv(directions, rcond=1e-6) @ values).T
 
 
 def _gaps(rank: list[int]) -> list[str]:
-    missing, partial = sum(r == 0 for r in rank), sum(0 < r < 3 for r in rank)
+    """Return remarks on points without data, or with data in some directions only; rank : of each point's directions."""
+    missing_count, partial_count = sum(r == 0 for r in rank), sum(0 < r < 3 for r in rank)
     notes = []
-    if missing:
-        notes.append(f"{missing} of {len(rank)} points have no data: drawn grey and unmoved.")
-    if partial:
-        notes.append(f"{partial} of {len(rank)} points have data in one or two directions only: no motion is drawn "
+    if missing_count:
+        notes.append(f"{missing_count} of {len(rank)} points have no data: drawn grey and unmoved.")
+    if partial_count:
+        notes.append(f"{partial_count} of {len(rank)} points have data in one or two directions only: no motion is drawn "
                      "in the others.")
     return notes

@@ -24,45 +24,46 @@ POINTS = "points"
 def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -> tuple[Scene, AnimatedShapes]:
     """Return the scene at one pose and the lowest undamped modes on its nodes; elastic bodies bend as their coordinates say."""
     shapes = body_shapes(machine, pose, modes)
-    parts, moves = [], []
+    parts, displacements = [], []
     for link in range(len(machine.bodies)):
-        part, moved = _part(shapes, link)
+        part, moved = _draw_body(shapes, link)
         parts.append(part)
-        moves.append(moved)
+        displacements.append(moved)
     size = 0.015 * Scene.joined(parts).size
     for name, point in machine.description.points.items():
         mark = Scene.of_boxes([Box(POINTS, shapes.place.position(point)[0], (size,) * 3)])
         parts.append(mark)
         moved = shapes.place.point_jacobian(name)[0, :3] @ shapes.vectors
-        moves.append(np.broadcast_to(moved, (len(mark.nodes), *moved.shape)))
-    displacement = np.moveaxis(np.concatenate(moves), -1, 0)
+        displacements.append(np.broadcast_to(moved, (len(mark.nodes), *moved.shape)))
+    displacement = np.moveaxis(np.concatenate(displacements), -1, 0)
     return Scene.joined(parts), AnimatedShapes(shapes.frequency, shapes.damping_ratio, displacement.astype(complex))
 
 
-def _part(shapes: BodyShapes, link: int) -> tuple[Scene, FloatArray]:
+def _draw_body(shapes: BodyShapes, link: int) -> tuple[Scene, FloatArray]:
     """Return the drawing of a body and the displacement (nodes, 3, modes) of its nodes in every mode, machine axes."""
     place, machine = shapes.place, shapes.place.machine
     body, frame, name = machine.bodies[link], place.frames[0, link], machine.body_names[link]
     if body.surface is None:
-        scene = _body(name, machine.description.bodies[name], body.mass, frame)
+        scene = _described_body(name, machine.description.bodies[name], body.mass, frame)
         return scene, tf.point_velocity(scene.nodes) @ shapes.twists[link]
     scene = Scene.of_mesh(name, tf.move(frame, body.surface.nodes), body.surface.triangles)
     bent = frame[:3, :3] @ (body.surface.motion @ shapes.bending(link))
     return scene, tf.point_velocity(scene.nodes) @ shapes.twists[link] + bent
 
 
-def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray) -> Scene:
+def _described_body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray) -> Scene:
+    """Return a body as described: mesh, round shape or box; else the box of its moments of inertia."""
     if body.mesh is not None:
         nodes, faces = mesh.merge_corners(body.mesh.corners)
         return Scene.of_mesh(name, tf.move(frame, nodes + np.array(body.centre)), faces)
     shape = body.draw or body.shape
     centre = np.array(body.centre if body.draw_at is None else body.draw_at)
-    at = tf.move(frame, centre[None])[0]
+    machine_centre = tf.move(frame, centre[None])[0]
     part = None if shape is None else _round_part(name, shape)
     if part is not None:
-        return replace(part, nodes=part.nodes @ frame[:3, :3].T + at)
+        return replace(part, nodes=part.nodes @ frame[:3, :3].T + machine_centre)
     size = shape_size(shape) if shape is not None else equal_box(mass)
-    return Scene.of_boxes([Box(name, at, size, frame[:3, :3])])
+    return Scene.of_boxes([Box(name, machine_centre, size, frame[:3, :3])])
 
 
 def _round_part(name: str, shape: ShapeDescription) -> Scene | None:

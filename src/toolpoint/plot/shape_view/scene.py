@@ -52,7 +52,7 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What a page draws: nodes, faces and edges.
+    """Geometry that a page draws: nodes, faces and edges.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Scene:
         names, body = _bodies(place, components)
         return cls(
             floats("points", np.array([np.asarray(xyz, float) for xyz in points.values()]), (None, 3)),
-            _found("triangles", triangles, place, 3), _found("lines", lines, place, 2), body, names)
+            _point_rows("triangles", triangles, place, 3), _point_rows("lines", lines, place, 2), body, names)
 
     @classmethod
     def joined(cls, scenes: Iterable[Scene]) -> Scene:
@@ -152,12 +152,12 @@ class Scene:
         if not parts:
             fail("scenes", "none", "must be at least one Scene")
         names = list(dict.fromkeys(name for part in parts for name in part.body_names))
-        shift = np.cumsum([0] + [part.nodes.shape[0] for part in parts])
+        offsets = np.cumsum([0] + [part.nodes.shape[0] for part in parts])
         body = [np.array([names.index(name) for name in part.body_names])[part.node_body] for part in parts]
         return cls(
             np.concatenate([part.nodes for part in parts]),
-            np.concatenate([part.triangles + at for part, at in zip(parts, shift)]),
-            np.concatenate([part.lines + at for part, at in zip(parts, shift)]), np.concatenate(body), tuple(names))
+            np.concatenate([part.triangles + offset for part, offset in zip(parts, offsets)]),
+            np.concatenate([part.lines + offset for part, offset in zip(parts, offsets)]), np.concatenate(body), tuple(names))
 
     @property
     def size(self) -> float:
@@ -171,6 +171,7 @@ class Scene:
 
 
 def _indices(name: str, value: ArrayLike, width: int | None, limit: int) -> IntArray:
+    """Return checked node or body indices, (n,) or (n, width)."""
     array = np.asarray(value)
     if array.size == 0:
         array = np.zeros((0,) if width is None else (0, width), int)
@@ -179,12 +180,13 @@ def _indices(name: str, value: ArrayLike, width: int | None, limit: int) -> IntA
     if array.ndim != (1 if width is None else 2) or (width is not None and array.shape[1] != width):
         fail(name, f"shape {array.shape}", "must be (n,)" if width is None else f"must be (n, {width})")
     if array.size and (array.min() < 0 or array.max() >= limit):
-        worst = int(array.max() if array.max() >= limit else array.min())
-        fail(name, f"index {worst}", f"must be within 0 .. {limit - 1}")
+        wrong_index = int(array.max() if array.max() >= limit else array.min())
+        fail(name, f"index {wrong_index}", f"must be within 0 .. {limit - 1}")
     return frozen(array.astype(np.int64))
 
 
 def _feature_edges(nodes: FloatArray, faces: IntArray, angle: float) -> IntArray:
+    """Return the edges (k, 2) at the rim of a mesh and where its faces meet at more than an angle (deg)."""
     normal = np.cross(nodes[faces[:, 1]] - nodes[faces[:, 0]], nodes[faces[:, 2]] - nodes[faces[:, 0]])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -211,12 +213,12 @@ def _bodies(
     return names, body
 
 
-def _found(what: str, rows: Iterable[Iterable[str | int]], place: Mapping[str | int, int], width: int) -> IntArray:
+def _point_rows(what: str, rows: Iterable[Iterable[str | int]], place: Mapping[str | int, int], width: int) -> IntArray:
     return np.array([[_place(what, place, point) for point in row] for row in rows], np.int64).reshape(-1, width)
 
 
 def _place(what: str, place: Mapping[str | int, int], point: Hashable) -> int:
     if not isinstance(point, (str, int)) or point not in place:
-        known = ", ".join(map(str, list(place)[:6])) + (" ..." if len(place) > 6 else "")
-        fail(what, f"point {point!r} has no coordinates", f"must be one of {known}")
+        known_points = ", ".join(map(str, list(place)[:6])) + (" ..." if len(place) > 6 else "")
+        fail(what, f"point {point!r} has no coordinates", f"must be one of {known_points}")
     return place[point]

@@ -1,4 +1,4 @@
-"""Shapes side by side: which belong together, and turned so that they move alike."""
+"""Shapes side by side: their pairs, and their signs turned alike."""
 
 from __future__ import annotations
 

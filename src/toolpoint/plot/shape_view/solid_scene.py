@@ -18,10 +18,10 @@ def solid_shapes(
     labels: tuple[str, ...] = (),
 ) -> tuple[Scene, AnimatedShapes]:
     """Return the scene of parts and their modes; `shape_of` gives a part's displacements (3 nodes, modes)."""
-    scenes, moves = [], []
+    scenes, displacements = [], []
     for name, model in parts.items():
-        used, triangles = outer_triangles(model)
-        scenes.append(Scene.of_mesh(name, model.nodes[used], triangles))
-        moves.append(shape_of(name).reshape(len(model.nodes), 3, -1)[used].transpose(2, 0, 1))
-    moved = np.concatenate(moves, axis=1)
+        outer_nodes, triangles = outer_triangles(model)
+        scenes.append(Scene.of_mesh(name, model.nodes[outer_nodes], triangles))
+        displacements.append(shape_of(name).reshape(len(model.nodes), 3, -1)[outer_nodes].transpose(2, 0, 1))
+    moved = np.concatenate(displacements, axis=1)
     return Scene.joined(scenes), AnimatedShapes(frequency, np.full(len(frequency), ratio), moved.astype(complex), labels)

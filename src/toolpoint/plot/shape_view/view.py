@@ -20,7 +20,7 @@ from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.scene import Scene
 
 SCRIPTS = ("shape_renderer.js", "shape_view.js", "shape_controls.js")
-_DOTS_UP_TO = 3000
+_MAX_DOTTED_NODES = 3000  # nodes of a wire model that are drawn as dots too
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class ShapeView:
     other : (Scene, AnimatedShapes, title), optional
         Second scene to the right, moved by the same controls; its mode i is shown beside mode i of the first
         (shape pairs of a test and a model).
-    still : (low, high, unit), optional
+    static_range : (low, high, unit), optional
         Nothing moves: the size of the only shape is a value above `low` at each node, coloured from `low` to `high`.
 
     Raises
@@ -59,7 +59,7 @@ class ShapeView:
     title: str = ""
     caption: str = ""
     other: tuple[Scene, AnimatedShapes, str] | None = None
-    still: tuple[float, float, str] | None = None
+    static_range: tuple[float, float, str] | None = None
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", self.name):
@@ -80,8 +80,9 @@ class ShapeView:
 
     def payload(self) -> dict[str, Any]:
         """Return what the page script reads: packed arrays (positions 32-bit, shapes 16-bit of the largest part)."""
-        ends = None if self.still is None else [*map(number_text, self.still[:2]), self.still[2], self.still[1] - self.still[0]]
-        return {"ramp": RAMP, "panes": [_pane(*pane) for pane in self.panes], "still": ends}
+        ends = None if self.static_range is None else [*map(number_text, self.static_range[:2]), self.static_range[2],
+                                                       self.static_range[1] - self.static_range[0]]
+        return {"ramp": RAMP, "panes": [_pane_data(*pane) for pane in self.panes], "still": ends}
 
     def fragment(self) -> str:
         """Return the HTML of the view without scripts: a figure and its data block."""
@@ -106,46 +107,47 @@ class ShapeView:
         return f"ShapeView({self.name!r}, {words})"
 
 
-def _pane(scene: Scene, shapes: AnimatedShapes, title: str) -> dict[str, Any]:
+def _pane_data(scene: Scene, shapes: AnimatedShapes, title: str) -> dict[str, Any]:
     count = scene.nodes.shape[0]
-    wide = count > 65535
-    index = "<u4" if wide else "<u2"
-    assert shapes.known is not None and scene.node_body is not None  # filled when made
+    # WebGL takes 16-bit indices up to 65 535 nodes, half the size of 32-bit ones.
+    has_long_indices = count > 65535
+    index = "<u4" if has_long_indices else "<u2"
+    assert shapes.has_data is not None and scene.node_body is not None  # filled when made
     return {
-        "title": title, "wide": wide, "bodies": list(scene.body_names),
-        "nodes": _packed(scene.nodes, "<f4"), "triangles": _packed(scene.triangles, index),
-        "lines": _packed(scene.lines, index), "body": _packed(scene.node_body, "<u2"),
-        "known": _packed(shapes.known, "u1"), "dots": scene.triangles.shape[0] == 0 and count <= _DOTS_UP_TO,
+        "title": title, "wide": has_long_indices, "bodies": list(scene.body_names),
+        "nodes": _pack(scene.nodes, "<f4"), "triangles": _pack(scene.triangles, index),
+        "lines": _pack(scene.lines, index), "body": _pack(scene.node_body, "<u2"),
+        "known": _pack(shapes.has_data, "u1"), "dots": scene.triangles.shape[0] == 0 and count <= _MAX_DOTTED_NODES,
         "shapes": [
-            {"label": label, "frequency": float(f), "damping": float(z), **_parts(u)}
+            {"label": label, "frequency": float(f), "damping": float(z), **_shape_data(u)}
             for label, f, z, u in zip(shapes.labels, shapes.frequency, shapes.damping_ratio, shapes.displacement)],
     }
 
 
-def _parts(displacement: ComplexArray) -> dict[str, Any]:
+def _shape_data(displacement: ComplexArray) -> dict[str, Any]:
     unit = float(max(np.abs(displacement.real).max(), np.abs(displacement.imag).max()))
-    real, imaginary = (_packed(np.rint(part / unit * 32767), "<i2") if unit and np.any(part) else None
+    real, imaginary = (_pack(np.rint(part / unit * 32767), "<i2") if unit and np.any(part) else None
                        for part in (displacement.real, displacement.imag))
     return {"unit": unit, "real": real, "imaginary": imaginary}
 
 
-def _packed(values: Any, kind: str) -> dict[str, Any]:
+def _pack(values: Any, kind: str) -> dict[str, Any]:
     """Return an array as deflated base64, as it is or as differences down its columns, whichever is shorter."""
     array = np.ascontiguousarray(values).astype(kind)
     columns = int(np.prod(array.shape[1:], dtype=int))
     width = array.itemsize
-    whole = array.reshape(array.shape[0], columns).view(f"<u{width}")
-    steps = np.ascontiguousarray(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).T)
+    unsigned = array.reshape(array.shape[0], columns).view(f"<u{width}")
+    steps = np.ascontiguousarray(np.diff(unsigned, axis=0, prepend=np.zeros_like(unsigned[:1])).T)
     planes = steps.reshape(-1, 1).view("u1").T.tobytes()  # all low bytes first: they deflate better together
-    plain, differences = _deflated(array.tobytes()), _deflated(planes)
-    shorter = len(differences) < len(plain)
-    return {"z": base64.b64encode(differences if shorter else plain).decode("ascii"), "size": array.nbytes,
+    deflated, deflated_steps = _deflate(array.tobytes()), _deflate(planes)
+    shorter = len(deflated_steps) < len(deflated)
+    return {"z": base64.b64encode(deflated_steps if shorter else deflated).decode("ascii"), "size": array.nbytes,
             "width": width, "columns": columns if shorter else 0}
 
 
-def _deflated(data: bytes) -> bytes:
-    maker = zlib.compressobj(9, zlib.DEFLATED, -15)
-    return maker.compress(data) + maker.flush()
+def _deflate(data: bytes) -> bytes:
+    compressor = zlib.compressobj(9, zlib.DEFLATED, -15)
+    return compressor.compress(data) + compressor.flush()
 
 
 def scripts_of(parts: Sequence[object]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The milling accuracy of a machine as a metric of screenings: mean errors of every side and over all of them."""
+"""Milling accuracy of a machine as a metric of screenings: mean errors of every side and over all of them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,12 @@ class AccuracyMetric:
     """``position error`` (m) and ``rotation error`` (rad), means over the sides, and each side's own.
 
     folder : where finished blocks of the steps of a run are kept, see `mill_path`; no part of what the metric is.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.accuracy.tool_paths import square
+    >>> AccuracyMetric(square(0.1), MillingSetup(speed=6000.0, depth=2e-3)).loads
+    'the cut, the chip as `chip` of the cut says'
     """
 
     sides: tuple[PathSide, ...]
@@ -30,14 +36,14 @@ class AccuracyMetric:
 
     @property
     def identity(self) -> str:
-        """What tells this metric from others."""
+        """Key of this metric among others."""
         places = [(side.name, side.path.start.tolist(), side.path.end.tolist(), side.place.tolist(),
                    repr(side.law)) for side in self.sides]
         return repr((places, self.setup, self.cut))
 
     @property
     def loads(self) -> str:
-        """For which loads the errors hold."""
+        """Loads for which the errors hold, in words."""
         return load_words(self.setup.loads, self.setup.regenerative, self.setup.chip)
 
     def on_branch(self, branch: str) -> AccuracyMetric:
@@ -49,7 +55,7 @@ class AccuracyMetric:
         return replace(self, folder=folder)
 
     def judge(self, machine: Machine) -> tuple[str, ...]:
-        """Return the doubts that the cut chatters along the sides, see `judge_cut`; what could not be judged too."""
+        """Return doubts that the cut chatters along the sides, see `judge_cut`; a line for each side that cannot be judged."""
         cut = self.cut or machine.description.cutting
         if cut is None:
             return ()
@@ -66,7 +72,7 @@ class AccuracyMetric:
 
     def _chip_doubts(self, side: PathSide, cut: CuttingDescription) -> tuple[Doubt, ...]:
         teeth = cut.tool.teeth
-        chip = side_chip(cut, side, tooth=60 / (self.setup.speed * teeth), asked=self.setup.chip)
+        chip = side_chip(cut, side, tooth=60 / (self.setup.speed * teeth), requested=self.setup.chip)
         return chip.doubts(self.setup.speed, teeth)
 
     def __call__(self, machine: Machine) -> dict[str, float]:

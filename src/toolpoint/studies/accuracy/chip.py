@@ -1,4 +1,4 @@
-"""The chip along a side: as the path's feed gives it, or constant as the cut is described; and where the two contradict."""
+"""Chip along a side: as the path's feed gives it, or constant as the cut is described; doubts where the two contradict."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Chip:
 
     @property
     def words(self) -> str:
-        """Which chip is cut."""
+        """Chip that is cut, in words."""
         if self.kind == "constant":
             return f"the chip constant, {1e3 * self.described:.4g} mm a tooth as the cut's feed_per_tooth says"
         return f"the chip as the path gives it, up to {1e3 * self.largest:.4g} mm a tooth"
@@ -56,16 +56,16 @@ class Chip:
                       figure=abs(self.largest / self.described - 1)),)
 
 
-def chip_kind(cut: CuttingDescription, asked: str = "") -> str:
-    """Return which chip is cut: as asked for, else as the cut says; refuses a constant chip that the cut does not describe."""
-    kind = one_of("chip", asked or cut.chip, CHIPS)
+def chip_kind(cut: CuttingDescription, requested: str = "") -> str:
+    """Return the kind of chip, the requested one or that of the cut; a constant chip needs the cut's feed per tooth."""
+    kind = one_of("chip", requested or cut.chip, CHIPS)
     if kind == "constant" and cut.feed_per_tooth <= 0:
         fail("chip", "constant", "needs the cut's `feed_per_tooth`",
              remedy="give it in the section cutting, or take path")
     return kind
 
 
-def side_chip(cut: CuttingDescription, side: PathSide, *, tooth: float, asked: str = "") -> Chip:
+def side_chip(cut: CuttingDescription, side: PathSide, *, tooth: float, requested: str = "") -> Chip:
     """Return the chip along a side with a tooth period `tooth` (s)."""
     speeds = side.law.sample(np.linspace(0, side.law.duration, _FEED_SAMPLES))[:, 1]
-    return Chip(chip_kind(cut, asked), cut.feed_per_tooth, float(speeds.max()) * tooth)
+    return Chip(chip_kind(cut, requested), cut.feed_per_tooth, float(speeds.max()) * tooth)

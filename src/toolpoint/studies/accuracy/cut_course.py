@@ -1,4 +1,4 @@
-"""What the cutter meets along a side: one arc all along, or those that the pixels of a block leave it, side after side."""
+"""Engagement of the cutter along a side: one arc all along, or the arcs that the pixels of a block leave, side after side."""
 
 from __future__ import annotations
 
@@ -13,14 +13,20 @@ from toolpoint.cutting.simulation.pixel_bed import PixelBed
 from toolpoint.studies.accuracy.cutting_table import CuttingTable, cutting_table
 from toolpoint.studies.accuracy.tool_paths import PathSide
 
-# Pixels between places at which the arc is looked up, places across the cutter, and to how many degrees arcs are rounded.
-_STRIDE, _ACROSS, _ROUND = 2, 361, 1.0
+# Pixels between places at which the arc is read; points across the cutter; degrees to which arcs are rounded.
+_STRIDE_PIXELS, _ACROSS_POINTS, _ARC_ROUNDING = 2, 361, 1.0
 Arc = tuple[float, float] | None
 
 
 @dataclass(frozen=True)
 class WorkBlock:
-    """A block that is milled, in the plane of the path (its x and y, m): low and high corner, and the side of its pixels."""
+    """A block that is milled, in the plane of the path (its x and y, m): low and high corner, and the side of its pixels.
+
+    Examples
+    --------
+    >>> WorkBlock((0.0, 0.0), (0.1, 0.05), pixel=1e-3).bed().material.shape
+    (1, 100, 50)
+    """
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -47,7 +53,7 @@ class CutCourse:
 
     @property
     def step(self) -> float:
-        """s."""
+        """Time step, s."""
         return self.tables[0].step
 
     @property
@@ -63,8 +69,8 @@ class CutCourse:
         """Yield first and last + 1 of the lengths (increasing) that lie in one table, and that table."""
         number = self._numbers(lengths)
         edges = np.concatenate([[0], np.flatnonzero(np.diff(number)) + 1, [len(number)]])
-        for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-            yield low, high, self.tables[int(number[low])]
+        for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            yield first, last, self.tables[int(number[first])]
 
     def _numbers(self, lengths: FloatArray) -> np.ndarray:
         return np.clip(np.searchsorted(self.lengths, lengths, side="right") - 1, 0, len(self.tables) - 1)
@@ -83,16 +89,16 @@ def cut_course(problem: MillingProblem, arcs: Sequence[tuple[float, Arc]] | None
 
     if arcs is None:
         table = table_of(problem)
-        return CutCourse(np.zeros(1), (table if with_force else _without(table),))
-    known: dict[Arc, CuttingTable] = {}
+        return CutCourse(np.zeros(1), (table if with_force else _without_force(table),))
+    tables: dict[Arc, CuttingTable] = {}
     for _, arc in arcs:
-        if arc not in known:
+        if arc not in tables:
             table = table_of(problem if arc is None else problem.changed(engagement=Engagement(*arc)))
-            known[arc] = table if arc is not None and with_force else _without(table)
-    return CutCourse(np.array([at for at, _ in arcs]), tuple(known[arc] for _, arc in arcs))
+            tables[arc] = table if arc is not None and with_force else _without_force(table)
+    return CutCourse(np.array([length for length, _ in arcs]), tuple(tables[arc] for _, arc in arcs))
 
 
-def _without(table: CuttingTable) -> CuttingTable:
+def _without_force(table: CuttingTable) -> CuttingTable:
     return replace(table, table=np.zeros_like(table.table), regeneration=np.zeros_like(table.regeneration))
 
 
@@ -103,34 +109,36 @@ def mill_bed(bed: PixelBed, side: PathSide, radius: float, *, is_left: bool) -> 
     where `is_left`, as a tool stands on it whose axis points up; rounded to a degree. Across the cutter it is looked up what
     lies just before its front; a gap between two pieces is cut as if it were filled.
     """
-    count = max(int(np.ceil(side.length / (_STRIDE * bed.pixel))), 2)
-    at = np.linspace(0.0, side.length, count + 1)
-    centres = side.path.at(at)[:, :2]
-    tangents = side.tangents(at) @ side.place[:3, :3]
-    across = np.linspace(-1, 1, _ACROSS) * (radius - 0.25 * bed.pixel)
-    front = np.sqrt(np.maximum(radius**2 - across**2, 0.0)) + (_STRIDE + 0.5) * bed.pixel
+    count = max(int(np.ceil(side.length / (_STRIDE_PIXELS * bed.pixel))), 2)
+    lengths = np.linspace(0.0, side.length, count + 1)
+    centres = side.path.at(lengths)[:, :2]
+    tangents = side.tangents(lengths) @ side.place[:3, :3]
+    across = np.linspace(-1, 1, _ACROSS_POINTS) * (radius - 0.25 * bed.pixel)
+    front = np.sqrt(np.maximum(radius**2 - across**2, 0.0)) + (_STRIDE_PIXELS + 0.5) * bed.pixel
     arcs: list[tuple[float, Arc]] = []
-    _clear(bed, centres[0], radius)
-    for length, centre, tangent in zip(at[:-1], centres[:-1], tangents[:-1], strict=True):
+    _remove_disc(bed, centres[0], radius)
+    for length, centre, tangent in zip(lengths[:-1], centres[:-1], tangents[:-1], strict=True):
         feed = tangent[:2] / np.linalg.norm(tangent[:2])
         normal = np.array([-feed[1], feed[0]]) * (1 if is_left else -1)
-        meets = _material(bed, centre + front[:, None] * feed + across[:, None] * normal)
+        meets = _has_material(bed, centre + front[:, None] * feed + across[:, None] * normal)
         arc: Arc = None
         if meets.any():
             reach = across[meets] / radius
             entry, leave = np.degrees(np.arccos(np.clip([reach.max(), reach.min()], -1, 1)))
-            ends = np.round(np.array([entry, leave]) / _ROUND) * _ROUND
-            half = np.degrees(np.arccos(1 - 0.25 * bed.pixel / radius))
-            ends = np.where(ends <= half + _ROUND, 0.0, np.where(ends >= 180 - half - _ROUND, 180.0, ends))
+            ends = np.round(np.array([entry, leave]) / _ARC_ROUNDING) * _ARC_ROUNDING
+            margin_angle = np.degrees(np.arccos(1 - 0.25 * bed.pixel / radius))
+            # A quarter of a pixel at the rim is rounding: arcs that end so near the rim end at it.
+            ends = np.where(ends <= margin_angle + _ARC_ROUNDING, 0.0,
+                            np.where(ends >= 180 - margin_angle - _ARC_ROUNDING, 180.0, ends))
             arc = (float(np.radians(ends[0])), float(np.radians(ends[1]))) if ends[1] > ends[0] else None
         if not arcs or arcs[-1][1] != arc:
             arcs.append((float(length), arc))
-        _clear(bed, centre, radius)
-    _clear(bed, centres[-1], radius)
+        _remove_disc(bed, centre, radius)
+    _remove_disc(bed, centres[-1], radius)
     return arcs
 
 
-def _material(bed: PixelBed, places: FloatArray) -> np.ndarray:
+def _has_material(bed: PixelBed, places: FloatArray) -> np.ndarray:
     """Return whether there is material at places (n, 2)."""
     index = np.floor((places - np.array(bed.origin)) / bed.pixel).astype(int)
     layer = bed.material[0]
@@ -140,11 +148,11 @@ def _material(bed: PixelBed, places: FloatArray) -> np.ndarray:
     return solid
 
 
-def _clear(bed: PixelBed, centre: FloatArray, radius: float) -> None:
+def _remove_disc(bed: PixelBed, centre: FloatArray, radius: float) -> None:
     """Remove a disc."""
-    low = np.maximum(np.floor((centre - radius - bed.origin) / bed.pixel).astype(int), 0)
-    high = np.minimum(np.ceil((centre + radius - bed.origin) / bed.pixel).astype(int) + 1, bed.material.shape[1:])
-    if (high <= low).any():
+    first_pixel = np.maximum(np.floor((centre - radius - bed.origin) / bed.pixel).astype(int), 0)
+    last_pixel = np.minimum(np.ceil((centre + radius - bed.origin) / bed.pixel).astype(int) + 1, bed.material.shape[1:])
+    if (last_pixel <= first_pixel).any():
         return
-    x, y = (bed.origin[k] + (np.arange(low[k], high[k]) + 0.5) * bed.pixel - centre[k] for k in range(2))
-    bed.material[0, low[0]:high[0], low[1]:high[1]] &= x[:, None] ** 2 + y[None, :] ** 2 > radius**2
+    x, y = (bed.origin[k] + (np.arange(first_pixel[k], last_pixel[k]) + 0.5) * bed.pixel - centre[k] for k in range(2))
+    bed.material[0, first_pixel[0]:last_pixel[0], first_pixel[1]:last_pixel[1]] &= x[:, None] ** 2 + y[None, :] ** 2 > radius**2

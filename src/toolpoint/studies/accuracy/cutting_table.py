@@ -1,4 +1,4 @@
-"""Mean cutting force of every step of a revolution, over feeds; and the regeneration of a linear force law."""
+"""Mean cutting force of every step of a revolution over feeds, and the regeneration of a linear force law."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import edge_field, rigid_forces
 from toolpoint.vibration import Dof, Modes
 
-_FINE = 8  # angles in a step over which forces are averaged
-_FEEDS = 17  # of a cutter with run-out, whose chips vanish tooth by tooth
-_NO_FEED = 1e-12
+_ANGLES_PER_STEP = 8  # angles in a step over which forces are averaged
+_RUNOUT_FEEDS = 17  # rows of the table with run-out, where chips vanish tooth by tooth
+_ZERO_FEED = 1e-12  # m a tooth: a feed of exactly zero has no chip
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,32 +50,34 @@ class CuttingTable:
 def cutting_problem(cut: CuttingDescription) -> MillingProblem:
     """Return tool, arc and coefficients of a described cut as a problem whose dynamics (one mode) play no part."""
     shape = np.full((2, 1), 1e-3)
-    still = Modes(np.array([100.0]), np.array([0.05]), shape, (Dof("tip", "+x"), Dof("tip", "+y")))
-    return MillingProblem(tool_of(cut), engagement_of(cut), coefficients_of(cut), still, feed_per_tooth=cut.feed_per_tooth)
+    placeholder_modes = Modes(np.array([100.0]), np.array([0.05]), shape, (Dof("tip", "+x"), Dof("tip", "+y")))
+    return MillingProblem(tool_of(cut), engagement_of(cut), coefficients_of(cut), placeholder_modes,
+                          feed_per_tooth=cut.feed_per_tooth)
 
 
 def cutting_table(problem: MillingProblem, *, speed: float, depth: float, largest_feed: float,
                   steps: int = 100) -> CuttingTable:
-    """Return the forces of a cut at a speed (rev/min) and depth (m), so many steps in a tooth period."""
+    """Return the forces of a cut at a speed (rev/min) and depth (m), `steps` of them in a tooth period."""
     positive("speed", speed)
     positive("largest_feed", largest_feed, 0.01)
     tool, number = problem.tool, count("steps", steps, 16)
     around = number * tool.teeth
-    angle = (np.arange(around * _FINE) + 0.5) * (2 * np.pi / (around * _FINE))
+    angle = (np.arange(around * _ANGLES_PER_STEP) + 0.5) * (2 * np.pi / (around * _ANGLES_PER_STEP))
     linear = tool.runout == 0 and tool.tilt == 0
-    feeds = np.array([_NO_FEED, largest_feed]) if linear else np.linspace(_NO_FEED, largest_feed, _FEEDS)
-    table = [rigid_forces(problem.changed(feed_per_tooth=float(f)), depth, angle).force.reshape(around, _FINE, 3).mean(axis=1)
+    feeds = np.array([_ZERO_FEED, largest_feed]) if linear else np.linspace(_ZERO_FEED, largest_feed, _RUNOUT_FEEDS)
+    table = [rigid_forces(problem.changed(feed_per_tooth=float(f)), depth, angle).force.reshape(around, _ANGLES_PER_STEP,
+                                                                                                3).mean(axis=1)
              for f in feeds]
     return CuttingTable(np.ascontiguousarray(table), largest_feed, 60 / (speed * around), number,
                         _regeneration(problem, depth, angle, around))
 
 
 def _regeneration(problem: MillingProblem, depth: float, angle: FloatArray, around: int) -> FloatArray:
-    some = problem.changed(feed_per_tooth=1e-4)
-    phi, chip, kappa, _, share = edge_field(some, depth, angle, slices=20)
+    fed = problem.changed(feed_per_tooth=1e-4)
+    phi, chip, kappa, _, share = edge_field(fed, depth, angle, slices=20)
     matrix = edge_matrix(problem.coefficients, phi, kappa[:, None]) * (chip > 0)[..., None, None]
     total = matrix.sum(axis=(1, 2)) * share / depth
-    return np.ascontiguousarray(total.reshape(around, _FINE, 3, 3).mean(axis=1))
+    return np.ascontiguousarray(total.reshape(around, _ANGLES_PER_STEP, 3, 3).mean(axis=1))
 
 
 def check_regeneration(problem: MillingProblem) -> None:

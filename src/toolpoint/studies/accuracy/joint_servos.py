@@ -1,4 +1,4 @@
-r"""Servo loops under the joints of a machine along a path: rotors that give way, held by their position and velocity loops.
+r"""Servo loops under the joints of a machine along a path: elastic rotors, held by their position and velocity loops.
 
 An axis' motor turns by a small :math:`\theta` (in the axis' own coordinate, through the travel r a radian of the motor) about
 its set point. The joints that the axis drives by factors f feel it: their springs and dampers act on :math:`q - \sum f
@@ -30,8 +30,8 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.machine.parts.model import Machine
 from toolpoint.vibration.simulation.varying import VaryingSystem
 
-LATE = 1.5  # sample times that a loop answers late
-SHORTEST = 1e-6  # s, sample time below which a loop is continuous
+LOOP_DELAY_SAMPLES = 1.5  # sample times: computed in one, held over the next
+MIN_LOOP_SAMPLE_TIME = 1e-6  # s, below which a loop is continuous
 
 
 @dataclass(frozen=True)
@@ -75,24 +75,25 @@ class JointServo:
 
     @property
     def stiffness(self) -> float:
-        """Of the loops, N/m or N m/rad."""
+        """Stiffness of the loops, N/m or N m/rad."""
         return (self.velocity * self.position + self.integral) / self.travel**2
 
     @property
     def damping(self) -> float:
-        """Of the velocity loop, N s/m or N m s/rad."""
+        """Damping of the velocity loop, N s/m or N m s/rad."""
         return self.velocity / self.travel**2
 
     @property
     def integral_stiffness(self) -> float:
-        """On the integral of the position's deviation, N/(m s) or N m/(rad s)."""
+        """Stiffness on the integral of the position's deviation, N/(m s) or N m/(rad s)."""
         return self.integral * self.position / self.travel**2
 
     @property
     def delays(self) -> tuple[float, float]:
         """Delay of the velocity loop, and that of the position loop behind it, s: 0 where a loop is continuous."""
         times = self.velocity_sample_time, self.sample_time
-        return times[0] * LATE * (times[0] >= SHORTEST), times[1] * LATE * (times[1] >= SHORTEST)
+        return (times[0] * LOOP_DELAY_SAMPLES * (times[0] >= MIN_LOOP_SAMPLE_TIME),
+                times[1] * LOOP_DELAY_SAMPLES * (times[1] >= MIN_LOOP_SAMPLE_TIME))
 
     @property
     def feeds_energy(self) -> bool:
@@ -143,81 +144,82 @@ def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, 
     coordinates : their names; batch : axis positions at the nodes; loads : see `MillingSetup`; reference : Hz at which loss
     factors are as viscous dampers.
     """
-    n, count = system.size, len(servos) + sum(_inner(servo) for servo in servos.values())
+    n, count = system.size, len(servos) + sum(_count_inner_coordinates(servo) for servo in servos.values())
     if len(coordinates) != n:
         fail("servos", "a machine whose loops close", "must be a chain without loops here", remedy="leave the servos out")
-    stiffness, viscous, mass = (_grown(matrix, count) for matrix in (system.stiffness, system.damping, system.mass))
-    for (at, factors), joint, way in _driven(machine, coordinates, servos):
+    stiffness, viscous, mass = (_pad(matrix, count) for matrix in (system.stiffness, system.damping, system.mass))
+    for (coordinate, factors), joint, way in _servo_directions(machine, coordinates, servos):
         part = machine.description.joints[joint]
         k, loss = part.stiffness.get(way, 0.0), part.loss_factor
         share = loss.get(way, 0.0) if isinstance(loss, Mapping) else loss
         for matrix, value in ((stiffness, k), (viscous, part.damping.get(way, 0.0) + share * k / (2 * np.pi * reference))):
             rotors = slice(n, n + len(servos))
-            matrix[:, at, rotors] -= value * factors
-            matrix[:, rotors, at] -= value * factors
+            matrix[:, coordinate, rotors] -= value * factors
+            matrix[:, rotors, coordinate] -= value * factors
             matrix[:, rotors, rotors] += value * np.outer(factors, factors)
-    at = n + len(servos)
+    coordinate = n + len(servos)
     for i, servo in enumerate(servos.values()):
-        _close_loops(servo, n + i, at, mass, viscous=viscous, stiffness=stiffness)
-        at += _inner(servo)
+        _close_loops(servo, n + i, coordinate, mass, viscous=viscous, stiffness=stiffness)
+        coordinate += _count_inner_coordinates(servo)
     inputs = np.concatenate([system.input_map, np.zeros((len(mass), count, system.input_map.shape[2]))], axis=1)
     if "path" in loads:
         for i, (name, servo) in enumerate(servos.items()):
             course = CubicSpline(system.length, batch[name])
             inputs[:, n + i, -2] = -servo.mass * course(system.length, 2)
             inputs[:, n + i, -1] = -servo.mass * course(system.length, 1)
-    still = np.zeros((len(mass), 6, count))
-    return VaryingSystem(system.length, mass, viscous, stiffness, inputs, np.concatenate([system.output_map, still], axis=2),
-                         np.concatenate([system.momentum_map, still], axis=2))
+    no_output = np.zeros((len(mass), 6, count))
+    return VaryingSystem(system.length, mass, viscous, stiffness, inputs,
+                         np.concatenate([system.output_map, no_output], axis=2),
+                         np.concatenate([system.momentum_map, no_output], axis=2))
 
 
-def _inner(servo: JointServo) -> int:
-    """Coordinates of a servo beside its rotor: a delay each, and the integral."""
+def _count_inner_coordinates(servo: JointServo) -> int:
+    """Return the number of coordinates of a servo beside its rotor: one for each delay, and one for the integral."""
     return sum(delay > 0 for delay in servo.delays) + (servo.integral > 0)
 
 
-def _close_loops(servo: JointServo, rotor: int, at: int, mass: FloatArray, *, viscous: FloatArray, stiffness: FloatArray
+def _close_loops(servo: JointServo, rotor: int, row: int, mass: FloatArray, *, viscous: FloatArray, stiffness: FloatArray
                  ) -> None:
-    """Write rotor and loops of a servo into the matrices: its delays, then its integral, from coordinate `at` on."""
+    """Write rotor and loops of a servo into the matrices: its delays, then its integral, from coordinate `row` on."""
     velocity, position = servo.delays
     stiff, square = servo.velocity * servo.position / servo.travel**2, servo.travel**2
     mass[:, rotor, rotor] += servo.mass
     stiffness[:, rotor, rotor] += servo.stiffness
     viscous[:, rotor, rotor] += servo.damping
-    late: list[tuple[int, float]] = []  # y = theta less the sum of delay x rate of these
+    delayed: list[tuple[int, float]] = []  # y = theta less the sum of delay x rate of these
     for delay in (velocity, position):
         if delay == 0:
             continue
-        mass[:, at, at], viscous[:, at, at], stiffness[:, at, at] = delay**2 / 12, delay / 2, 1.0
-        stiffness[:, at, rotor] = -1.0
-        for before, earlier in late:  # the position loop sees what the velocity loop sees
-            viscous[:, at, before] = earlier
-        late.append((at, delay))
-        at += 1
-    for place, delay in late:
+        mass[:, row, row], viscous[:, row, row], stiffness[:, row, row] = delay**2 / 12, delay / 2, 1.0
+        stiffness[:, row, rotor] = -1.0
+        for previous, previous_delay in delayed:  # the position loop sees what the velocity loop sees
+            viscous[:, row, previous] = previous_delay
+        delayed.append((row, delay))
+        row += 1
+    for place, delay in delayed:
         viscous[:, rotor, place] -= stiff * delay
     if velocity > 0:  # the rate of theta_1, and K_i theta_1
-        first = late[0][0]
+        first = delayed[0][0]
         mass[:, rotor, first] -= servo.damping * velocity
         viscous[:, rotor, first] -= servo.integral / square * velocity
     if servo.integral > 0:
-        mass[:, at, at], viscous[:, at, at] = servo.sample_time / 2, 1.0
-        stiffness[:, rotor, at], stiffness[:, at, rotor] = servo.integral_stiffness, -1.0
-        for place, delay in late:
-            viscous[:, at, place] = delay
+        mass[:, row, row], viscous[:, row, row] = servo.sample_time / 2, 1.0
+        stiffness[:, rotor, row], stiffness[:, row, rotor] = servo.integral_stiffness, -1.0
+        for place, delay in delayed:
+            viscous[:, row, place] = delay
 
 
-def _grown(matrix: FloatArray, count: int) -> FloatArray:
+def _pad(matrix: FloatArray, count: int) -> FloatArray:
     return np.pad(matrix, ((0, 0), (0, count), (0, count)))
 
 
-def _driven(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str, JointServo]
-            ) -> list[tuple[tuple[int, FloatArray], str, str]]:
+def _servo_directions(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str, JointServo]
+                      ) -> list[tuple[tuple[int, FloatArray], str, str]]:
     """Return for every joint direction that servos drive: its coordinate and the factors of the servos, joint, direction."""
     axes = machine.description.axes
-    lost = [name for name in servos if name not in axes]
-    if lost:
-        fail("servos", repr(lost[0]), f"must be axes of the machine: {', '.join(axes)}")
+    unknown = [name for name in servos if name not in axes]
+    if unknown:
+        fail("servos", repr(unknown[0]), f"must be axes of the machine: {', '.join(axes)}")
     factors: dict[tuple[str, str], FloatArray] = {}
     for i, name in enumerate(servos):
         for drive in axes[name].moved:
@@ -231,7 +233,7 @@ def _driven(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str,
 
 
 def servo_words(servos: Mapping[str, JointServo]) -> str:
-    """Return what is in the servos and what is left out."""
+    """Return the contents of the servos in words, and what is left out."""
     slow = max(servo.slow for servo in servos.values())
     turn = max(servo.delayed for servo in servos.values())
     words = f"servo loops of {', '.join(servos)}: rotors, cascades and their integral parts (below {slow:.2g} Hz)"

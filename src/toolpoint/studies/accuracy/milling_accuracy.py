@@ -24,7 +24,7 @@ from toolpoint.studies.accuracy.cut_course import Arc, cut_course, mill_bed
 from toolpoint.studies.accuracy.cutting_table import check_regeneration, cutting_problem
 from toolpoint.studies.accuracy.joint_servos import servo_words
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, structure_along
-from toolpoint.studies.accuracy.refinement import LEAST_STATED, remaining_error
+from toolpoint.studies.accuracy.refinement import MIN_STATED_ERROR, remaining_error
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.side_run import MillingSetup, Progress, SideAccuracy, places_of, run_side
 from toolpoint.studies.accuracy.side_stability import judge_cut
@@ -37,7 +37,7 @@ COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 # Nodes of a run that balances its energy are so many times nearer: of the blended step the energies are quadratic, and between
 # nodes do not balance by the square of their distance (1e-6 of the work on elastic members 2 mm apart).
-NEARER = 4
+ENERGY_SPACING_DIVISOR = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,41 +50,42 @@ class MillingAccuracy(NotebookText):
 
     @property
     def position_error(self) -> float:
-        """Mean over the sides, m."""
+        """Mean position error over the sides, m."""
         return float(np.mean([side.position_error for side in self.sides]))
 
     @property
     def rotation_error(self) -> float:
-        """Mean over the sides, rad."""
+        """Mean rotation error over the sides, rad."""
         return float(np.mean([side.rotation_error for side in self.sides]))
 
     @property
     def loads(self) -> str:
-        """For which loads the errors hold."""
+        """Loads for which the errors hold, in words."""
         return load_words(self.setup.loads, self.setup.regenerative, self.setup.chip)
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What the errors may not be believed for: a chip that contradicts the path's feed, cuts that chatter."""
+        """Doubts about the errors: a chip that contradicts the path's feed, cuts that chatter."""
         return tuple(doubts_among(self.notes))
 
     @property
     def status(self) -> str:
         """``doubtful`` where the cut chatters; else whether step and spacing leave more than a per cent."""
         if self.doubts:
-            more = len(self.doubts) - 1
-            return status_of(self.doubts[:1], "") + (f"; {more} more of the doubts" if more else "")
+            further_count = len(self.doubts) - 1
+            return status_of(self.doubts[:1], "") + (f"; {further_count} more of the doubts" if further_count else "")
         return self.numerics
 
     @property
     def numerics(self) -> str:
         """Whether step and spacing leave less than a per cent in the means, from three levels of each (`refinement`)."""
-        worst = max((side.halving for side in self.sides), default=float("nan"))
-        if np.isnan(worst):
+        largest_halving = max((side.halving for side in self.sides), default=float("nan"))
+        if np.isnan(largest_halving):
             return "not halved: nothing states the error of step and spacing"
-        if worst < 0.01:
-            return f"converged: step and spacing leave an error of at most about {100 * worst:.2g} % in the means"
-        return (f"not converged: step and spacing leave an error of about {100 * worst:.2g} % in the means; take a smaller "
+        if largest_halving < 0.01:
+            return f"converged: step and spacing leave an error of at most about {100 * largest_halving:.2g} % in the means"
+        return (f"not converged: step and spacing leave an error of about {100 * largest_halving:.2g} % in the means; take a "
+                f"smaller "
                 "`spacing`, then more `steps`")
 
     def table(self) -> str:
@@ -109,7 +110,7 @@ class MillingAccuracy(NotebookText):
         lines = []
         for side in self.sides:
             if len(side.base):
-                ends = [f"{name} {low:.4g} .. {high:.4g}" for name, low, high in zip(
+                ends = [f"{name} {lower:.4g} .. {upper:.4g}" for name, lower, upper in zip(
                     ("Fx", "Fy", "Fz", "Mx", "My", "Mz"), side.base.min(axis=0), side.base.max(axis=0), strict=True)]
                 lines.append(f"base reaction, {side.name}: {', '.join(ends[:3])} N; {', '.join(ends[3:])} N m")
         return lines
@@ -135,7 +136,7 @@ def _ends(values: FloatArray) -> list[list[float]] | None:
 
 
 def load_words(loads: tuple[str, ...], regenerative: bool = False, chip: str = "") -> str:
-    """Return for which loads an error holds, in words."""
+    """Return the loads for which an error holds, in words."""
     words = {"cutting": "the cut", "gravity": "gravity's changing sag", "path": "inertia of the path"}
     chips = {"": "the chip as `chip` of the cut says", "path": "the chip as the path gives it", "constant": "the chip constant"}
     what = " + ".join(words[name] for name in words if name in loads)
@@ -165,23 +166,26 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     if setup.window is not None:
         positive("window", setup.window)
     described = _described(machine, cut)
+    # The result states the chip that was taken, also where the cut chose it.
     setup = replace(setup, chip=chip_kind(described, setup.chip))
+    # One block for all sides: each side mills what those before it left.
     bed = None if setup.work is None else setup.work.bed()
+    # Progress goes by the time that is simulated.
     total = sum(_duration(side, setup) for side in sides)
-    results, before = [], 0.0
+    results, elapsed = [], 0.0
     for number, side in enumerate(sides):
         share = _duration(side, setup)
         results.append(mill_side(machine, side, setup, cut=described, bed=bed, folder=folder, name=f"side-{number + 1}",
                                  judged=judged,
-                                 progress=_part_of(progress, before / total, share / total) if progress else None))
-        before += share
+                                 progress=_part_of(progress, elapsed / total, share / total) if progress else None))
+        elapsed += share
     return MillingAccuracy(machine.name, setup, tuple(results))
 
 
-def _part_of(progress: Progress, before: float, share: float) -> Progress:
-    """Return the progress of a part that begins after `before` of the whole and is a `share` of it."""
-    def report(done: int, every: int) -> None:
-        progress(int(1000 * (before + share * done / every)), 1000)
+def _part_of(progress: Progress, elapsed: float, share: float) -> Progress:
+    """Return the progress of a part that begins after `elapsed` of the whole and is a `share` of it."""
+    def report(finished: int, step_count: int) -> None:
+        progress(int(1000 * (elapsed + share * finished / step_count)), 1000)
 
     return report
 
@@ -193,11 +197,11 @@ def _duration(side: PathSide, setup: MillingSetup) -> float:
 def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: CuttingDescription | None = None,
               progress: Progress | None = None, bed: PixelBed | None = None, folder: str | Path | None = None,
               name: str = "side", judged: bool = True) -> SideAccuracy:
-    """Return the error along one side; see `mill_path`. bed : what is left of the block, from which the side is cut."""
+    """Return the error along one side; see `mill_path`. bed : the rest of the block, from which the side is cut."""
     described = _described(machine, cut)
     problem = cutting_problem(described)
     tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
-    spacing = setup.spacing / (NEARER if setup.with_energy else 1)
+    spacing = setup.spacing / (ENERGY_SPACING_DIVISOR if setup.with_energy else 1)
     structure = structure_along(machine, side, setup.stance, spacing=spacing, loads=setup.loads, gravity=setup.gravity,
                                 reference=1 / tooth,
                                 span=places_of(side, setup, tooth), servos=setup.servos)
@@ -206,7 +210,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     if setup.with_energy and any(servo.feeds_energy for servo in (setup.servos or {}).values()):
         fail("with_energy", "servos with an integral part or sampled loops", "feed energy as they like: there is no balance",
              remedy="take their integral gains and sample times (to 1e-9 s) away for it")
-    chip = side_chip(described, side, tooth=tooth, asked=setup.chip)
+    chip = side_chip(described, side, tooth=tooth, requested=setup.chip)
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 
     def run(steps: int, system: VaryingSystem, chosen: MillingSetup, *, what: str) -> SideAccuracy:
@@ -219,17 +223,18 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     fine = run(setup.steps, structure.system, setup, what="fine")
     halving = float("nan")
     if setup.halved:
-        plain, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
-        coarse = run(steps, structure.system, plain, what="coarse")
-        coarsest = run(max(setup.steps // 4, 16), structure.system, plain, what="coarsest")
-        apart = structure.system.thinned()
-        rough, roughest = (run(steps, system, plain, what=what) for system, what in ((apart, "rough"),
-                                                                                     (apart.thinned(), "roughest")))
+        plain_setup, steps = replace(setup, with_energy=False, with_base=False), max(setup.steps // 2, 16)
+        coarse = run(steps, structure.system, plain_setup, what="coarse")
+        coarsest = run(max(setup.steps // 4, 16), structure.system, plain_setup, what="coarsest")
+        # Every second node gives twice the spacing, without another reduction of the machine.
+        thinned = structure.system.thinned()
+        rough, roughest = (run(steps, system, plain_setup, what=what) for system, what in ((thinned, "rough"),
+                                                                                           (thinned.thinned(), "roughest")))
         # Errors of step and spacing are added: together they may cancel.
         halving = max(remaining_error(*(getattr(level, mean) for level in (fine, coarse, coarsest)))
                       + remaining_error(*(getattr(level, mean) for level in (coarse, rough, roughest)))
                       for mean in ("position_error", "rotation_error"))
-        halving = max(halving, LEAST_STATED)
+        halving = max(halving, MIN_STATED_ERROR)
     notes = _with_setup(fine, side, setup, chip=chip, arcs=arcs)
     if judged:
         notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
@@ -262,6 +267,7 @@ def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None,
     if setup.work is None:
         return None
     side = structure.side
+    # Of a tool that points against the normal of the path's plane left and right are exchanged.
     up = float(structure.axes[0][:, 2] @ side.place[:3, 2])
     if abs(up) < 0.99:
         fail("work", "a tool that leans to the plane of the path", "must stand upright on it for pixels",
@@ -270,8 +276,9 @@ def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None,
 
 
 def _arc_words(arcs: list[tuple[float, Arc]], length: float) -> str:
-    ends = [*(at for at, _ in arcs[1:]), length]
-    air = sum(end - at for (at, arc), end in zip(arcs, ends, strict=True) if arc is None)
-    slot = sum(end - at for (at, arc), end in zip(arcs, ends, strict=True) if arc is not None and arc[1] - arc[0] > 3.1)
+    ends = [*(begin for begin, _ in arcs[1:]), length]
+    air = sum(end - begin for (begin, arc), end in zip(arcs, ends, strict=True) if arc is None)
+    # An arc of half a turn is a slot.
+    slot = sum(end - begin for (begin, arc), end in zip(arcs, ends, strict=True) if arc is not None and arc[1] - arc[0] > 3.1)
     return (f"engagement from pixels, to a degree: {1e3 * slot:.4g} of {1e3 * length:.4g} mm in the full slot, "
             f"{1e3 * air:.4g} mm in the air")

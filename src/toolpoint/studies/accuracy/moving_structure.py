@@ -1,4 +1,4 @@
-"""The structure of a machine along a path of its tool: poses, and matrices about every node of the path."""
+"""Moving structure: poses of a machine along a path of its tool, and its matrices at every node of the path."""
 
 from __future__ import annotations
 
@@ -25,13 +25,21 @@ from toolpoint.vibration.simulation.varying import VaryingSystem, reduce_system
 
 MIN_INTERVALS = 16  # between nodes of a whole side: fewer err by a percent on lines of 10 mm
 LOADS = ("cutting", "gravity", "path")
-_WAYS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
+_TIP_DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 
 
 @dataclass(frozen=True, eq=False)
 class ToolStance:
-    """How the tool stands along a path: direction of its axis (that at the reference pose where left out), turn (rad), branch
-    of an arm, and the pose from which the first one is sought."""
+    """Stance of the tool along a path.
+
+    direction : of its axis, that at the reference pose where left out; turn : rad; branch : of an arm; start : pose from which
+    the first one is sought.
+
+    Examples
+    --------
+    >>> ToolStance(direction=(0.0, 0.0, 1.0), turn=np.pi / 2).branch  # empty: the branch nearest to the start
+    ''
+    """
 
     direction: tuple[float, float, float] | None = None
     turn: float = 0.0
@@ -104,22 +112,23 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
         columns.append(_inertia_loads(machine, place, align, batch, length))
     mass, viscous, stiffness = (np.swapaxes(align, -1, -2) @ matrix @ align
                                 for matrix in (system.mass, _viscous(system), system.stiffness))
-    whole = VaryingSystem(length, mass, viscous, stiffness, np.concatenate(columns, axis=-1), output, momentum)
-    mechanical = whole.size
+    varying = VaryingSystem(length, mass, viscous, stiffness, np.concatenate(columns, axis=-1), output, momentum)
+    mechanical = varying.size
     if servos:
-        whole = add_servos(machine, whole, tuple(system.coordinates), servos=servos, batch=batch, loads=loads,
-                           reference=reference)
+        varying = add_servos(machine, varying, tuple(system.coordinates), servos=servos, batch=batch, loads=loads,
+                             reference=reference)
     weighs = "gravity" in loads and _is_rigid(machine)
     nominal = base_reaction(machine, batch, gravity=field) if weighs else np.zeros((count, 6))
-    return MovingStructure(side, reach, reduce_system(whole, kept_count=whole.size - mechanical), axes, tips, nominal, loads)
+    return MovingStructure(side, reach, reduce_system(varying, kept_count=varying.size - mechanical), axes, tips, nominal,
+                           loads)
 
 
-def _nodes(whole: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:
-    """Nodes of a side, at the same places whatever part of it is needed; at least `MIN_INTERVALS` lie between them."""
-    count = 4 * int(np.ceil(max(whole / spacing, MIN_INTERVALS) / 4))  # every other and every fourth end at the last
-    first, last = (0, count) if span is None else (int(span[0] / whole * count), int(np.ceil(span[1] / whole * count)))
+def _nodes(length: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:
+    """Return the nodes of a side, the same whatever part of it is needed; at least `MIN_INTERVALS` lie between them."""
+    count = 4 * int(np.ceil(max(length / spacing, MIN_INTERVALS) / 4))  # every other and every fourth end at the last
+    first, last = (0, count) if span is None else (int(span[0] / length * count), int(np.ceil(span[1] / length * count)))
     last = min(max(last, first + 4), count)
-    return np.asarray(whole * np.arange(min(first, last - 4), last + 1) / count)
+    return np.asarray(length * np.arange(min(first, last - 4), last + 1) / count)
 
 
 def _is_rigid(machine: Machine) -> bool:
@@ -131,11 +140,10 @@ def _viscous(system: SecondOrderSystem) -> FloatArray:
 
 
 def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -> tuple[SecondOrderSystem, FloatArray]:
-    """Systems at all nodes with viscous damping, and what turns their coordinates so that they are continuous along the
-    path."""
+    """Return the systems at all nodes, viscously damped, and rotations that make their coordinates continuous."""
     description = machine.description
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
-    system = assemble(machine, batch, [f"{point}:{way}" for way in _WAYS], modal_damping=False)
+    system = assemble(machine, batch, [f"{point}:{way}" for way in _TIP_DIRECTIONS], modal_damping=False)
     if description.damping_ratio is not None:
         system = damping.modal(system, description.damping_ratio)
     elif system.structural_damping is not None:
@@ -154,7 +162,7 @@ def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -
 
 
 def _cutter_axes(machine: Machine, side: PathSide, length: FloatArray, batch: dict[str, FloatArray]) -> FloatArray:
-    """Feed, normal and tool axis at the nodes, columns, (N, 3, 3)."""
+    """Return feed, normal and tool axis at the nodes as columns, (N, 3, 3)."""
     tool = tool_axes(machine, batch, len(length))[:, :, 2]
     tangent = side.tangents(length)
     feed = tangent - tool * (tangent * tool).sum(axis=1, keepdims=True)
@@ -168,18 +176,18 @@ def _cutter_axes(machine: Machine, side: PathSide, length: FloatArray, batch: di
 
 
 def _body_maps(place: Placement, align: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Of every body its own coordinates per coordinate (N, 6 + m, n) and its mass (6 + m, 6 + m)."""
+    """Return the coordinates of every body per coordinate of the machine (N, 6 + m, n), with its mass (6 + m, 6 + m)."""
     basis = equations(place)[-1]
     turn = align if basis is None else basis @ align
     return [(body_coordinates(place, link) @ turn, body.mass) for link, body in enumerate(place.machine.bodies)]
 
 
 def _momentum_map(place: Placement, align: FloatArray) -> FloatArray:
-    """Momentum about the machine's origin, machine axes, per velocity, (N, 6, n)."""
+    """Return the momentum about the machine's origin per velocity, in machine axes, (N, 6, n)."""
     total = np.zeros((place.poses, 6, align.shape[-1]))
     for link, (motion, mass) in enumerate(_body_maps(place, align)):
-        back = np.swapaxes(tf.adjoint(tf.inverse(place.frames[:, link])), -1, -2)
-        total += back @ (mass @ motion)[:, :6]
+        to_origin = np.swapaxes(tf.adjoint(tf.inverse(place.frames[:, link])), -1, -2)
+        total += to_origin @ (mass @ motion)[:, :6]
     return total
 
 
@@ -205,17 +213,17 @@ def _inertia_loads(machine: Machine, place: Placement, align: FloatArray, batch:
         twist = np.einsum("pak,pa->pk", machine.chain.axis_twists(batch, link), rate)
         bend = CubicSpline(length, twist, axis=0)(length, 1)
         inward = tf.adjoint(tf.inverse(place.frames[:, link]))
-        back = np.swapaxes(inward, -1, -2)
-        inertia = back @ mass[:6, :6] @ inward
-        speed = (inertia @ bend[..., None])[..., 0] + _carried(twist, (inertia @ twist[..., None])[..., 0])
+        to_origin = np.swapaxes(inward, -1, -2)
+        inertia = to_origin @ mass[:6, :6] @ inward
+        speed = (inertia @ bend[..., None])[..., 0] + _convective_rate(twist, (inertia @ twist[..., None])[..., 0])
         for column, wrench in enumerate((speed, (inertia @ twist[..., None])[..., 0])):
             # The wrench in the body's own frame acts on its six rigid coordinates.
             frame = place.frames[:, link]
-            mine = (np.swapaxes(tf.adjoint(frame), -1, -2) @ wrench[..., None])[..., 0]
-            load[:, :, column] -= np.einsum("pan,pa->pn", motion[:, :6], mine)
+            body_wrench = (np.swapaxes(tf.adjoint(frame), -1, -2) @ wrench[..., None])[..., 0]
+            load[:, :, column] -= np.einsum("pan,pa->pn", motion[:, :6], body_wrench)
     return load
 
 
-def _carried(twist: FloatArray, momentum: FloatArray) -> FloatArray:
+def _convective_rate(twist: FloatArray, momentum: FloatArray) -> FloatArray:
     v, w, f, m = twist[:, :3], twist[:, 3:], momentum[:, :3], momentum[:, 3:]
     return np.concatenate([np.cross(w, f), np.cross(w, m) + np.cross(v, f)], axis=-1)

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 
-SAFETY = 1.5  # on an error of an observed order; 1.25 (Roache) was passed by 1 of 28 means beside an independent integrator
+# on an error of an observed order; 1.25 (Roache) was passed by 1 of 28 means beside an independent integrator
+ORDER_SAFETY_FACTOR = 1.5
 MIN_ORDER, MAX_ORDER = 0.5, 2.0  # believed of observed orders: blends and steps err by the square at best
-LEAST_STATED = 1e-4  # relative error to which runs are held against an independent integrator: less is not stated
-ROUNDING = 1e-7  # relative change below which levels differ by rounding
+MIN_STATED_ERROR = 1e-4  # relative error to which runs are held against an independent integrator: less is not stated
+LEVEL_ROUNDING = 1e-7  # relative change below which levels differ by rounding
 
 
 def remaining_error(finest: float, middle: float, coarse: float) -> float:
@@ -22,12 +23,12 @@ def remaining_error(finest: float, middle: float, coarse: float) -> float:
         return float("nan")
     if finest == 0:
         return 0.0
-    near, far = (finest - middle) / finest, (middle - coarse) / finest
-    if max(abs(near), abs(far)) < ROUNDING:
-        return abs(near)
-    ratio = far / near if near else math.inf
+    fine_change, coarse_change = (finest - middle) / finest, (middle - coarse) / finest
+    if max(abs(fine_change), abs(coarse_change)) < LEVEL_ROUNDING:
+        return abs(fine_change)
+    ratio = coarse_change / fine_change if fine_change else math.inf
     if ratio < 2**MIN_ORDER:
-        return SAFETY * max(abs(near), abs(far))
+        return ORDER_SAFETY_FACTOR * max(abs(fine_change), abs(coarse_change))
     # A ratio above that of the highest order may be chance: the far change, fallen twice at that order, is a floor.
     order = min(math.log2(ratio), MAX_ORDER) if math.isfinite(ratio) else MAX_ORDER
-    return SAFETY * max(abs(near) / (2**order - 1), abs(far) / 4**MAX_ORDER)
+    return ORDER_SAFETY_FACTOR * max(abs(fine_change) / (2**order - 1), abs(coarse_change) / 4**MAX_ORDER)

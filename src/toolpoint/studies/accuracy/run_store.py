@@ -1,4 +1,4 @@
-"""Finished blocks of steps of a run on disk: a run that was stopped goes on where it was, to the same numbers."""
+"""Finished blocks of steps of a run on disk: a run that was stopped continues from them to the same numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from toolpoint.vibration.simulation.varying import RunArrays
 
 @dataclass(frozen=True)
 class RunStore:
-    """Blocks of one run: files of plain arrays in a folder, by name and first step; `identity` tells what was run."""
+    """Blocks of one run: files of plain arrays in a folder, by name and first step; `identity` is the digest of its inputs."""
 
     folder: Path
     name: str
@@ -33,13 +33,15 @@ class RunStore:
             _digest(part, digest)
         return cls(folder, name, digest.hexdigest()[:16])
 
-    def _path(self, at: int) -> Path:
-        return self.folder / f"{self.name}-{self.identity}-{at:010d}.npz"
+    def _path(self, first_step: int) -> Path:
+        return self.folder / f"{self.name}-{self.identity}-{first_step:010d}.npz"
 
-    def load(self, at: int, carried: RunArrays) -> tuple[FloatArray, FloatArray] | None:
-        """Return motion and base of the block from a step, and put the state after it into `carried`; None where it is not
-        there. Raises ToolpointError for a file that cannot be read."""
-        path = self._path(at)
+    def load(self, first_step: int, carried: RunArrays) -> tuple[FloatArray, FloatArray] | None:
+        """Return motion and base of the block from a step; None where it is not there.
+
+        The state after the block goes into `carried`. Raises ToolpointError for a file that cannot be read.
+        """
+        path = self._path(first_step)
         if not path.exists():
             return None
         try:
@@ -52,13 +54,13 @@ class RunStore:
                                  ) from None
         return arrays["out"], arrays["base"]
 
-    def save(self, at: int, carried: RunArrays, *, out: FloatArray, base: FloatArray) -> None:
+    def save(self, first_step: int, carried: RunArrays, *, out: FloatArray, base: FloatArray) -> None:
         """Keep a finished block: the file appears whole or not at all."""
         handle, draft = tempfile.mkstemp(dir=self.folder, prefix=".run-", suffix=".tmp")
         try:
             with os.fdopen(handle, "wb") as file:
                 np.savez(file, state=carried.state, delayed=carried.delayed, totals=carried.totals, out=out, base=base)
-            Path(draft).replace(self._path(at))
+            Path(draft).replace(self._path(first_step))
         except BaseException:
             Path(draft).unlink(missing_ok=True)
             raise

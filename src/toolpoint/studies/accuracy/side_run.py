@@ -1,4 +1,4 @@
-"""One side of a milled path, stepped: the run along it, its error, and blocks of steps that are kept on disk."""
+"""Run along one side of a milled path: its steps, its error, and blocks of steps that are kept on disk."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from toolpoint.vibration.simulation.varying import (
 from toolpoint.vibration.simulation.varying_periods import WholePeriod, advance_periods
 
 Progress = Callable[[int, int], None]
-_BLOCK = 100_000
-_KEPT = 1_000_000  # samples of a side that are kept at most
-_EVEN = 2e-3  # of the largest feed: a smaller change within a revolution lets its steps be taken at once
+_SIDE_BLOCK_STEPS = 100_000  # steps of a block
+_MAX_KEPT_SAMPLES = 1_000_000  # of a side
+_FEED_CHANGE_TOLERANCE = 2e-3  # of the largest feed, within a revolution: below, its steps are taken at once
 
 
 @dataclass(frozen=True)
 class MillingSetup:
-    """How a path is milled and computed.
+    """Conditions of milling a path, and of its computation.
 
     speed : rev/min; depth : m; loads : ``cutting``, with ``gravity`` its changing sag, with ``path`` the inertia of the
     nominal motion; gravity : m/s^2, the machine's where left out; regenerative : whether the vibration feeds back on the chip
@@ -45,6 +45,12 @@ class MillingSetup:
     whether runs at two and four times step and spacing state the error; chip : ``path`` or ``constant``, as the cut says where
     left out (`chip`); work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left
     out; servos : of axes whose motors give way, all hold their set points where left out.
+
+    Examples
+    --------
+    >>> setup = MillingSetup(speed=6000.0, depth=2e-3, loads=("cutting", "gravity"), window=0.5)
+    >>> setup.steps, setup.spacing
+    (100, 0.002)
     """
 
     speed: float
@@ -75,15 +81,15 @@ class EnergyBalance:
     """
 
     work: float
-    lost: float
+    dissipated: float
     gained: float
     by_structure: float
     size: float
 
     @property
     def gap(self) -> float:
-        """What does not balance, over the sum of the sizes of the work."""
-        return abs(self.work - self.lost - self.gained) / max(self.size, 1e-300)
+        """Energy that does not balance, over the sum of the sizes of the work."""
+        return abs(self.work - self.dissipated - self.gained) / max(self.size, 1e-300)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +114,7 @@ class SideAccuracy:
 
     @property
     def duration(self) -> float:
-        """s, of what was run."""
+        """Duration of the run, s."""
         return self.span[1] - self.span[0]
 
     @property
@@ -145,12 +151,13 @@ class SideAccuracy:
         """Return frequencies (Hz) and amplitudes (n_f, 6) of the unbiased error."""
         rate = 1 / float(self.time[1] - self.time[0])
         window = np.hanning(len(self.time))
+        # Divided by the window's sum, so that a steady sine shows its own amplitude.
         amplitude = 2 * np.abs(np.fft.rfft(self.error * window[:, None], axis=0)) / window.sum()
         return np.arange(len(amplitude)) * rate / len(self.time), amplitude
 
 
 def time_shares(time: FloatArray, begin: float, end: float) -> FloatArray:
-    """Return of what share of the time between two ends every sample stands, (n,): the trapezoidal rule, to the very ends.
+    """Return the weight of every sample in a mean over time, (n,): the trapezoidal rule between two ends.
 
     A plain mean of samples at the ends of steps is half a step late, and counts a last step beyond the end whole: on a side of
     10 000 steps that is 0.01 %, of first order, and may hide in what half the step changes.
@@ -160,15 +167,15 @@ def time_shares(time: FloatArray, begin: float, end: float) -> FloatArray:
     shares[0] += edges[0] - begin
     shares[-1] += end - edges[-1]
     step, part = np.diff(time), np.diff(edges)
-    later = part**2 / (2 * step)
-    shares[:-1] += part - later
-    shares[1:] += later
+    next_share = part**2 / (2 * step)
+    shares[:-1] += part - next_share
+    shares[1:] += next_share
     return shares / (end - begin)
 
 
 @dataclass
 class _SideSteps:
-    """The steps of a side, block by block: kept rows of what the tool does (`out`) and of what the base carries (`base`)."""
+    """Steps of a side, block by block: kept rows of the tool's motion (`out`) and of the base's load (`base`)."""
 
     structure: MovingStructure
     system: VaryingSystem
@@ -182,34 +189,36 @@ class _SideSteps:
     out: FloatArray
     base: FloatArray
     kept: int = 0
-    known: dict[tuple[int, int], WholePeriod] = field(default_factory=dict)
+    period_maps: dict[tuple[int, int], WholePeriod] = field(default_factory=dict)
 
-    def base_rows(self, before: int) -> FloatArray:
-        """Rows of the base kept since `before`; none where the base is not asked for."""
-        return self.base[before:self.kept if self.setup.with_base else before]
+    def base_rows(self, first_row: int) -> FloatArray:
+        """Return the rows of the base kept since `first_row`; none where the base is not requested."""
+        return self.base[first_row:self.kept if self.setup.with_base else first_row]
 
     def take(self, out: FloatArray, base: FloatArray) -> None:
         """Take the rows of a block that was finished before."""
-        before, self.kept = self.kept, self.kept + len(out)
-        self.out[before:self.kept] = out
-        self.base_rows(before)[:] = base
+        first_row, self.kept = self.kept, self.kept + len(out)
+        self.out[first_row:self.kept] = out
+        self.base_rows(first_row)[:] = base
 
-    def advance(self, at: int) -> None:
-        """Advance the block that begins at step `at`: by whole periods where nothing asks for single steps."""
+    def advance(self, first_step: int) -> None:
+        """Advance the block that begins at step `first_step`, by whole periods unless single steps are needed."""
         from toolpoint.vibration.simulation.varying_kernel import advance
 
         setup, dt = self.setup, self.cut.step
         stepwise = setup.regenerative or setup.with_energy or setup.with_base
-        motion = self.structure.side.law.sample(self.begin + (np.arange(at, min(at + _BLOCK, self.steps)) + 0.5) * dt)
+        # Loads of a step are those of its middle.
+        motion = self.structure.side.law.sample(self.begin + (np.arange(first_step, min(first_step + _SIDE_BLOCK_STEPS,
+                                                                                        self.steps)) + 0.5) * dt)
         node, share = _between(self.system.length, motion[:, 0])
-        for low, high, table in self.cut.parts(motion[:, 0]):
-            feed = table.feed_shares(motion[low:high, 1])
+        for start, stop, table in self.cut.parts(motion[:, 0]):
+            feed = table.feed_shares(motion[start:stop, 1])
             of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
-            course = CourseArrays(node[low:high], share[low:high], feed, self.structure.load_factors(motion[low:high]))
-            out, first = self.out[self.kept:], at + low
-            if not stepwise and _is_even(motion[low:high], table):
+            course = CourseArrays(node[start:stop], share[start:stop], feed, self.structure.load_factors(motion[start:stop]))
+            out, first = self.out[self.kept:], first_step + start
+            if not stepwise and _is_even(motion[start:stop], table):
                 self.kept += advance_periods(self.nodes, of_cut, course, motion=self.carried, keep=self.keep, first=first,
-                                             out=out, maps=self.known)
+                                             out=out, maps=self.period_maps)
             else:
                 self.kept += advance(self.nodes, of_cut, course, self.carried, self.keep, first, out,
                                      self.base[self.kept:] if setup.with_base else self.base)
@@ -226,7 +235,7 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     begin, end = _span(law.duration, setup.window, dt * cut.per_tooth)
     nodes = step_nodes(system, dt, with_energy=setup.with_energy)
     steps = int(np.ceil((end - begin) / dt - 1e-6))
-    keep = _every(steps, len(cut.at(0.0).table[0]))
+    keep = _keep_interval(steps, len(cut.at(0.0).table[0]))
     first = law.sample(np.array([begin]))
     state, delayed = _periodic_state(structure, system, nodes, cut.at(float(first[0, 0])), motion=first[0])
     totals = np.zeros(4 if setup.with_energy else 0)
@@ -237,21 +246,23 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     rows = -(-steps // keep)
     run = _SideSteps(structure, system, setup, cut, at_nodes, RunArrays(state, delayed, totals), begin, steps, keep,
                      np.empty((rows, 6)), np.empty((rows if setup.with_base else 0, 9)))
-    for at in range(0, steps, _BLOCK):
-        before = run.kept
-        done = store.load(at, run.carried) if store else None
-        if done is not None:
-            run.take(*done)
+    for first_step in range(0, steps, _SIDE_BLOCK_STEPS):
+        first_row = run.kept
+        stored = store.load(first_step, run.carried) if store else None
+        if stored is not None:
+            run.take(*stored)
         else:
-            run.advance(at)
+            run.advance(first_step)
             if store:
-                store.save(at, run.carried, out=run.out[before:run.kept], base=run.base_rows(before))
+                store.save(first_step, run.carried, out=run.out[first_row:run.kept], base=run.base_rows(first_row))
         if progress:
-            progress(min(at + _BLOCK, steps), steps)
+            progress(min(first_step + _SIDE_BLOCK_STEPS, steps), steps)
     kept, out, base = run.kept, run.out, run.base
+    # The model is linear: motion of 100 mm means that the regenerative vibration grows.
     if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
         fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
              remedy="the cut chatters: take it below the stable depth (toolpoint lobes)")
+    # A kept row is the state at the end of its step.
     time = begin + (np.arange(kept) * keep + 1) * dt
     travelled = law.sample(time)
     after = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0]))
@@ -260,9 +271,9 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
                         _notes(structure))
 
 
-def _every(steps: int, per_turn: int) -> int:
-    """Return of how many steps one is kept: prime to the steps of a revolution, so that all its phases are kept alike."""
-    keep = max(1, -(-steps // _KEPT))
+def _keep_interval(steps: int, per_turn: int) -> int:
+    """Return the interval of kept steps: prime to the steps of a revolution, so that all its phases are kept alike."""
+    keep = max(1, -(-steps // _MAX_KEPT_SAMPLES))
     while math.gcd(keep, per_turn) > 1:
         keep += 1
     return keep
@@ -271,8 +282,8 @@ def _every(steps: int, per_turn: int) -> int:
 def _balance(totals: FloatArray, change: float) -> EnergyBalance | None:
     if not totals.size:
         return None
-    work, lost, moved, gained = (float(total) for total in totals)
-    return EnergyBalance(work, lost, gained, change - gained, moved)
+    work, dissipated, moved, gained = (float(total) for total in totals)
+    return EnergyBalance(work, dissipated, gained, change - gained, moved)
 
 
 def _is_even(motion: FloatArray, table: CuttingTable) -> bool:
@@ -280,11 +291,11 @@ def _is_even(motion: FloatArray, table: CuttingTable) -> bool:
     if table.is_constant:
         return True
     change = np.abs(motion[:, 2]).max() * table.step * table.table.shape[1]
-    return bool(change * table.per_tooth * table.step <= _EVEN * table.largest_feed)
+    return bool(change * table.per_tooth * table.step <= _FEED_CHANGE_TOLERANCE * table.largest_feed)
 
 
 def _span(duration: float, window: float | None, tooth: float) -> tuple[float, float]:
-    """Begin and end of what is run; a window holds whole tooth periods."""
+    """Return begin and end of the run; a window holds whole tooth periods."""
     if window is None:
         return 0.0, duration
     size = max(np.floor(min(positive("window", window), duration) / tooth + 1e-9), 1.0) * tooth
@@ -292,23 +303,22 @@ def _span(duration: float, window: float | None, tooth: float) -> tuple[float, f
 
 
 def places_of(side: PathSide, setup: MillingSetup, tooth: float) -> tuple[float, float] | None:
-    """The part of a side that a window needs, m."""
+    """Return the part of a side that a window needs, m."""
     if setup.window is None:
         return None
     ends = side.law.sample(np.array(_span(side.law.duration, setup.window, tooth)))[:, 0]
     return float(ends[0]), float(ends[1])
 
 
-def _between(length: FloatArray, at: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Node before every length, and the share of the way to the next."""
-    node = np.clip(np.searchsorted(length, at, side="right") - 1, 0, len(length) - 2)
-    return node, (at - length[node]) / (length[node + 1] - length[node])
+def _between(length: FloatArray, places: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """Return the node before every length, and the share of the way to the next."""
+    node = np.clip(np.searchsorted(length, places, side="right") - 1, 0, len(length) - 2)
+    return node, (places - length[node]) / (length[node + 1] - length[node])
 
 
 def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: StepNodes, cut: CuttingTable, *,
                     motion: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """State at the beginning of a revolution that repeats after it, and the tip's way in cutter axes over its last tooth
-    period."""
+    """Return the state at the start of a revolution that repeats after it, and the tip's way over its last tooth period."""
     share = float(cut.feed_shares(motion[1:2])[0])
     force = cut.table[0] + share * (cut.table[-1] - cut.table[0])
     loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
@@ -319,29 +329,30 @@ def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: St
     def blend(values: FloatArray) -> FloatArray:
         return values[node] + part * (values[node + 1] - values[node])
 
-    phi, still = blend(nodes.transition).T, np.zeros((len(nodes.transition[0]), loads.shape[1]))
-    still[:system.size] = blend(nodes.deflection).T
+    phi, static = blend(nodes.transition).T, np.zeros((len(nodes.transition[0]), loads.shape[1]))
+    static[:system.size] = blend(nodes.deflection).T
 
     def revolve(state: FloatArray) -> FloatArray:
         states = [state]
         for row in loads:
-            states.append(still @ row + phi @ (states[-1] - still @ row))
+            # Exact for a load held over the step: the state decays about the static deflection.
+            states.append(static @ row + phi @ (states[-1] - static @ row))
         return np.array(states)
 
     end = revolve(np.zeros(len(phi)))[-1]
+    # A revolution from x ends in Phi^n x plus the end of one from rest; the periodic x comes back to itself.
     state = np.linalg.solve(np.eye(len(phi)) - np.linalg.matrix_power(phi, len(force)), end)
     way = revolve(state)[-cut.per_tooth - 1:-1, :system.size] @ blend(nodes.load_map)[:3].T
     return state, way
 
 
-def _energy(system: VaryingSystem, state: FloatArray, at: float) -> float:
+def _energy(system: VaryingSystem, state: FloatArray, length: float) -> float:
     u, v = state[:system.size], state[system.size:]
-    return float(v @ system.blended("mass", at) @ v + u @ system.blended("stiffness", at) @ u) / 2
+    return float(v @ system.blended("mass", length) @ v + u @ system.blended("stiffness", length) @ u) / 2
 
 
 def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArray) -> FloatArray:
-    """Reaction of the base: rate of momentum of the elastic motion less the force on the tip, and what holds the machine at
-    rest."""
+    """Return the reaction of the base: rate of elastic momentum less the force on the tip, plus the reaction at rest."""
     if not len(base):
         return np.zeros((0, 6))
     node, share = _between(structure.system.length, motion[:, 0])

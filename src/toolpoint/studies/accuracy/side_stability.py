@@ -1,4 +1,4 @@
-"""Whether the cut that is milled along a side would chatter: a run whose chips do not feed back cannot show it."""
+"""Stability of the cut that is milled along a side: a run whose chips do not feed back cannot show chatter."""
 
 from __future__ import annotations
 
@@ -12,22 +12,20 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.moving_structure import MovingStructure
 from toolpoint.studies.accuracy.side_run import MillingSetup
 from toolpoint.studies.machines.arm_reach import Pose
-from toolpoint.studies.machines.tool_point import pose_problem, tool_point
-
-LINES = np.array([0.0, 1.0])  # Hz; modes are what is used
+from toolpoint.studies.machines.tool_point import STUDY_LINES, pose_problem, tool_point
 
 
 def judge_cut(machine: Machine, structure: MovingStructure, setup: MillingSetup, *, cut: CuttingDescription) -> tuple[str, ...]:
-    """Return the doubt that a side's cut chatters, or why it could not be judged; nothing where it is stable.
+    """Return the doubt that a side's cut chatters, or the reason why it cannot be judged; nothing for a stable cut.
 
     The largest multiplier of the described cut in the side's feed direction at its first, middle and last pose; motors held.
     """
     if "cutting" not in setup.loads or not setup.with_force:
         return ()
     poses = [pose for pose in structure.reach.poses if pose is not None]
-    some = sorted({0, len(poses) // 2, len(poses) - 1})
+    chosen = sorted({0, len(poses) // 2, len(poses) - 1})
     try:
-        sizes = [_multiplier(machine, poses[i], structure.axes[i][:, 0], setup=setup, cut=cut) for i in some]
+        sizes = [_multiplier(machine, poses[i], structure.axes[i][:, 0], setup=setup, cut=cut) for i in chosen]
     except ToolpointError as error:
         return (f"whether the cut chatters was not judged: {error}",)
     if max(sizes) < 1:
@@ -41,8 +39,8 @@ def judge_cut(machine: Machine, structure: MovingStructure, setup: MillingSetup,
 
 
 def _multiplier(machine: Machine, pose: Pose, feed: FloatArray, *, setup: MillingSetup, cut: CuttingDescription) -> float:
-    """Size of the largest multiplier at a pose, the feed along a direction in machine axes."""
-    study = tool_point(machine, [pose], LINES)
+    """Return the size of the largest multiplier at a pose, the feed along a direction in machine axes."""
+    study = tool_point(machine, [pose], STUDY_LINES)
     along = study.axes[0].T @ feed
     problem = pose_problem(study, cut, 0).at_feed_angle(float(np.arctan2(along[1], along[0])))
     return float(np.abs(PanelArnoldi().multipliers(problem, setup.speed, setup.depth)[0]))

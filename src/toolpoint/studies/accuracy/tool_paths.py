@@ -15,8 +15,8 @@ from toolpoint.drives import JerkLimits, Quintic, seven_phase
 from toolpoint.drives.program.path import ARC_KIND, LINE_KIND, PLANES, Path
 
 LAWS = ("quintic", "jerk-limited")
-_SMOOTH = 1e-3  # rad: a smaller turn between segments is no corner
-_JUMP = 20.0  # times the median distance of points
+_MIN_CORNER_ANGLE = 1e-3  # rad: a smaller turn between segments is no corner
+_MAX_DISTANCE_RATIO = 20.0  # distance of two points over the median distance
 
 
 class MotionLaw(Protocol):
@@ -24,7 +24,7 @@ class MotionLaw(Protocol):
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Duration, s."""
         ...
 
     def sample(self, time: FloatArray) -> FloatArray:
@@ -43,17 +43,17 @@ class PathSide(NotebookText):
 
     @property
     def length(self) -> float:
-        """m."""
+        """Length, m."""
         return float(self.path.lengths.sum())
 
-    def points(self, at: FloatArray) -> FloatArray:
+    def points(self, lengths: FloatArray) -> FloatArray:
         """Return places at lengths from the start, m, (n, 3)."""
-        return self.path.at(at) @ self.place[:3, :3].T + self.place[:3, 3]
+        return self.path.at(lengths) @ self.place[:3, :3].T + self.place[:3, 3]
 
-    def tangents(self, at: FloatArray) -> FloatArray:
+    def tangents(self, lengths: FloatArray) -> FloatArray:
         """Return unit tangents at lengths from the start, (n, 3)."""
         ends = np.cumsum(self.path.lengths)
-        s = np.clip(np.asarray(at, float), 0.0, ends[-1])
+        s = np.clip(np.asarray(lengths, float), 0.0, ends[-1])
         k = np.minimum(np.searchsorted(ends, s, side="left"), self.path.count - 1)
         share = 1 - (ends[k] - s) / self.path.lengths[k]
         return self.path.tangents(k, share) @ self.place[:3, :3].T
@@ -65,7 +65,13 @@ class PathSide(NotebookText):
 def square(side: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
            second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
            ) -> tuple[PathSide, ...]:
-    """Return the four sides of a square (m) in the plane of two directions, begun at its lower left corner along the first."""
+    """Return the four sides of a square (m) in the plane of two directions, begun at its lower left corner along the first.
+
+    Examples
+    --------
+    >>> square(0.1, feed=0.05)[0]
+    PathSide('side 1', 100 mm, 3.75 s)
+    """
     half = positive("side", side) / 2
     corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]])
     return along_points(np.column_stack([corners, np.zeros(5)]), place=plane_frame(centre, first, second), feed=feed, law=law,
@@ -74,14 +80,27 @@ def square(side: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike
 
 def line(start: ArrayLike, end: ArrayLike, *, feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
          ) -> tuple[PathSide, ...]:
-    """Return a straight side between two places (m)."""
+    """Return a straight side between two places (m).
+
+    Examples
+    --------
+    >>> line((0.0, 0.0, 0.0), (0.3, 0.4, 0.0), feed=0.05)[0].length
+    0.5
+    """
     return along_points(np.stack([floats("start", start, (3,)), floats("end", end, (3,))]), feed=feed, law=law, limits=limits)
 
 
 def arc(radius: float, sweep: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
         second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
         ) -> tuple[PathSide, ...]:
-    """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second."""
+    """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second.
+
+    Examples
+    --------
+    >>> half_circle, = arc(0.02, np.pi)
+    >>> half_circle.points(np.array([0.0, half_circle.length])).round(6).tolist()
+    [[0.02, 0.0, 0.0], [-0.02, 0.0, 0.0]]
+    """
     r, turn = positive("radius", radius), floats("sweep", sweep)
     end = r * np.array([np.cos(turn), np.sin(turn), 0.0])
     path = Path(np.array([ARC_KIND]), np.array([[r, 0.0, 0.0]]), end[None], np.zeros((1, 3)), np.array([float(turn)]),
@@ -94,21 +113,27 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
     """Return straight sides through points (n, 3), m; neighbours in one direction are one side.
 
     Raises ToolpointError for fewer than two points, repeated ones, and a jump: one far longer than the others.
+
+    Examples
+    --------
+    >>> along_points([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.1, 0.0, 0.0), (0.1, 0.05, 0.0)], feed=0.05)
+    (PathSide('side 1', 100 mm, 3.75 s), PathSide('side 2', 50 mm, 1.875 s))
     """
-    at = floats("points", points, (None, 3))
-    if len(at) < 2:
-        fail("points", f"{len(at)}", "must be at least two")
-    step = np.linalg.norm(np.diff(at, axis=0), axis=1)
+    places = floats("points", points, (None, 3))
+    if len(places) < 2:
+        fail("points", f"{len(places)}", "must be at least two")
+    step = np.linalg.norm(np.diff(places, axis=0), axis=1)
     if step.min() < 1e-9:
         fail("points", f"point {int(step.argmin()) + 2} repeats the one before", "must move")
-    if len(step) > 4 and step.max() > _JUMP * np.median(step):
+    # With fewer points the median says little about what is usual.
+    if len(step) > 4 and step.max() > _MAX_DISTANCE_RATIO * np.median(step):
         k = int(step.argmax())
         fail("points",
              f"a jump of {1e3 * step[k]:.4g} mm from point {k + 1} to {k + 2}, the others are {1e3 * np.median(step):.4g} mm "
              "apart",
              "a path must be followed", remedy="add the points between, or give the parts as paths of their own")
     n = len(step)
-    path = Path(np.full(n, LINE_KIND), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
+    path = Path(np.full(n, LINE_KIND), places[:-1], places[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
                 np.full(n, float(feed)),
                 np.zeros(n, bool))
     return sides_of(path, place=place, feed=feed, law=law, limits=limits)
@@ -116,11 +141,18 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
 
 def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None = None, law: str = "quintic",
              limits: JerkLimits | None = None) -> tuple[PathSide, ...]:
-    """Return the smooth pieces of a path of segments (a program's, say): it is cut at corners and stops, each from rest to
-    rest.
+    """Return the smooth pieces of a path of segments, cut at corners and stops, each from rest to rest.
+
+    The path may be that of a program.
 
     Positioning (G0) is left out: nothing is cut there. feed : m/s, the program's where left out; limits : speed, acceleration
     and jerk along the path (5 m/s^2 and 100 m/s^3 where left out).
+
+    Examples
+    --------
+    >>> from toolpoint.drives.program.path import polyline
+    >>> [side.length for side in sides_of(polyline([[0, 0], [0.1, 0], [0.1, 0.05]], feed=0.1))]
+    [0.1, 0.05]
     """
     one_of("law", law, LAWS)
     frame = np.eye(4) if place is None else floats("place", place, (4, 4))
@@ -130,7 +162,8 @@ def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None 
     turns = path.turns()
     groups: list[list[int]] = []
     for k in cutting:
-        goes_on = groups and groups[-1][-1] == k - 1 and turns[k - 1] < _SMOOTH and not path.stop[k - 1]
+        # A side ends at a corner, a stop, a rapid between, and where the program changes the feed.
+        goes_on = groups and groups[-1][-1] == k - 1 and turns[k - 1] < _MIN_CORNER_ANGLE and not path.stop[k - 1]
         if goes_on and (feed is not None or path.feed[k] == path.feed[k - 1]):
             groups[-1].append(int(k))
         else:
@@ -164,6 +197,11 @@ def lay_path(*, square_side: float | None = None, ends: Sequence[ArrayLike] = ()
     ------
     ToolpointError
         For none or several of them, and what those refuse.
+
+    Examples
+    --------
+    >>> [side.length for side in lay_path(ends=((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)))]
+    [0.1]
     """
     if sum((square_side is not None, len(ends) > 0, points is not None, path is not None)) != 1:
         fail("accuracy", "none or several paths", "must be exactly one of `square`, `line` (twice), `points` and `program`")
@@ -182,14 +220,22 @@ def lay_path(*, square_side: float | None = None, ends: Sequence[ArrayLike] = ()
 
 def _law(law: str, length: float, feed: float, limits: JerkLimits | None) -> MotionLaw:
     bounds = limits or JerkLimits(feed, 5.0, 100.0)
+    # The feed is the programmed speed: limits of the machine may lower it only.
     bounds = JerkLimits(min(feed, bounds.speed), bounds.acceleration, bounds.jerk)
     return Quintic.fastest(length, bounds) if law == "quintic" else seven_phase(length, bounds)
 
 
 def plane_frame(centre: ArrayLike, first: ArrayLike, second: ArrayLike) -> FloatArray:
-    """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second."""
+    """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second.
+
+    Examples
+    --------
+    >>> plane_frame((0.0, 0.0, 0.5), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)).tolist()
+    [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]]
+    """
     a, b = floats("first", first, (3,)), floats("second", second, (3,))
     x = a / np.linalg.norm(a)
+    # The second direction is made perpendicular to the first.
     y = b - x * float(x @ b)
     if np.linalg.norm(y) < 1e-9:
         fail("second", str(b.tolist()), "must not be along the first direction")

@@ -1,1 +1,1 @@
-"""Questions asked of cuts: charts, maps, simulations, uncertainty, calibration; the dynamics of the tool that they stand on."""
+"""Questions asked of cuts: charts, maps, simulations, uncertainty, calibration, and the tool dynamics that they need."""

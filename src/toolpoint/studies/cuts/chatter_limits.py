@@ -1,4 +1,4 @@
-"""ChatterMap: what a cut may be deep over poses, feed directions and speeds; the worst place named."""
+"""Chatter limits of a cut over poses, feed directions and speeds (`ChatterMap`), with the cut of the least stable depth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
 
 @dataclass(frozen=True)
 class WorstCut:
-    """Where the stable depth is least: pose, feed angle (rad), speed (rev/min), depth (m), chatter frequency (Hz).
+    """Cut of the least stable depth: pose, feed angle (rad), speed (rev/min), depth (m), chatter frequency (Hz).
 
     angles : axes of the pose that are angles.
     """
@@ -69,60 +69,67 @@ class ChatterMap(NotebookText):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """The doubt that the stated errors give, where they are more than a tenth of a limit."""
+        """Doubt about limits whose stated error is more than a tenth of them."""
         if self.error is None:
             return ()
-        known = np.isfinite(self.limit) & (self.limit > 0)
-        share = np.where(known, self.error / np.where(known, self.limit, 1.0), 0.0)
-        rough = int((share > DOUBTFUL_ERROR_FRACTION).sum())
-        if not rough:
+        has_limit = np.isfinite(self.limit) & (self.limit > 0)
+        # A share of no limit, or of a limit of zero, is none.
+        share = np.where(has_limit, self.error / np.where(has_limit, self.limit, 1.0), 0.0)
+        doubtful_count = int((share > DOUBTFUL_ERROR_FRACTION).sum())
+        if not doubtful_count:
             return ()
-        *place, way, at = (int(k) for k in np.unravel_index(int(share.argmax()), share.shape))
+        # Position in the grid, feed direction, speed: the axes of the limits.
+        *place, way, speed_index = (int(k) for k in np.unravel_index(int(share.argmax()), share.shape))
         where = (f"{pose_words(self.pose(place), self.angles)}, feed at {angle_words(self.feed_angles[way])}, "
-                 f"{self.speeds[at]:.0f} rev/min")
-        why = (f"the stated error is more than {100 * DOUBTFUL_ERROR_FRACTION:g} % of the limit at {rough} of "
+                 f"{self.speeds[speed_index]:.0f} rev/min")
+        why = (f"the stated error is more than {100 * DOUBTFUL_ERROR_FRACTION:g} % of the limit at {doubtful_count} of "
                f"{share.size} charted cuts, {100 * share.max():.0f} % at {where}")
         return (Doubt("limits", why, "take the lower end there, or look at that pose with lobes", figure=float(share.max())),)
 
     @property
     def lowest(self) -> FloatArray:
         """Depth that is stable at every speed, m, shape (n_1, ..., n_directions); not a number where it failed."""
+        # The minimum keeps not-a-number: a pose that failed at one speed has no depth for all.
         return np.asarray(self.limit.min(axis=-1))
 
     @property
     def everywhere(self) -> FloatArray:
         """Depth that is stable at every pose and in every direction that did not fail, m, shape (n_speeds,)."""
         flat = self.limit.reshape(-1, self.speeds.size)
+        # Poses that failed say nothing; they are listed with the failures.
         return np.asarray(flat[~np.isnan(flat).any(axis=1)].min(axis=0))
 
     def pose(self, index: Sequence[int]) -> dict[str, float]:
         """Return the axis positions of a place."""
         if not self.axes:
             return dict(self.poses[index[0]])
-        return {name: float(at[i]) for (name, at), i in zip(self.axes.items(), index)}
+        return {name: float(positions[i]) for (name, positions), i in zip(self.axes.items(), index)}
 
     def worst(self, direction: int | None = None) -> WorstCut:
         """Return the cut with the least stable depth, in one feed direction or in all."""
         limit = self.limit if direction is None else self.limit[..., direction:direction + 1, :]
         if np.isnan(limit).all():
             fail("worst", "every pose failed", f"the first because: {next(iter(self.failures.values()), '')}")
-        *place, way, at = (int(i) for i in np.unravel_index(int(np.nanargmin(limit)), limit.shape))
+        *place, way, speed_index = (int(i) for i in np.unravel_index(int(np.nanargmin(limit)), limit.shape))
+        # Of one direction the slice has a single column, whose index is 0.
         way = way if direction is None else direction
-        index = (*place, way, at)
-        return WorstCut(self.pose(place), float(self.feed_angles[way]), float(self.speeds[at]), float(self.limit[index]),
+        index = (*place, way, speed_index)
+        return WorstCut(self.pose(place), float(self.feed_angles[way]), float(self.speeds[speed_index]),
+                        float(self.limit[index]),
                         float(self.frequency[index]), self.angles)
 
     def rows(self) -> list[list[str]]:
         """Return a row of texts for every feed direction, see `HEADER`: least depth, where and at which speed."""
         rows = []
-        top = float(np.nanmin(self.depth_max))
+        depth_max = float(np.nanmin(self.depth_max))
         for way, angle in enumerate(self.feed_angles):
             if np.isnan(self.limit[..., way, :]).all():
                 rows.append([angle_words(angle), "failed", "", "", ""])
                 continue
-            worst = self.worst(way)
-            place = [pose_words(worst.pose, self.angles), f"{worst.speed:.0f}", f"{worst.frequency:.1f}"]
-            rows.append([angle_words(angle), depth_words(worst.depth, top), *(place if np.isfinite(worst.depth) else [""] * 3)])
+            worst_cut = self.worst(way)
+            place = [pose_words(worst_cut.pose, self.angles), f"{worst_cut.speed:.0f}", f"{worst_cut.frequency:.1f}"]
+            rows.append([angle_words(angle), depth_words(worst_cut.depth, depth_max),
+                         *(place if np.isfinite(worst_cut.depth) else [""] * 3)])
         return rows
 
     def failed(self) -> list[str]:
@@ -132,13 +139,14 @@ class ChatterMap(NotebookText):
             by_place.setdefault(tuple(index), {})[way] = reason
         lines = []
         for place, reasons in by_place.items():
+            # A pose that failed in every direction is named once, without them.
             ways = "" if len(reasons) == self.feed_angles.size else ", feed at " + ", ".join(
                 angle_words(self.feed_angles[way]) for way in reasons)
             lines.append(f"{pose_words(self.pose(place), self.angles)}{ways}: {next(iter(reasons.values()))}")
         return lines
 
     def table(self) -> str:
-        """Return the least depth of every feed direction, the worst place, and what failed, as text."""
+        """Return the least depth of every feed direction, the worst place, and the failures, as text."""
         title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
         return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
                           *mark_notes(self.doubts), f"Worst: {self.worst()}",
@@ -146,14 +154,16 @@ class ChatterMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and text; None where a pose failed, or no limit lies below depth_max."""
-        worst = self.worst()
-        least = {"pose": dict(worst.pose), "feed_angle_deg": float(np.degrees(worst.feed_angle)), "speed_rpm": worst.speed,
-                 "depth_m": _finite(np.array(worst.depth)), "chatter_frequency_hz": _finite(np.array(worst.frequency))}
+        worst_cut = self.worst()
+        worst_entry = {"pose": dict(worst_cut.pose), "feed_angle_deg": float(np.degrees(worst_cut.feed_angle)),
+                       "speed_rpm": worst_cut.speed,
+                       "depth_m": _finite(np.array(worst_cut.depth)),
+                       "chatter_frequency_hz": _finite(np.array(worst_cut.frequency))}
         return {"axes": {name: v.tolist() for name, v in self.axes.items()},
                 **({} if self.axes else {"poses": [dict(pose) for pose in self.poses]}),
                 "feed_angle_deg": np.degrees(self.feed_angles).tolist(), "speed_rpm": self.speeds.tolist(),
                 "limit_m": _finite(self.limit), "chatter_frequency_hz": _finite(self.frequency),
-                "depth_max_m": _finite(self.depth_max), "stable_everywhere_m": _finite(self.everywhere), "worst": least,
+                "depth_max_m": _finite(self.depth_max), "stable_everywhere_m": _finite(self.everywhere), "worst": worst_entry,
                 "limit_interval_m": None if self.spread is None else [_finite(end) for end in self.spread.ends(self.limit)],
                 "limit_error_m": None if self.error is None else _finite(self.error), "doubts": list(self.doubts),
                 "failures": self.failed(), "notes": list(self.notes)}
@@ -165,7 +175,8 @@ class ChatterMap(NotebookText):
 
 
 def _finite(values: FloatArray) -> Any:
-    """Return nested lists with None in place of what is no finite number."""
+    """Return nested lists with None in place of infinite and undefined numbers."""
+    # JSON has neither infinity nor not-a-number.
     cells = np.asarray(values).astype(object)
     cells[~np.isfinite(values)] = None
     return cells.tolist()
@@ -176,9 +187,9 @@ def pose_words(pose: Mapping[str, float], angles: Sequence[str] = ()) -> str:
     return ", ".join(f"{name} {position_words(value, name in angles)}" for name, value in pose.items())
 
 
-def depth_words(value: float, top: float) -> str:
-    """Return a depth in mm; above the largest looked at where there is no limit."""
-    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * top:.3g}"
+def depth_words(value: float, depth_max: float) -> str:
+    """Return a depth in mm; "above" the largest searched depth where there is no limit."""
+    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * depth_max:.3g}"
 
 
 def angle_words(angle: float) -> str:

@@ -1,8 +1,8 @@
 """Chatter limits over axis positions or poses and feed directions: serial or on workers, resumable.
 
-Neighbouring poses are computed in short chains, each chart warm from the one before. How the places are cut into chains hangs
-on the places alone, so limits do not hang on workers or interruptions. A chain is finished, and kept, as a whole; where it
-breaks, its poses run again one at a time, so that only the one to blame is a failure.
+Neighbouring poses are computed in short chains, each chart warm from the one before. The division into chains
+depends on the places alone, so limits do not depend on workers or interruptions. A chain is finished, and
+kept, as a whole; where it breaks, its poses run again one at a time, so that only the pose at fault is a failure.
 """
 
 from __future__ import annotations
@@ -29,12 +29,13 @@ from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 from toolpoint.studies.machines.tool_point import (
-    DEEPER,
-    DEEPEST,
     FEED_ANGLE,
+    MAX_CHART_DEPTH,
+    MAX_DEPTH_DOUBLINGS,
+    STUDY_LINES,
     batch_of,
-    deepest,
     depth_limit,
+    first_loss_depth,
     method_for,
     pose_problem,
     tool_point,
@@ -42,8 +43,7 @@ from toolpoint.studies.machines.tool_point import (
 from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
-CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
-LINES = np.array([0.0, 1.0])  # Hz; modes are what is used
+MAX_CHAIN_LENGTH, MIN_CHAIN_COUNT = 5, 8  # poses, lost together by an interruption; chains, for workers to share
 Place = tuple[int, ...]
 
 
@@ -81,13 +81,14 @@ def chatter_map(
     angles = floats("feed_angles", np.atleast_1d(FEED_ANGLE[used.feed] if feed_angles is None else feed_angles))
     function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
     store = None if folder is None else Path(folder)
-    result = _assembled(_run_chains(function, places, engine, store, progress), places, angles, n, used)
+    result = _assemble_map(_run_chains(function, places, engine, store, progress), places, angles, n, used)
     result = replace(result, notes=(*question_tool_seat(machine), *result.notes))
 
     def limits(sample: Machine) -> FloatArray:
-        again = replace(function, machine=sample)
-        inner = None if store is None else store / hashlib.sha256(again.identity.encode()).hexdigest()[:16]
-        return _assembled(_run_chains(again, places, engine, inner, progress), places, angles, n, used).limit
+        sample_function = replace(function, machine=sample)
+        sample_store = None if store is None else store / hashlib.sha256(sample_function.identity.encode()).hexdigest()[:16]
+        return _assemble_map(_run_chains(sample_function, places, engine, sample_store, progress), places, angles, n,
+                             used).limit
 
     def compliance(sample: Machine) -> FloatArray:
         study = tool_point(sample, [dict(zip(places.names, row, strict=True)) for row in places.rows.values()])
@@ -100,7 +101,7 @@ def chatter_map(
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Where the cut is looked at: names of axes, a row of positions for every place, and the shape of the places.
+    """Places of a map: names of axes, a row of positions for each place, and the shape of the grid.
 
     axes : of a grid; poses : of a list.
     """
@@ -130,13 +131,13 @@ class _Places:
             machine.chain.batch(pose)
         batch = batch_of(machine, poses)
         listed: dict[Place, tuple[float, ...]] = {
-            (i,): tuple(float(at[i]) for at in batch.values()) for i in range(len(poses))}
+            (i,): tuple(float(positions_of_axis[i]) for positions_of_axis in batch.values()) for i in range(len(poses))}
         return cls(tuple(batch), listed, (len(poses),), {}, poses, angles)
 
 
 @dataclass(frozen=True)
 class _ChainLimits:
-    """Limits in all feed directions at the poses of a chain, each warm from the one before; values have one row a pose."""
+    """Limits in all feed directions at the poses of a chain, each chart warm from the one before; a row a pose."""
 
     machine: Machine
     names: tuple[str, ...]
@@ -147,24 +148,26 @@ class _ChainLimits:
 
     @property
     def identity(self) -> str:
-        """What tells this study from another one on the same places."""
+        """Key of this study among others on the same places."""
         return repr((self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method)))
 
     def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
         # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
-        studies = [tool_point(self.machine, [dict(zip(self.names, position, strict=True))], LINES) for position in chain]
+        studies = [tool_point(self.machine, [dict(zip(self.names, position, strict=True))], STUDY_LINES) for position in chain]
         problems = [pose_problem(study, self.cut, 0) for study in studies]
         method = method_for(studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
         end = self.cut.depth_end[0]
-        depth = min(max((deepest if first_only else depth_limit)(problem) for problem in problems), end)
+        # One depth for the whole chain, wide enough for its stiffest pose.
+        depth = min(max((first_loss_depth if first_only else depth_limit)(problem) for problem in problems), end)
         rows: tuple[ChartRow, ...] = ()
-        for _ in range(1 if first_only else DEEPER + 1):
+        for _ in range(1 if first_only else MAX_DEPTH_DOUBLINGS + 1):
             rows = chart_poses(problems[0], [problem.dynamics for problem in problems], np.array(self.speeds),
                                feed_angles=self.feed_angles, method=method, depth_max=depth)
-            if depth >= min(DEEPEST, end) or not any(_is_unlimited(chart) for row in rows for chart in row):
+            if depth >= min(MAX_CHART_DEPTH, end) or not any(_is_unlimited(chart) for row in rows for chart in row):
                 break
-            depth = min(2 * depth, DEEPEST, end)  # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
+            # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
+            depth = min(2 * depth, MAX_CHART_DEPTH, end)
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
@@ -179,33 +182,36 @@ def _is_unlimited(chart: StabilityChart | str) -> bool:
 
 
 def _notes(row: ChartRow) -> str:
-    """Remarks of the charts of one pose, a line each."""
+    """Return the notes of the charts of one pose, a line each."""
     return "\n".join(dict.fromkeys(note for chart in row if not isinstance(chart, str) for note in chart.notes))
 
 
 def _chatter_frequency(chart: StabilityChart) -> FloatArray:
-    """Chatter frequency at the limit of every speed, not a number where there is no limit."""
-    at = chart.limit_points()
-    values = np.full(at.size, np.nan)
-    values[at >= 0] = chart.frequency[at[at >= 0]]
+    """Return the chatter frequency at the limit of every speed, not a number where there is no limit."""
+    points = chart.limit_points()
+    values = np.full(points.size, np.nan)
+    values[points >= 0] = chart.frequency[points[points >= 0]]
     return values
 
 
 def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, folder: Path | None,
                 progress: Progress | None) -> list[Outcome]:
-    """The outcome of every pose, in the order of the places' shape."""
+    """Return the outcome of every pose, in the order of the places' shape."""
     order = list(places.rows)
-    length = min(CHAIN, -(-len(order) // CHAINS))
+    # Long chains start warm more often, several keep all processes busy.
+    length = min(MAX_CHAIN_LENGTH, -(-len(order) // MIN_CHAIN_COUNT))
     chains = [order[i:i + length] for i in range(0, len(order), length)]
 
-    def run(parts: Sequence[Sequence[Place]], store: Path | None, before: int) -> dict[Place, Outcome]:
+    def run(parts: Sequence[Sequence[Place]], store: Path | None, offset: int) -> dict[Place, Outcome]:
         total = sum(map(len, parts))
-        report = (lambda done, every: progress(before + total * done // every, len(order))) if progress else None
+        report = (lambda completed, part_total: progress(offset + total * completed // part_total,
+                                                         len(order))) if progress else None
         points = [[list(places.rows[place]) for place in part] for part in parts]
         outcomes = execute(function, points, engine, folder=store, progress=report).outcomes
-        return {place: _of_pose(outcome, row) for part, outcome in zip(parts, outcomes) for row, place in enumerate(part)}
+        return {place: _pose_outcome(outcome, row) for part, outcome in zip(parts, outcomes) for row, place in enumerate(part)}
 
     outcomes = run(chains, folder, 0)
+    # One failed pose takes its chain with it: the poses of such chains are run again one by one.
     broken = [[place] for part in chains if len(part) > 1 and outcomes[part[0]].values is None for place in part]
     if broken:
         outcomes |= run(broken, folder and folder / "alone", len(order) - len(broken))
@@ -213,30 +219,30 @@ def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, 
 
 
 def _snake(shape: tuple[int, ...]) -> list[Place]:
-    """Indices of a grid in an order in which each is a neighbour of the last."""
+    """Return the indices of a grid in an order in which each is a neighbour of the one before."""
     if not shape:
         return [()]
-    inner = _snake(shape[1:])
-    return [(i, *rest) for i in range(shape[0]) for rest in (inner[::-1] if i % 2 else inner)]
+    tails = _snake(shape[1:])
+    return [(i, *tail) for i in range(shape[0]) for tail in (tails[::-1] if i % 2 else tails)]
 
 
-def _of_pose(outcome: Outcome, row: int) -> Outcome:
-    """The outcome of one pose of a chain."""
+def _pose_outcome(outcome: Outcome, row: int) -> Outcome:
+    """Return the outcome of one pose of a chain."""
     return outcome if outcome.values is None else Outcome({name: value[row] for name, value in outcome.values.items()})
 
 
-def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray, speeds: FloatArray, cut: CuttingDescription
-               ) -> ChatterMap:
-    lost = np.full((angles.size, speeds.size), np.nan)
+def _assemble_map(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray, speeds: FloatArray, cut: CuttingDescription
+                  ) -> ChatterMap:
+    undefined = np.full((angles.size, speeds.size), np.nan)
     limit, frequency, error = list[Array](), list[Array](), list[Array]()
     depth, failures = list[float](), dict[Place, str]()
     notes: dict[str, None] = {}
     for number, outcome in enumerate(outcomes):
         place = tuple(int(k) for k in np.unravel_index(number, places.shape))
         values = outcome.values
-        limit.append(lost if values is None else values["limit"])
-        frequency.append(lost if values is None else values["frequency"])
-        error.append(lost if values is None else values["error"])
+        limit.append(undefined if values is None else values["limit"])
+        frequency.append(undefined if values is None else values["frequency"])
+        error.append(undefined if values is None else values["error"])
         depth.append(np.nan if values is None else float(values["depth_max"]))
         reasons = [outcome.failure] * angles.size if values is None else map(str, values["reasons"])
         failures |= {(*place, way): reason for way, reason in enumerate(reasons) if reason}

@@ -1,4 +1,4 @@
-"""What the linear theory says of a cut: largest multiplier and limit, to stand beside a simulation."""
+"""Linear stability of a simulated cut: largest multiplier and limit."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.cutting import PanelArnoldi, stability
 from toolpoint.cutting.simulation.milling import Simulation
-from toolpoint.studies.machines.tool_point import depth_limit
-
-DEPTH_MOST = 1.0  # m
+from toolpoint.studies.machines.tool_point import MAX_CHART_DEPTH, depth_limit
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ def cut_stability(run: Simulation) -> CutStability:
     problem, speed, depth = run.problem, run.speed, run.depth
     try:
         multiplier = float(np.abs(PanelArnoldi().multipliers(problem, speed, depth)[0])) ** _periods(run)
-        deepest = min(max(2 * depth, depth_limit(problem)), DEPTH_MOST)
+        deepest = min(max(2 * depth, depth_limit(problem)), MAX_CHART_DEPTH)
         chart = stability.chart(problem, np.array([speed]), depth_max=deepest)
         point = int(chart.limit_points()[0])
         return CutStability(multiplier, float(chart.limit[0]), float(chart.error[point]) if point >= 0 else None,

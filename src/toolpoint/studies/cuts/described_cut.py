@@ -1,4 +1,4 @@
-"""A described cut on the dynamics of a tool: the milling problem, what stood in for what was not given, and doubts."""
+"""Described cut on the dynamics of a tool: the milling problem, the values that stand in for missing ones, and doubts."""
 
 from __future__ import annotations
 
@@ -13,14 +13,21 @@ from toolpoint.studies.cuts.example_cut import example_cut
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, as_modes
 from toolpoint.studies.machines.tool_point import milling_problem
 
-HIGHEST = 3e10  # Pa
+MAX_WORK_COEFFICIENT = 3e10  # Pa
 
 
-def cut_on(machine: Machine | None, given: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
-    """Return the machine's cut, or the example's where there is none, with the given values in place, and what was assumed."""
+def cut_on(machine: Machine | None, stated: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
+    """Return the machine's cut, or the example's without one, with the stated values in place, and the assumptions.
+
+    Examples
+    --------
+    >>> cut, notes = cut_on(None, {"teeth": 3})
+    >>> cut.tool.teeth, notes[0][:37]
+    (3, 'Not given and taken from an example: ')
+    """
     described = None if machine is None else machine.description.cutting
-    base, notes = example_cut(given) if described is None else (described, [])
-    return base.with_values(given), notes
+    base, notes = example_cut(stated) if described is None else (described, [])
+    return base.with_values(stated), notes
 
 
 def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time: bool = False
@@ -30,17 +37,17 @@ def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time:
     `values`, by their flat keys (SI), stand in place of those of the machine, or of the example where there is none. With
     `in_time` measured lines are replaced by their modes, which a simulation steps through.
     """
-    given = {name: value for name, value in values.items() if value is not None}
-    problem, used, notes = _problem(dynamics, given, in_time)
+    stated = {name: value for name, value in values.items() if value is not None}
+    problem, used, notes = _problem(dynamics, stated, in_time)
     return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else notes
 
 
-def _problem(dynamics: ToolDynamics, given: Mapping[str, Any], in_time: bool
+def _problem(dynamics: ToolDynamics, stated: Mapping[str, Any], in_time: bool
              ) -> tuple[MillingProblem, CuttingDescription, list[str]]:
     dynamics = as_modes(dynamics) if in_time else dynamics
     notes = list(dynamics.notes)
-    used, more = cut_on(dynamics.machine, given)
-    notes += [*more, *unit_doubts(used)]
+    used, assumptions = cut_on(dynamics.machine, stated)
+    notes += [*assumptions, *unit_doubts(used)]
     problem = milling_problem(used, dynamics.response, dynamics.x, y=dynamics.y)
     if dynamics.at_speed is not None:
         problem = problem.changed(dynamics=dynamics.at_speed)
@@ -60,7 +67,7 @@ def unit_doubts(cut: CuttingDescription) -> list[Doubt]:
                            "`feed` is in mm per tooth"))
     for key in ("tangential", "normal", "axial"):
         value, option = getattr(cut.coefficients, key), PARAMETERS[key].option
-        if value is not None and value > HIGHEST:
+        if value is not None and value > MAX_WORK_COEFFICIENT:
             lines.append(Doubt(option, f"{value / 1e6:g} N/mm^2 is above that of any work material",
                                f"`{option}` is in N/mm^2 (1 N/mm^2 is 1e6 Pa)"))
     return lines

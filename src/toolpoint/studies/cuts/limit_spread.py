@@ -1,4 +1,5 @@
-"""How far stability limits may be off because the machine's identified numbers are: samples of the whole machine.
+"""Uncertainty of stability limits from the machine's identified numbers: samples of the whole machine.
+
 
 Limits are not smooth where lobes change places, so machines are drawn from the covariance and charted like the machine itself;
 the logarithm of the limit gets Student's interval from them. Which joint it comes from is told by the greatest compliance of
@@ -23,13 +24,15 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.execute import Progress
 from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
 
-SAMPLES = 8
+LIMIT_SAMPLE_COUNT = 8  # machines drawn from the covariance
 
 
 @dataclass(frozen=True, eq=False)
 class LimitSpread:
-    """Standard deviations of the natural logarithm of limits (not a number where there is none), from so many samples;
-    `lowest` is that of the least limit; `part` is the joint that it mostly comes from."""
+    """Standard deviations of the natural logarithm of limits, not a number where there is none.
+
+    lowest : of the least limit; samples : number of machines drawn; part : the joint that brings most of it.
+    """
 
     deviation: FloatArray
     lowest: float
@@ -43,23 +46,24 @@ class LimitSpread:
 
     def ends(self, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both ends of the 95 % intervals of limits."""
-        half = self.factor * self.deviation
-        return limit * np.exp(-half), limit * np.exp(half)
+        half_width = self.factor * self.deviation
+        return limit * np.exp(-half_width), limit * np.exp(half_width)
 
     def rows(self, limit: FloatArray) -> list[list[float] | None]:
         """Return both ends of every interval as plain numbers, None where there is no limit."""
-        low, high = self.ends(limit)
-        return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(low, high, strict=True)]
+        lower, upper = self.ends(limit)
+        return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(lower, upper, strict=True)]
 
     def words(self, limit: float) -> str:
         """Return the interval of the least limit in words."""
-        half = self.factor * self.lowest
-        return (f"95 % interval of the least limit from the machine's identified numbers: {1e3 * limit * np.exp(-half):.4g} .. "
-                f"{1e3 * limit * np.exp(half):.4g} mm ({self.samples} samples), mostly of {self.part}")
+        half_width = self.factor * self.lowest
+        return (f"95 % interval of the least limit from the machine's identified numbers: "
+                f"{1e3 * limit * np.exp(-half_width):.4g} .. "
+                f"{1e3 * limit * np.exp(half_width):.4g} mm ({self.samples} samples), mostly of {self.part}")
 
 
 def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], part_of: Callable[[Machine], FloatArray],
-                  *, rng: np.random.Generator, samples: int = SAMPLES, progress: Progress | None = None
+                  *, rng: np.random.Generator, samples: int = LIMIT_SAMPLE_COUNT, progress: Progress | None = None
                   ) -> LimitSpread | None:
     """Return the spread of limits (last axis: speeds) of a machine, None where its file holds no identified numbers.
 
@@ -67,7 +71,7 @@ def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], par
     ----------
     limits : function of a machine, m
     part_of : function of a machine
-        A smooth answer that the limits hang on; the joint that it is most uncertain of is named.
+        A smooth answer that the limits depend on; the joint that brings most of its variance is named.
     """
     uncertainty = machine_uncertainty(machine)
     if uncertainty is None:
@@ -83,8 +87,8 @@ def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], par
         lowest[~np.isfinite(lowest)] = np.nan  # a sample without a limit: then the least limit has no deviation
         deviation = logs.std(axis=0, ddof=1)
     spread = uncertainty.spread(part_of)
-    worst = int(np.argmax(spread.deviation))
-    return LimitSpread(deviation, float(lowest.std(ddof=1)), samples, spread.main_part(worst))
+    worst_index = int(np.argmax(spread.deviation))
+    return LimitSpread(deviation, float(lowest.std(ddof=1)), samples, spread.main_part(worst_index))
 
 
 def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: StabilityChart, *,
@@ -104,7 +108,8 @@ def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: S
 
     def compliance(sample: Machine) -> FloatArray:
         plane = build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0].plane
-        low, high = plane.span
-        return np.log(np.abs(np.real(plane.response(np.linspace(0.5 * low, 2 * high, 400)))).max(keepdims=True).ravel())
+        frequency_min, frequency_max = plane.span
+        return np.log(np.abs(np.real(plane.response(np.linspace(0.5 * frequency_min, 2 * frequency_max,
+                                                                400)))).max(keepdims=True).ravel())
 
     return sample_limits(machine, limits, compliance, rng=np.random.default_rng(0), progress=progress)

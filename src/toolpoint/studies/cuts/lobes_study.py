@@ -1,4 +1,4 @@
-"""Stability lobes of a described cut: the chart, what is doubtful about it, cuts to make, simulated cuts, probability."""
+"""Stability lobes of a described cut: the chart, doubts about it, cuts to make, simulated cuts, probability."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contr
 from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
-THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
-LONG = 1.5  # edges over diameter that most end mills have
-RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
-RUN_KEPT = 20_000  # steps of each such cut that are kept for its chart
-FEED = 1e-4  # m, feed per tooth of simulations where none is given
+MIN_BELIEVED_LIMIT, MAX_BELIEVED_LIMIT = 1e-6, 0.1  # m, limits that are believed
+LONG_EDGE_RATIO = 1.5  # length of the edges over the diameter: longer than most end mills have
+MAX_GRID_RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
+RUN_KEPT_STEPS = 20_000  # steps of each such cut that are kept for its chart
+DEFAULT_SIMULATED_FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
 NamedProgress = Callable[[str, int, int], None]
 END_OF_SEARCH = "no limit was found at"  # how the words begin that a chart ends below its limits
@@ -38,7 +38,7 @@ END_OF_SEARCH = "no limit was found at"  # how the words begin that a chart ends
 
 @dataclass(frozen=True, eq=False)
 class LobesStudy(NotebookText):
-    """The stability chart of a cut, and what goes with it.
+    """Stability chart of a cut, with advice, doubts, simulated cuts and probability.
 
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
     that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for;
@@ -79,8 +79,10 @@ class LobesStudy(NotebookText):
         return text_table(title, header, rows) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers, SI: stable intervals, stated error and chatter frequency of every speed's limit (None: no
-        limit), the rows of advice, and why it is withheld where it is (then no lowest limit is given)."""
+        """Return plain numbers, SI: stable intervals, error and chatter frequency of every speed's limit, advice.
+
+        None stands where there is no limit. Where advice is withheld the reasons are given, and no lowest limit.
+        """
         chart = self.chart
         points = chart.limit_points().tolist()
         return {"speed_rpm": chart.speeds.tolist(),
@@ -97,7 +99,7 @@ class LobesStudy(NotebookText):
 
 def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
                 speeds: FloatArray | None = None, simulate_cuts: bool = False, uncertainty: Uncertainty | None = None,
-                progress: NamedProgress = lambda name, done, total: None) -> LobesStudy:
+                progress: NamedProgress = lambda name, finished, total: None) -> LobesStudy:
     """Return the stability chart of a cut on these dynamics, deep enough to show limits, and the cuts to make.
 
     Parameters
@@ -128,20 +130,20 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     if problem.plane.is_modal:
         progress("the lowest limit between these speeds", 0, 1)
         lowest = stability.lowest_limit(problem, chart, method)
-    runs = _simulated(timed, chart, progress) if simulate_cuts else []
+    runs = _simulate_grid(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
-        sampled, more = sample_charts(problem, chart, uncertainty, method=method,
-                                       progress=lambda done, total: progress("sampled charts", done, total))
-        notes += more
+        sampled, sampling_notes = sample_charts(problem, chart, uncertainty, method=method,
+                                       progress=lambda finished, total: progress("sampled charts", finished, total))
+        notes += sampling_notes
     spread = spread_of_limits(dynamics, values or {}, chart, method=method,
-                              progress=lambda done, total: progress("sampled machines", done, total))
+                              progress=lambda finished, total: progress("sampled machines", finished, total))
     if spread is not None and np.isfinite(chart.limit).any():
         notes = [spread.words(float(np.min(chart.limit))), *notes]
     advice = advice_rows(chart, sampled, uncertainty, withheld=dynamics.withheld)
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
-    if is_long(problem, best.depth) and not dynamics.withheld:
+    if needs_long_edges(problem, best.depth) and not dynamics.withheld:
         notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
                  "tool's diameter: only for edges that are so long", *notes]
     ended = end_words(chart, end, why)
@@ -150,14 +152,14 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
 
 
-def is_long(problem: MillingProblem, depth: float) -> bool:
+def needs_long_edges(problem: MillingProblem, depth: float) -> bool:
     """Return whether a depth asks for longer edges than most tools of the diameter have."""
-    return depth > LONG * 2 * problem.tool.radius
+    return depth > LONG_EDGE_RATIO * 2 * problem.tool.radius
 
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, end: float
                 ) -> StabilityChart:
-    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one above `end` (m)."""
+    """Return the chart, deep enough to show a limit at half of the speeds, where there is one above `end` (m)."""
     with _for_lines(problem):
         return deep_chart(problem, speeds, method, share=0.5, end=end)
 
@@ -174,16 +176,17 @@ def end_words(chart: StabilityChart, end: float, why: str) -> list[str]:
 
 def doubtful_limits(chart: StabilityChart) -> list[Doubt]:
     """Return doubts about limits (depths or widths) that no machine has, and those that their stated errors give."""
-    least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
-    if THINNEST < least < THICKEST:
+    least_limit = float(np.min(np.minimum(chart.limit, chart.depth_max)))
+    if MIN_BELIEVED_LIMIT < least_limit < MAX_BELIEVED_LIMIT:
         return [*chart.doubts]
-    return [*chart.doubts, Doubt("lowest limit", f"{1e3 * least:.3g} mm is hardly that of a machine", "check the units of the "
+    return [*chart.doubts, Doubt("lowest limit", f"{1e3 * least_limit:.3g} mm is hardly that of a machine",
+                                 "check the units of the "
                                  "responses (lines in Hz, m/N), `quantity`, and the coefficients (N/mm^2)")]
 
 
 @contextmanager
 def _for_lines(problem: MillingProblem) -> Iterator[None]:
-    """Say how to go on where a method wants modes and the dynamics are measured lines."""
+    """Replace the error of a method that needs modes by one with a remedy, where the dynamics are measured lines."""
     try:
         yield
     except ToolpointError as error:
@@ -194,27 +197,27 @@ def _for_lines(problem: MillingProblem) -> Iterator[None]:
                              "FRF") from None
 
 
-def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedProgress) -> list[Simulation]:
+def _simulate_grid(problem: MillingProblem, chart: StabilityChart, progress: NamedProgress) -> list[Simulation]:
     """Simulate cuts at ten speeds and five depths around the limit."""
-    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=FEED)
+    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=DEFAULT_SIMULATED_FEED)
     finite = chart.limit[np.isfinite(chart.limit)]
-    top = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
+    largest_depth = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
     grid = [(float(n), float(w)) for n in np.linspace(chart.speeds[0], chart.speeds[-1], 10)
-            for w in np.linspace(top / 5, top, 5)]
+            for w in np.linspace(largest_depth / 5, largest_depth, 5)]
     runs = []
     for i, (speed, depth) in enumerate(grid):
-        most = RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
-        runs.append(run_until_decided(RunningCut(fed, speed, depth, kept=RUN_KEPT), 60, max(60, most)))
+        max_repeats = MAX_GRID_RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
+        runs.append(run_until_decided(RunningCut(fed, speed, depth, kept=RUN_KEPT_STEPS), 60, max(60, max_repeats)))
         progress("simulated cuts", i + 1, len(grid))
     return runs
 
 
 def _limit_rows(chart: StabilityChart) -> list[list[str]]:
     limit = chart.limit
-    low, high = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
+    lowest, highest = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
     points = chart.limit_points()
     rows = []
-    for name, i in (("lowest charted limit", low), ("highest charted limit", high)):
+    for name, i in (("lowest charted limit", lowest), ("highest charted limit", highest)):
         p = int(points[i])
         end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.2g}", f"{chart.frequency[p]:.1f}"]
         error = 0.0 if p < 0 else float(chart.error[p])

@@ -1,4 +1,4 @@
-"""What is asked of measured responses first: their modes by quadrature picking, lobes straight from the lines."""
+"""First study of measured responses: modes by quadrature picking, lobes straight from the lines."""
 
 from __future__ import annotations
 
@@ -68,8 +68,9 @@ class MeasuredResponse(NotebookText):
 
 def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple[float, float] | None = None
                       ) -> MeasuredResponse:
-    """Return modes by quadrature picking and the stability chart from the driving point, along x and y alike where only one
-    direction was measured.
+    """Return modes by quadrature picking and the stability chart from the driving point.
+
+    Where only one direction was measured, the response along y is that along x.
 
     cut : an example's where left out, which a note says; band : Hz, see `tool_dynamics.take_band`.
     """

@@ -1,4 +1,4 @@
-"""A cut simulated in time: long enough to tell chatter from the start-up."""
+"""Cut simulated in time, long enough to tell chatter from the start-up."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulat
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
-from toolpoint.studies.cuts.lobes_study import FEED
+from toolpoint.studies.cuts.lobes_study import DEFAULT_SIMULATED_FEED
 from toolpoint.studies.cuts.tip_doubts import WITHHELD, withheld_words
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
-LEAST = 60  # revolutions of the first run
-FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
-MOST_STEPS = 300_000_000
-KEPT_REVOLUTIONS = 12  # of a long cut at least: what its page shows
-RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
+MIN_FIRST_REVOLUTIONS = 60  # of the first run
+FORGOTTEN_TIME_CONSTANTS = 5.0  # of the slowest mode, after which its start-up is below 1 %
+MAX_SIMULATED_STEPS = 300_000_000  # time steps of one simulation
+MIN_KEPT_REVOLUTIONS = 12  # of a long cut, for its page
+MAX_RUN_ON_STEPS = 20_000_000  # time steps up to which an undecided cut is run on
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCut(NotebookText):
-    """The simulation; `verdict` on it; `linear`: multiplier and limit of the stability chart; `notes`: what was assumed."""
+    """Simulated cut with its verdict; linear : multiplier and limit of the stability chart; notes : assumptions."""
 
     run: Simulation
     verdict: Verdict
@@ -50,7 +50,7 @@ class SimulatedCut(NotebookText):
 
     @property
     def reason(self) -> str:
-        """Why the state is so."""
+        """Reason of the state."""
         return withheld_words(self.withheld) if self.withheld else self.verdict.reason
 
     def rows(self) -> list[tuple[str, str]]:
@@ -104,26 +104,26 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     check_cut(values or {}, speed, depth)
     problem, _, notes = build_problem(dynamics, values or {}, in_time=True)
     if not problem.feed_per_tooth:
-        notes.append(f"feed per tooth not given: {1e3 * FEED:g} mm is taken (`feed`)")
-        problem = problem.changed(feed_per_tooth=FEED)
-    first = revolutions or max(LEAST, revolutions_to_forget(problem, speed))
+        notes.append(f"feed per tooth not given: {1e3 * DEFAULT_SIMULATED_FEED:g} mm is taken (`feed`)")
+        problem = problem.changed(feed_per_tooth=DEFAULT_SIMULATED_FEED)
+    first = revolutions or max(MIN_FIRST_REVOLUTIONS, count_start_up_revolutions(problem, speed))
     per_turn = ExactSteps().chosen(problem, speed) * problem.tool.teeth
-    if not revolutions and per_turn * LEAST <= MOST_STEPS:
-        first = min(first, MOST_STEPS // per_turn)
+    if not revolutions and per_turn * MIN_FIRST_REVOLUTIONS <= MAX_SIMULATED_STEPS:
+        first = min(first, MAX_SIMULATED_STEPS // per_turn)
     _check_steps(problem, speed, first)
     step("simulation")
-    cut = RunningCut(problem, speed, depth, kept=max(KEPT_STEPS, KEPT_REVOLUTIONS * per_turn))
+    cut = RunningCut(problem, speed, depth, kept=max(KEPT_STEPS, MIN_KEPT_REVOLUTIONS * per_turn))
     if revolutions:
         cut.advance(revolutions)
         run = cut.result()
     else:
-        run = run_until_decided(cut, first, max(first, RUN_ON_STEPS // per_turn))
+        run = run_until_decided(cut, first, max(first, MAX_RUN_ON_STEPS // per_turn))
     verdict, linear = run.verdict(), cut_stability(run)
     return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
 
 
 def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
-    """Return remarks on an undecided cut, and where simulation and chart disagree."""
+    """Return remarks on an undecided cut, and on a disagreement of simulation and chart."""
     if verdict.state == "undecided":
         return [f"undecided: {verdict.reason}; give more `revolutions`, or go by the multiplier"]
     if linear.stable is None or linear.stable != verdict.chatters:
@@ -135,14 +135,15 @@ def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
             "the limit; do not rely on it"]
 
 
-def revolutions_to_forget(problem: MillingProblem, speed: float) -> int:
-    """Return the revolutions after which the slowest mode's start-up has died out, with ten more to look at."""
+def count_start_up_revolutions(problem: MillingProblem, speed: float) -> int:
+    """Return the revolutions until the start-up of the slowest mode has decayed, with ten more to judge."""
     slowest = float((-problem.plane_at(speed).poles.real).min())
-    return int(np.ceil(FADED / slowest * speed / 60)) + 10
+    return int(np.ceil(FORGOTTEN_TIME_CONSTANTS / slowest * speed / 60)) + 10
 
 
 def _check_steps(problem: MillingProblem, speed: float, revolutions: int) -> None:
     steps = ExactSteps().chosen(problem, speed) * problem.tool.teeth * revolutions
-    if steps > MOST_STEPS:
+    if steps > MAX_SIMULATED_STEPS:
         raise ToolpointError(f"`speed` {speed:g} rev/min: {revolutions} revolutions are {steps:.2g} time steps, at most "
-                             f"{MOST_STEPS:.2g} are taken; give fewer `revolutions` (at such a speed a few are enough)")
+                             f"{MAX_SIMULATED_STEPS:.2g} are taken; give fewer `revolutions` (at such a speed a few are "
+                             f"enough)")

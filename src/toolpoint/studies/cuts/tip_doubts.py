@@ -1,8 +1,8 @@
-r"""The door for every response of a tool's tip: is it one that a structure can have, of this direction, in these units, whole?
+r"""Doubts about responses of a tool's tip: whether a structure can have them, their direction, their units, their band.
 
 All commands that cut on measured responses or on modes ask here: lobes, turn, mill, rcsa, report, tap. A grave doubt withholds
-their advice. What single driving points betray is judged in `signals.driving_doubts`, which `frf`, `identify` and `update` ask
-too; here stands what only a tool's tip can tell: its directions, its stiffness, the band of its softest modes, its sensor.
+their advice. Single driving points are judged in `signals.driving_doubts`, which `frf`, `identify` and `update` ask too; this
+module judges what holds for tips alone: their directions, stiffness, band of the softest modes, and sensor.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from toolpoint.signals.passivity import BandLines, active_matrix_share, find_pea
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
 
-STIFFNESSES = (2e5, 3e8)  # N/m, between which the static stiffness of tips of tools lies
-MASSES = (2e-3, 2e3)  # kg, between which the modal mass of the softest mode of a tip lies
-LIGHT_DAMPING = 0.02  # ratio that a mode outside the band may have
-EDGE, EDGE_SIZE = 0.02, 0.7  # share of the band that is its edge; of the largest response that is large there
-CUT_OFF = 1.2  # first believed over first measured line below which the band is as it was given
-MAX_ABOVE, MAX_BELOW = 1.0, 0.55  # least real part of modes outside, damped so lightly, over the least one inside
+TIP_STIFFNESS_RANGE = (2e5, 3e8)  # N/m, static, of tips of tools
+TIP_MASS_RANGE = (2e-3, 2e3)  # kg, modal mass of the softest mode of a tip
+OUTSIDE_DAMPING_RATIO = 0.02  # assumed of a mode outside the band
+# of the band; of the largest response, from which it is large at the edge
+TIP_EDGE_FRACTION, MIN_EDGE_RESPONSE_RATIO = 0.02, 0.7
+MIN_CUT_OFF_RATIO = 1.2  # first believed over first measured line: below it, the band is as it was given
+# least real part of lightly damped modes outside the band over the least one inside
+MAX_SOFTNESS_ABOVE, MAX_SOFTNESS_BELOW = 1.0, 0.55
 MAX_SENSOR_CHANGE, MAX_SENSOR_SHIFT = 0.05, 0.02  # of the least real part, of the largest peak's frequency, by a sensor's mass
 MAX_ACTIVE_PAIRS = 0.05  # share of lines at which some mix of directions gives off power
 MODAL_LINES = 4000  # at which modes are judged
@@ -45,7 +47,7 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
     """
     called = names or {}
     doubts: list[Doubt] = []
-    first = _first(frf) if measured_from is None else 2 * np.pi * measured_from
+    first = _first_omega(frf) if measured_from is None else 2 * np.pi * measured_from
     for dof in frf.outputs:
         if dof in frf.inputs:
             name = called.get(dof, str(dof))
@@ -53,9 +55,10 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
             said = question_driving_point(direct, name)
             lines = select_lines(direct)
             # What is no driving point has no stiffness and no band to be asked for.
-            doubts += said or ([] if lines is None else [*_stiffness(name, lines), *_band(name, lines, first)])
+            doubts += said or ([] if lines is None else [*_question_stiffness(name, lines),
+                                                         *_question_band(name, lines, first)])
             if sensor_mass and lines is not None and not said:
-                doubts += _sensor(name, lines, sensor_mass)
+                doubts += _question_sensor(name, lines, sensor_mass)
     return doubts or question_mixes(frf)
 
 
@@ -82,11 +85,11 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
     return []  # a file without labels counts as measured along x: one label alone tells nothing
 
 
-def _first(frf: Frf) -> float:
+def _first_omega(frf: Frf) -> float:
     return float(frf.omega[frf.omega > 0][0])
 
 
-def _stiffness(name: str, lines: BandLines) -> list[Doubt]:
+def _question_stiffness(name: str, lines: BandLines) -> list[Doubt]:
     """Doubt a static stiffness or a modal mass that no tip of a tool has."""
     peaks = find_peaks(lines)
     outside = look_outside(lines)
@@ -95,44 +98,44 @@ def _stiffness(name: str, lines: BandLines) -> list[Doubt]:
     static = inside + max(outside.above, 0.0) + max(outside.below, 0.0)
     stiffness = 1 / max(static, 1e-300)
     remedy = "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2)), and `quantity`"
-    if not STIFFNESSES[0] < stiffness < STIFFNESSES[1]:
+    if not TIP_STIFFNESS_RANGE[0] < stiffness < TIP_STIFFNESS_RANGE[1]:
         return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/um, which no tip of a tool has", remedy,
                       grave=True)]
     if peaks:
         peak = peaks[0]
         mass = 1 / (2 * peak.damping * peak.height * (2 * np.pi * peak.frequency) ** 2)
-        if not MASSES[0] < mass < MASSES[1]:
+        if not TIP_MASS_RANGE[0] < mass < TIP_MASS_RANGE[1]:
             return [Doubt(name, f"its mode at {peak.frequency:.0f} Hz has a modal mass of {mass:.2g} kg at the tip, which no "
                           "tool has", remedy, grave=True)]
     return []
 
 
-def _band(name: str, lines: BandLines, first_line: float) -> list[Doubt]:
+def _question_band(name: str, lines: BandLines, first_line: float) -> list[Doubt]:
     """Doubt a band that leaves out modes as soft as those in it; `first_line` (rad/s) of those that were measured."""
     omega, values = lines.omega, lines.receptance
     size = np.abs(values)
-    low, high = float(omega[0]) / (2 * np.pi), float(omega[-1]) / (2 * np.pi)
-    edge = max(3, round(EDGE * omega.size))
-    last, most = float(np.median(size[-edge:])), float(size.max())
+    frequency_min, frequency_max = float(omega[0]) / (2 * np.pi), float(omega[-1]) / (2 * np.pi)
+    edge = max(3, round(TIP_EDGE_FRACTION * omega.size))
+    last, largest = float(np.median(size[-edge:])), float(size.max())
     deepest = float(np.maximum(-values.real, 0.0).max())
     outside = look_outside(lines)
-    above, below = (part / (4 * LIGHT_DAMPING) / max(deepest, 1e-300) for part in (outside.above, outside.below))
-    if last > EDGE_SIZE * most or above > MAX_ABOVE:
-        return [_left_out(name, f"above {high:.4g} Hz", max(outside.above, last), above,
-                          "strike with a harder tip, sample faster, and give the whole band")]
+    above, below = (part / (4 * OUTSIDE_DAMPING_RATIO) / max(deepest, 1e-300) for part in (outside.above, outside.below))
+    if last > MIN_EDGE_RESPONSE_RATIO * largest or above > MAX_SOFTNESS_ABOVE:
+        return [_outside_doubt(name, f"above {frequency_max:.4g} Hz", max(outside.above, last), above,
+                               "strike with a harder tip, sample faster, and give the whole band")]
     # Lines that noise takes away are not left out: charts carry their noise.
-    if omega[0] < CUT_OFF * first_line and below > MAX_BELOW:
-        return [_left_out(name, f"below {low:.4g} Hz", outside.below, below,
-                          "strike harder with a softer tip, take longer records, and give the whole band")]
+    if omega[0] < MIN_CUT_OFF_RATIO * first_line and below > MAX_SOFTNESS_BELOW:
+        return [_outside_doubt(name, f"below {frequency_min:.4g} Hz", outside.below, below,
+                               "strike harder with a softer tip, take longer records, and give the whole band")]
     return []
 
 
-def _left_out(name: str, where: str, softness: float, figure: float, remedy: str) -> Doubt:
+def _outside_doubt(name: str, where: str, softness: float, figure: float, remedy: str) -> Doubt:
     return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} um/N or softer: it may chatter before any "
                  "mode that was seen", remedy, figure=figure, grave=True)
 
 
-def _sensor(name: str, lines: BandLines, mass: float) -> list[Doubt]:
+def _question_sensor(name: str, lines: BandLines, mass: float) -> list[Doubt]:
     r"""Doubt a response that the sensor's mass changes: without it, :math:`H = H'/(1 + m \omega^2 H')`."""
     bare = lines.receptance / (1 + mass * lines.omega**2 * lines.receptance)
     change = float(lines.receptance.real.min() / bare.real.min() - 1)
@@ -166,6 +169,6 @@ def question_mixes(frf: Frf) -> list[Doubt]:
 def withheld_words(doubts: Sequence[Doubt]) -> str:
     """Return why advice is withheld, as words for a table."""
     first = doubts[0]
-    more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
-    return f"{WITHHELD}: {first.what}: {first.why}{more}"
+    remainder = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+    return f"{WITHHELD}: {first.what}: {first.why}{remainder}"
 

@@ -1,4 +1,4 @@
-"""The tool-point response of a tool that was never measured: spindle, coupled with a described tool; and how long it may be."""
+"""Tool-point response of a tool that was never measured, by coupling a spindle with a described tool, and its stick-out."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, SLOPES, Plan
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Dof, Frf, frequency_response
 
-CALIBRATION = 0.01  # of hammer and sensor, one standard deviation, where nothing is stated
+DEFAULT_GAIN_DEVIATION = 0.01  # of hammer and sensor, one standard deviation, where nothing is stated
 NamedProgress = Callable[[str, int, int], None]
 HEADER = ("", "Hz", "95 %", "|G| µm/N", "95 %")
-STICK_OUT = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm", "best rev/min",
-             "depth mm")
+STICK_OUT_HEADER = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm",
+                    "best rev/min",
+                    "depth mm")
 
 
 @dataclass(frozen=True, eq=False)
 class StickOut:
-    """One length of the varied segment (m): the tip in every plane, and its chart where a cut was asked for."""
+    """One length of the varied segment (m): the tip in every plane, and its chart, None without a cut."""
 
     length: float
     tips: tuple[PlaneReceptance, ...]
@@ -76,13 +77,14 @@ class ToolCoupling(NotebookText):
         rows = []
         for part in self.stick_outs:
             peak = peaks_of(part.tips[0])[0]
+            # A chart behind a grave doubt recommends nothing: dashes in its columns.
             chart = [] if part.chart is None else ["-"] * 3 if self.withheld else _chart_words(part.chart)
             rows.append([f"{1e3 * part.length:.4g}", *_peak_words(peak), *chart])
         return rows
 
     def stick_out_header(self) -> list[str]:
-        """Return the header of the rows: without what only a chart tells, where no cut was given."""
-        return list(STICK_OUT if self.lobes is not None else STICK_OUT[:5])
+        """Return the header of the rows; columns of charts are left out without a cut."""
+        return list(STICK_OUT_HEADER if self.lobes is not None else STICK_OUT_HEADER[:5])
 
     def table(self) -> str:
         """Return peaks, lobes and stick-outs as text."""
@@ -98,7 +100,7 @@ class ToolCoupling(NotebookText):
         peaks = [{"plane": tip.plane, "frequency_hz": peak.frequency, "receptance_m_n": peak.height,
                   "intervals_hz_m_n": peak.intervals} for tip in self.tips for peak in peaks_of(tip)]
         lengths = [{"length_m": s.length, "frequency_hz": peaks_of(s.tips[0])[0].frequency,
-                    "stable_at_every_charted_speed_m": None if s.chart is None or self.withheld else _least(s.chart),
+                    "stable_at_every_charted_speed_m": None if s.chart is None or self.withheld else _least_limit(s.chart),
                     "depth_max_m": None if s.chart is None else s.chart.depth_max,
                     "is_end_of_search": None if s.chart is None else (~np.isfinite(s.chart.limit)).tolist()}
                    for s in self.stick_outs]
@@ -106,7 +108,8 @@ class ToolCoupling(NotebookText):
                 "doubts": doubts_among(self.notes), "withheld": self.withheld, "notes": list(self.notes)}
 
 
-def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, calibration: float = CALIBRATION,
+def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None,
+                     calibration: float = DEFAULT_GAIN_DEVIATION,
                      draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
     """Return the spindle's receptance in every plane in which the gauge was struck.
 
@@ -133,8 +136,28 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
 
 def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None = None, *,
                      pose: Mapping[str, float] | None = None) -> list[PlaneReceptance]:
-    """Return the receptance of a point of a machine, deflections and rotations, in both planes; `frequency` (Hz) every hertz
-    from 20 to 6000 where left out."""
+    """Return the receptance of a point of a machine, deflections and rotations, in both planes.
+
+    frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "rx": 1e6, "ry": 1e6}, loss_factor=0.04)
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("head", {"head": head}, {"spindle": joint},
+    ...                                    points={"nose": PointDescription("head")}))
+    >>> bases_of_machine(machine, "nose", np.arange(20.0, 200.0))
+    [PlaneReceptance(x, 20..199 Hz, 180 lines), PlaneReceptance(y, 20..199 Hz, 180 lines)]
+    """
+    # A tool is coupled by deflection and rotation in each plane: bending along x turns about y.
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
     lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
     frf = frequency_response.direct(assemble(machine, pose, labels), lines)
@@ -154,7 +177,7 @@ def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT,
 def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut: Mapping[str, Any] | None = None,
                stick_out: tuple[str, FloatArray] | None = None, speeds: FloatArray | None = None,
                generator: np.random.Generator | None = None,
-               progress: NamedProgress = lambda name, done, total: None) -> ToolCoupling:
+               progress: NamedProgress = lambda name, finished, total: None) -> ToolCoupling:
     """Couple a tool to a spindle; chart its cut, and do the same at other stick-outs.
 
     Parameters
@@ -179,6 +202,7 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     lobes = None if cut is None else _lobes(tips, cut, speeds, grave)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
+        # The spindle stays as it is: another length changes the tool alone.
         held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
         parts.append(_stick_out(length, held, cut, speeds))
         progress("stick-outs", k + 1, len(lengths))
@@ -196,7 +220,7 @@ def _stick_out(length: float, tips: tuple[PlaneReceptance, ...], cut: Mapping[st
 
 
 def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[Doubt, ...]:
-    """Return what the charts themselves say against their limits."""
+    """Return the doubts of the charts about their own limits."""
     if lobes is None:
         return ()
     charts = [("lobes", lobes.chart), *((f"lobes at {1e3 * part.length:.4g} mm", part.chart) for part in parts)]
@@ -215,8 +239,9 @@ def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
         values[:, k, k] = tip.values[:, 0, 0]
         if tip.draws is not None:
             variance[:, k, k] = tip.draws[:, :, 0, 0].var(axis=0)
-    known = all(tip.draws is not None for tip in tips)
-    return Frf(tips[0].frequency, values, labels, labels, variance=variance if known else None, notes=tuple(notes))
+    # One plane without draws leaves the whole matrix without a variance: its zeros would say that the response is exact.
+    has_variance = all(tip.draws is not None for tip in tips)
+    return Frf(tips[0].frequency, values, labels, labels, variance=variance if has_variance else None, notes=tuple(notes))
 
 
 def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None, grave: Sequence[Doubt] = ()
@@ -231,22 +256,24 @@ def _peak_words(peak: TipPeak) -> list[str]:
     size = f"{1e6 * peak.height:.4g}"
     if peak.intervals is None:
         return [f"{peak.frequency:.1f}", "not known", size, "not known"]
-    (low, high), (least, most) = peak.intervals
-    return [f"{peak.frequency:.1f}", f"{low:.1f} .. {high:.1f}", size, f"{1e6 * least:.4g} .. {1e6 * most:.4g}"]
+    (frequency_min, frequency_max), (height_min, height_max) = peak.intervals
+    return [f"{peak.frequency:.1f}", f"{frequency_min:.1f} .. {frequency_max:.1f}", size,
+            f"{1e6 * height_min:.4g} .. {1e6 * height_max:.4g}"]
 
 
-def _least(chart: StabilityChart) -> float | None:
-    least = float(np.min(chart.limit))
-    return least if np.isfinite(least) else None
+def _least_limit(chart: StabilityChart) -> float | None:
+    limit = float(np.min(chart.limit))
+    return limit if np.isfinite(limit) else None
 
 
 def _chart_words(chart: StabilityChart) -> list[str]:
     limit = np.where(np.isfinite(chart.limit), chart.limit, chart.depth_max)
     best = int(np.argmax(limit))
-    least = _least(chart)
+    least_limit = _least_limit(chart)
+    # The best speed may have no limit: then the end of the search is printed, marked as such.
     is_end = not np.isfinite(chart.limit[best])
     deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else f"{1e3 * limit[best]:.4f}"
-    shallowest = f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}"
+    shallowest = f"above {1e3 * chart.depth_max:.3g}" if least_limit is None else f"{1e3 * least_limit:.4f}"
     return [shallowest, f"{chart.speeds[best]:.0f}", deepest]
 
 
@@ -262,6 +289,7 @@ def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> lis
         lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
     lines.append(f"the tool is {1e3 * tool.length:.4g} mm long from the plane of the base: nothing in a test of a "
                  "gauge tells another stick-out")
+    # Any value that the file leaves out comes from the handbook.
     usual = [name for name, part in tool.segments.items() if None in (part.modulus, part.density, part.poisson)]
     if usual:
         lines.append(f"handbook values of the material: {', '.join(usual)}")

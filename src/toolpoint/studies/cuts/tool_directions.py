@@ -1,4 +1,4 @@
-"""Which labels of a measurement or of modes are x, y and z of the tool: decided here, for every question about a cut."""
+"""Labels of a measurement or of modes that are x, y and z of the tool, for every question about a cut."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.vibration import Dof, Frf, Modes
 
-SHOWN = 4  # labels that a message lists
+MAX_LISTED_LABELS = 4  # in a message
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class ToolDirections:
 
     @property
     def labels(self) -> list[str]:
-        """The labels that are known, x first."""
+        """Labels of the known directions, x first."""
         return list(dict.fromkeys([self.x, *(label for label in (self.y, self.z) if label not in (None, "same"))]))
 
 
@@ -63,17 +63,17 @@ def tool_directions(labels: Sequence[Dof], x: str | None = None, y: str | None =
     label is not there.
     """
     straight = [dof for dof in labels if dof.vector is None and not dof.is_rotation]
-    chosen = _only_x(straight, labels, what) if x is None else _known(x, labels, "x", what)
+    chosen = _only_x(straight, labels, what) if x is None else _find_label(x, labels, "x", what)
     axial = Dof(chosen.point, "+z")
     z = str(axial) if axial in labels and chosen != axial else None
     if y == "rigid":
         return ToolDirections(str(chosen), None, z, ("the tool is taken as rigid along y",))
     if y not in (None, "same"):
-        return ToolDirections(str(chosen), str(_known(str(y), labels, "y", what)), z)
-    beside = [dof for dof in straight
-              if dof.point == chosen.point and dof.direction[1:] == "y" and chosen.direction[1:] == "x"]
-    if y is None and len(beside) == 1:
-        return ToolDirections(str(chosen), str(beside[0]), z)
+        return ToolDirections(str(chosen), str(_find_label(str(y), labels, "y", what)), z)
+    across_labels = [dof for dof in straight
+                     if dof.point == chosen.point and dof.direction[1:] == "y" and chosen.direction[1:] == "x"]
+    if y is None and len(across_labels) == 1:
+        return ToolDirections(str(chosen), str(across_labels[0]), z)
     return ToolDirections(str(chosen), "same", z, (f"the response across is taken as that along ({chosen}); `y` rigid takes "
                                                    "none",))
 
@@ -88,7 +88,7 @@ def _only_x(straight: Sequence[Dof], labels: Sequence[Dof], what: str) -> Dof:
     return along[0]
 
 
-def _known(label: str, labels: Iterable[Dof], argument: str, what: str) -> Dof:
+def _find_label(label: str, labels: Iterable[Dof], argument: str, what: str) -> Dof:
     dof = Dof.parse(label)
     if dof not in labels:
         raise ToolpointError(f"`{argument}` {label}: not in {what}; it holds {list_labels(list(labels))}")
@@ -97,17 +97,19 @@ def _known(label: str, labels: Iterable[Dof], argument: str, what: str) -> Dof:
 
 def list_labels(labels: Sequence[Dof]) -> str:
     """Return the first labels in words."""
-    return ", ".join(map(str, labels[:SHOWN])) + (" ..." if len(labels) > SHOWN else "")
+    return ", ".join(map(str, labels[:MAX_LISTED_LABELS])) + (" ..." if len(labels) > MAX_LISTED_LABELS else "")
 
 
 def along_positive_axes(frf: Frf) -> Frf:
-    """Return responses with outputs and forces along negative axes turned round: a hammer from the other side gives the
-    opposite sign. Where both senses of a direction were measured, each keeps its label."""
-    (rows, signs), (columns, turns) = _turned(frf.outputs), _turned(frf.inputs)
+    """Return responses with outputs and forces along negative axes turned round.
+
+    A hammer from the other side gives the opposite sign. Where both senses of a direction were measured, each keeps its label.
+    """
+    (rows, signs), (columns, turns) = _positive_directions(frf.outputs), _positive_directions(frf.inputs)
     return replace(frf, values=frf.values * np.outer(signs, turns), outputs=tuple(rows), inputs=tuple(columns))
 
 
-def _turned(labels: tuple[Dof, ...]) -> tuple[list[Dof], list[int]]:
+def _positive_directions(labels: tuple[Dof, ...]) -> tuple[list[Dof], list[int]]:
     positive = [Dof(dof.point, "+" + dof.direction[1:]) if dof.vector is None else dof for dof in labels]
     if len(set(positive)) < len(positive):
         return list(labels), [1] * len(labels)

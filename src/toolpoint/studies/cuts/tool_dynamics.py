@@ -1,4 +1,4 @@
-"""The response between tool and work that a cut meets: of a machine at a pose, of measured responses, or of modes."""
+"""Response between tool and work in a cut: of a machine at a pose, of measured responses, or of modes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dyn
 from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
-LEAST_FIT = 0.9
+MIN_LINE_FIT = 0.9  # of a response that its modes explain, where they replace its lines
 JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, a response is not asked which slip it has
 DRIFT_FRACTION_MAX = 0.02  # of the highest line: above, no line is left out as drift
-ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
+WORDS_BY_WAY = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,26 @@ class ToolDynamics:
 
 
 def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
-    """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``."""
+    """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.02))
+    >>> dynamics = machine_dynamics(machine)
+    >>> dynamics.x, dynamics.y
+    ('tip:+x', 'tip:+y')
+    """
     study = tool_point(machine, [dict(pose or {})])
     across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
     at_speeds = speed_dynamics(machine, pose)
@@ -72,6 +91,13 @@ def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, b
 
     what : the name of the data, for notes; sensor_mass : kg, of the sensor that was on the tip. The notes begin with the doubts
     about the tip's responses (`tip_doubts.question_tip`).
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])
+    >>> response_dynamics(frequency_response.modal(modes, np.arange(1.0, 300.0)), band=(20.0, 250.0)).x
+    'tool:+x'
     """
     frf = along_positive_axes(frf)
     ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
@@ -91,19 +117,26 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
     y and xy are brought to the lines of x; without y the response `across` is the same as along x, or ``rigid``.
     names : what to call each in notes (keys x, y, xy); sensor_mass : kg, of the sensor that was on the tip. The notes begin
     with the doubts about the tip's responses.
+
+    Examples
+    --------
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])
+    >>> separate_dynamics(frequency_response.modal(modes, np.arange(1.0, 300.0, 2.0))).notes[1]
+    'the response across is taken as that along x'
     """
     called = {"x": "the first", "y": "the second", "xy": "the cross response"} | dict(names or {})
     parts: dict[str, Frf] = {}
     notes: list[str] = []
-    for way, given in (("x", x), ("y", y), ("xy", xy)):
-        if given is None:
+    for way, response in (("x", x), ("y", y), ("xy", xy)):
+        if response is None:
             continue
-        frf = along_positive_axes(given)
+        frf = along_positive_axes(response)
         if frf.values.shape[1:] != (1, 1):
             raise ToolpointError(f"`frf_{way}`: {called[way]} holds {len(frf.outputs)} x {len(frf.inputs)} responses; must be "
                                  "one; a file with several is given with `frf`, `x` and `y`")
         _check_way(way, frf, called[way])
-        notes.append(f"{ACROSS[way]}: {called[way]}, {frf.quantity}")
+        notes.append(f"{WORDS_BY_WAY[way]}: {called[way]}, {frf.quantity}")
         parts[way] = take_band(frf, band)
     judged = {way: lines_to_judge(part, band) for way, part in parts.items() if way != "xy"}
     doubts = question_directions(judged)
@@ -190,18 +223,20 @@ def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
     first = parts["x"].frequency
     if all(part.frequency.shape == first.shape and np.allclose(part.frequency, first, rtol=1e-9) for part in parts.values()):
         return parts
-    low, high = (max(p.frequency[0] for p in parts.values()), min(p.frequency[-1] for p in parts.values()))
-    lines = first[(first >= low) & (first <= high)]
+    frequency_min, frequency_max = (max(p.frequency[0] for p in parts.values()), min(p.frequency[-1] for p in parts.values()))
+    lines = first[(first >= frequency_min) & (first <= frequency_max)]
     if lines.size < 2:
         spans = "; ".join(f"{way}: {p.frequency[0]:g} .. {p.frequency[-1]:g} Hz" for way, p in parts.items())
         raise ToolpointError(f"`frf_x`, `frf_y`: no common lines ({spans}); measure both over one band")
-    notes.append(f"the files have other lines: taken at those of x within {low:g} .. {high:g} Hz, linearly between their own")
+    notes.append(f"the files have other lines: taken at those of x within {frequency_min:g} .. {frequency_max:g} Hz, linearly "
+                 f"between their own")
     return {way: part.interpolated(lines) for way, part in parts.items()}
 
 
 def as_modes(dynamics: ToolDynamics) -> ToolDynamics:
-    """Return dynamics whose measured lines are replaced by their modes, for what steps through time; a note says what they
-    are worth. Modes stay as they are.
+    """Return dynamics whose measured lines are replaced by their modes, for simulations in time.
+
+    A note states how well the modes explain the lines. Modes stay as they are.
 
     Raises ToolpointError where the modes do not explain the lines.
     """
@@ -212,15 +247,16 @@ def as_modes(dynamics: ToolDynamics) -> ToolDynamics:
 
     is_apart = len(frf.outputs) == 2 and not np.abs(frf.values[:, 0, 1]).max()
     fits = [identify(frf.selected([k], [k])) for k in (0, 1)] if is_apart else [identify(frf)]
-    worst = min(float(fit.quality.min()) for fit in fits)
-    if worst < LEAST_FIT:
+    least_fit = min(float(fit.quality.min()) for fit in fits)
+    if least_fit < MIN_LINE_FIT:
         raise ToolpointError(f"{dynamics.what}: a simulation in time needs modes, and those found here explain only "
-                             f"{100 * worst:.0f} % of a response; identify them with care: toolpoint identify FILE -m modes.h5 "
+                             f"{100 * least_fit:.0f} % of a response; identify them with care: toolpoint identify FILE -m "
+                             f"modes.h5 "
                              "--band LOW:HIGH, then give --modes modes.h5")
     modes = _side_by_side(fits[0].modes, fits[1].modes) if is_apart else fits[0].modes
     lines = ", ".join(f"{f:.0f}" for f in modes.frequency[:8]) + (" ..." if modes.count > 8 else "")
     note = (f"a simulation in time needs modes: {modes.count} identified from {dynamics.what} ({lines} Hz); they explain "
-            f"{100 * worst:.1f} % of every response, or more")
+            f"{100 * least_fit:.1f} % of every response, or more")
     return replace(dynamics, response=modes, notes=(*dynamics.notes, note))
 
 

@@ -1,4 +1,4 @@
-"""Advice on a cut whose dynamics and coefficients are known only so well: probability chart, best cut, next test cut."""
+"""Advice on a cut with uncertain dynamics and coefficients: probability chart, best cut, next test cut."""
 
 from __future__ import annotations
 
@@ -31,17 +31,23 @@ from toolpoint.studies.remark_kinds import first_of_each_kind
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 
-DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
-UNLIKELY = 0.03
-HIGHEST_LOBE = 10
+# depths and speeds of a chart; least probability of stability of a certain cut
+PROBABILITY_DEPTHS, MAX_PROBABILITY_SPEEDS, CERTAIN_CUT_PROBABILITY = 60, 60, 0.95
+MIN_OUTCOME_LIKELIHOOD = 0.03  # of a tried cut's outcome, below which it contradicts the model
+MAX_USEFUL_LOBE = 10  # lobe number above which stable pockets are too narrow
 CONTRADICTED = "a tried cut contradicts the model"
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """How many samples, the relative standard deviations (None: measured or usual), and cuts with known outcome.
+    """Uncertainty of a cut: samples, relative standard deviations (None: measured or usual), and cuts with known outcome.
 
     `cuts`: (rev/min, m, stable) of each.
+
+    Examples
+    --------
+    >>> Uncertainty(samples=200, cuts=((4000.0, 1e-3, True),)).coefficients
+    0.1
     """
 
     samples: int = 0
@@ -56,15 +62,16 @@ class Uncertainty:
 def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
                    *, method: StabilityMethod | None = None, progress: Progress | None = None
                    ) -> tuple[ProbabilityChart, list[str]]:
-    """Return the probability chart around a chart, after the cuts already made, and what was assumed."""
+    """Return the probability chart around a chart, after the tried cuts, and the assumptions."""
     parameters, notes = _parameters(problem, uncertainty)
     finite = chart.limit[np.isfinite(chart.limit)]
-    top = 2.5 * float(np.median(finite)) if finite.size else chart.depth_max
-    top = max([min(top, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
-    some = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MOST_SPEEDS)).astype(int))
+    depth_max = 2.5 * float(np.median(finite)) if finite.size else chart.depth_max
+    depth_max = max([min(depth_max, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
+    speed_indices = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MAX_PROBABILITY_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
     with _remarks_of_samples() as remarks:
-        sampled = probability(problem, parameters, chart.speeds[some], depths=np.linspace(top / DEPTHS, top, DEPTHS),
+        sampled = probability(problem, parameters, chart.speeds[speed_indices],
+                              depths=np.linspace(depth_max / PROBABILITY_DEPTHS, depth_max, PROBABILITY_DEPTHS),
                               rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
                               progress=progress)
     return sampled, [*notes, *remarks, *contradictions(sampled, uncertainty.cuts)]
@@ -72,7 +79,7 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
 
 @contextmanager
 def _remarks_of_samples() -> Iterator[list[str]]:
-    """Collect what the charts of all samples warn of: each kind once, with the range of its numbers."""
+    """Collect the warnings of the charts of all samples: each kind once, with the range of its numbers."""
     lines: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ToolpointWarning)
@@ -92,7 +99,8 @@ def contradictions(sampled: ProbabilityChart | None, cuts: Sequence[tuple[float,
         f"The cut at {speed:g} rev/min and {1e3 * depth:g} mm contradicts the model: its outcome "
         f"({'stable' if stable else 'chatter'}) has a likelihood of {100 * share:.1f} %, by itself or beside the other cuts; "
         "check dynamics, coefficients and the outcome."
-        for (speed, depth, stable), share in zip(cuts, sampled.likelihoods(cuts), strict=True) if share < UNLIKELY)
+        for (speed, depth, stable), share in zip(cuts, sampled.likelihoods(cuts),
+                                                 strict=True) if share < MIN_OUTCOME_LIKELIHOOD)
 
 
 def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list[Uncertain], list[str]]:
@@ -102,10 +110,10 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
         return parameters, [*notes, Doubt(
             "probability", "the dynamics are measured lines and are taken as exact: what noise and the scatter of hits do to "
             "limits is not in it", "identify modes and give those (toolpoint identify FILE -m modes.h5), or use toolpoint tap")]
-    seen = deviations_of(problem.dynamics)
+    deviations = deviations_of(problem.dynamics)
     source = "assumed" if problem.dynamics.covariance is None else "measured"
-    for name, given, column in (("frequencies", uncertainty.frequency, 0), ("damping ratios", uncertainty.damping, 1)):
-        value, origin = (float(np.median(seen[:, column])), source) if given is None else (given, "given")
+    for name, stated, column in (("frequencies", uncertainty.frequency, 0), ("damping ratios", uncertainty.damping, 1)):
+        value, origin = (float(np.median(deviations[:, column])), source) if stated is None else (stated, "given")
         notes.append(f"Standard deviation of the {name}: {100 * value:.3g} % ({origin}).")
     notes.append(f"Standard deviation of the modal stiffnesses: {100 * uncertainty.stiffness:g} %.")
     return parameters + modal_parameters(problem, uncertainty.frequency, uncertainty.damping,
@@ -140,7 +148,7 @@ def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncerta
     name = "best cut with 95 % certainty"
     certain = [name, "-", "-", f"none: {CONTRADICTED}; no depth is certain until model and cuts agree"]
     if not contradicted:
-        certain = _row(name, from_cuts(sampled, list(uncertainty.cuts), LEVEL), remark)
+        certain = _row(name, from_cuts(sampled, list(uncertainty.cuts), CERTAIN_CUT_PROBABILITY), remark)
     return [*rows, certain, _row("next test cut", most_informative(sampled.after_cuts(uncertainty.cuts)), remark)]
 
 
@@ -150,7 +158,7 @@ def _row(name: str, cut: Advice, remark: str) -> list[str]:
 
 @dataclass(frozen=True)
 class SpeedProposal(NotebookText):
-    """Spindle speeds to try against chatter at a frequency (Hz) with so many teeth, fastest first."""
+    """Spindle speeds to try against chatter at a frequency (Hz) with a number of teeth, fastest first."""
 
     frequency: float
     teeth: int
@@ -158,10 +166,11 @@ class SpeedProposal(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What weakens the proposal."""
+        """Weaknesses of the proposal."""
         first = round(60 * self.frequency / (self.teeth * self.speeds[0].speed))
-        return () if first <= HIGHEST_LOBE else (
-            f"the fastest of them is lobe {first}; beyond lobe {HIGHEST_LOBE} or so the stable pockets are too narrow to be of "
+        return () if first <= MAX_USEFUL_LOBE else (
+            f"the fastest of them is lobe {first}; beyond lobe {MAX_USEFUL_LOBE} or so the stable pockets are too narrow to be "
+            f"of "
             "use: a higher `highest`, fewer teeth, or unequal pitch help more",)
 
     def table(self) -> str:
@@ -175,7 +184,7 @@ class SpeedProposal(NotebookText):
 
 
 def propose_speeds(chatter: float, teeth: int, *, highest: float, lowest: float = 0.0) -> SpeedProposal:
-    """Return the spindle speeds to try against chatter of a known frequency, with nothing else known.
+    """Return the spindle speeds to try against chatter, from its frequency and the number of teeth alone.
 
     Parameters
     ----------
@@ -186,6 +195,11 @@ def propose_speeds(chatter: float, teeth: int, *, highest: float, lowest: float 
         Ends of the spindle speeds that the machine has, rev/min.
 
     Raises ToolpointError where no speed of the range is one. Source: see `from_chatter_frequency`.
+
+    Examples
+    --------
+    >>> [round(advice.speed) for advice in propose_speeds(800.0, 4, highest=18000.0, lowest=3000.0).speeds]
+    [12000, 6000, 4000, 3000]
     """
     if not 0 <= lowest < highest:
         fail("`lowest` and `highest`", f"{lowest:g} and {highest:g} rev/min", "must be 0 <= lowest < highest")

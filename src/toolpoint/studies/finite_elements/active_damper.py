@@ -1,4 +1,4 @@
-r"""Active damping: a proof-mass actuator with velocity feedback, its loop's stability margin, and what it brings.
+r"""Active damping: a proof-mass actuator with velocity feedback, its loop's stability margin, and its effect.
 
 The actuator is a mass m on a spring and damper, :math:`\kappa = k + i \omega c`, with a force u between base and mass; u = -g
 D v, v the velocity of the base, D the electronics: a high-pass against drift of the integrator, a low-pass of the amplifier,
@@ -24,7 +24,7 @@ from toolpoint.studies.finite_elements.machine_cut import least_depth
 from toolpoint.vibration import Frf
 
 # Largest step of arg(1 + L) between lines that still counts its turns for certain, rad.
-_TURN = 1.0
+_MAX_LOOP_TURN = 1.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class ProofMassActuator:
         return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, ratio=self.damping_ratio)
 
     def active(self, omega: FloatArray) -> ComplexArray:
-        """Return what a gain of 1 N s/m adds to the dynamic stiffness, N/m."""
+        """Return the dynamic stiffness that a gain of 1 N s/m adds, N/m."""
         natural = 2 * np.pi * self.frequency
         spring = self.mass * (natural**2 + 2j * self.damping_ratio * natural * omega)
         return -(omega**2) * self.mass / (spring - omega**2 * self.mass) * 1j * omega * self.electronics(omega)
@@ -93,7 +93,7 @@ class LoopMargins(NotebookText):
 
 @dataclass(frozen=True, eq=False)
 class ActiveDamper(NotebookText):
-    """An actuator at a place with its gain (N s/m) and what it brings.
+    """Actuator at a place with its gain (N s/m) and its effect.
 
     margins : of its loop; largest_gain : at which the loop begins to grow, N s/m; response : tool against work with it;
     depths : least depths of milling without, with the passive actuator and with feedback, m; peaks : largest responses along
@@ -125,50 +125,53 @@ class ActiveDamper(NotebookText):
         return f"ActiveDamper({self.actuator.mass:g} kg, gain {self.gain:.3g} N s/m, {self.margins})"
 
 
-def open_loop(at: FittingPlace, actuator: ProofMassActuator) -> ComplexArray:
+def open_loop(place: FittingPlace, actuator: ProofMassActuator) -> ComplexArray:
     """Return L of a gain of 1 N s/m on the lines of a place."""
-    passive = actuator.passive(at.omega)
-    return actuator.active(at.omega) * at.itself / (1 + passive * at.itself)
+    passive = actuator.passive(place.omega)
+    return actuator.active(place.omega) * place.itself / (1 + passive * place.itself)
 
 
 def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
     """Return lines with more below and above them, so that a loop is small at both ends, Hz."""
-    low, high = 0.01 * min(actuator.frequency, float(lines[0])), 40 * max(actuator.bandwidth, float(lines[-1]))
-    return np.unique(np.concatenate([np.geomspace(low, high, 4000), lines]))
+    frequency_min, frequency_max = 0.01 * min(actuator.frequency, float(lines[0])), 40 * max(actuator.bandwidth,
+                                                                                             float(lines[-1]))
+    # The lines of the cut are among them, so that its response can be taken out again.
+    return np.unique(np.concatenate([np.geomspace(frequency_min, frequency_max, 4000), lines]))
 
 
 def loop_margins(loop: ComplexArray) -> LoopMargins:
-    """Return the margins of a loop on lines from where it is small to where it is small again, (n,).
+    """Return the margins of a loop on lines (n,) at whose both ends it is small.
 
     Raises ToolpointError where lines are too far apart to count how the loop turns about -1, or its ends are not small.
     """
     ends = np.abs(loop[[0, -1]]).max()
     if ends > 0.5:
         fail("loop", f"{ends:.2g} at an end of its lines", "must be below 0.5 there", remedy="take lines further down and up")
+    # Turns are counted by small steps between lines; the ends, where L is small, belong to a closed curve.
     turn = np.angle((1 + loop)[1:] / (1 + loop)[:-1])
-    if np.abs(turn).max() > _TURN:
-        fail("loop", f"1 + L turns by {np.abs(turn).max():.2g} rad between two lines", f"must be below {_TURN:g}",
+    if np.abs(turn).max() > _MAX_LOOP_TURN:
+        fail("loop", f"1 + L turns by {np.abs(turn).max():.2g} rad between two lines", f"must be below {_MAX_LOOP_TURN:g}",
              remedy="take more lines about the loop's poles, or a smaller gain")
     start, end = np.angle(1 + loop[0]), np.angle(1 + loop[-1])
     turns = (float(turn.sum()) + start - end) / (2 * np.pi)
     # Crossings of the negative real axis, and of the unit circle.
     crossing = np.flatnonzero((loop.imag[1:] * loop.imag[:-1] < 0) & (loop.real[1:] < 0))
-    at = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
-          for k in crossing]
-    gain = min([1 / -value for value in at if -1 < value < 0], default=np.inf)
+    axis_values = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
+                   for k in crossing]
+    gain = min([1 / -value for value in axis_values if -1 < value < 0], default=np.inf)
     size = np.abs(loop)
     unit = np.flatnonzero((size[1:] - 1) * (size[:-1] - 1) < 0)
     phase = min([float(np.abs(np.angle(-loop[k + (size[k + 1] > size[k])]))) for k in unit], default=np.pi)
     return LoopMargins(abs(turns) < 0.5, float(np.abs(1 + loop).min()), gain, phase)
 
 
-def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatArray, least_distance: float = 0.5,
+def tune_gain(place: FittingPlace, actuator: ProofMassActuator, *, factors: FloatArray, least_distance: float = 0.5,
               most_force: float = 2.0) -> ActiveDamper:
     """Return the actuator with the gain that allows the deepest cut while its loop keeps a distance from -1.
 
     Parameters
     ----------
-    at : FittingPlace
+    place : FittingPlace
         Lines from well below the actuator's own frequency, close enough about the modes.
     actuator : ProofMassActuator
     factors : (2, 2) floats
@@ -180,25 +183,26 @@ def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatAr
     """
     positive("least_distance", least_distance)
     positive("most_force", most_force)
-    loop = open_loop(at, actuator)
-    passive, active = actuator.passive(at.omega), actuator.active(at.omega)
+    loop = open_loop(place, actuator)
+    passive, active = actuator.passive(place.omega), actuator.active(place.omega)
     largest = _largest_gain(loop)
-    bounds = {"that its distance from -1 sets": _largest_allowed(loop, largest, least_distance),
-              "of the actuator's force": _largest_driven(at, actuator, largest, most_force)}
+    bounds = {"that its distance from -1 sets": _largest_gain_by_distance(loop, largest, least_distance),
+              "of the actuator's force": _largest_gain_by_force(place, actuator, largest, most_force)}
     allowed = min(bounds.values())
 
     def depth(gain: float) -> float:
-        return least_depth(at.with_device(passive + gain * active), factors, at.lines)[0]
+        return least_depth(place.with_device(passive + gain * active), factors, place.lines)[0]
 
+    # A bounded search never returns its ends, which are candidates too.
     best = minimize_scalar(lambda g: -depth(g), bounds=(0.0, allowed), method="bounded", options={"xatol": 1e-5 * allowed})
     gain = max((0.0, float(best.x), allowed), key=depth)
-    values = at.with_device(passive + gain * active)
+    values = place.with_device(passive + gain * active)
     status = (f"the gain is at the bound {min(bounds, key=lambda name: bounds[name])}" if gain > 0.999 * allowed
               else "no gain helps this cut: feedback is left off" if gain == 0 else "least depth is the largest at this gain")
-    depths = least_depth(at.cut, factors, at.lines)[0], depth(0.0), depth(gain)
-    peaks = tuple(float(np.abs(v[:, 0, 0]).max()) for v in (at.cut, at.with_device(passive), values))
-    force, stroke = _efforts(at, actuator, gain)
-    return ActiveDamper(actuator, gain, loop_margins(gain * loop), largest, at.frf(values), depths,
+    depths = least_depth(place.cut, factors, place.lines)[0], depth(0.0), depth(gain)
+    peaks = tuple(float(np.abs(v[:, 0, 0]).max()) for v in (place.cut, place.with_device(passive), values))
+    force, stroke = _efforts(place, actuator, gain)
+    return ActiveDamper(actuator, gain, loop_margins(gain * loop), largest, place.frf(values), depths,
                         (peaks[0], peaks[1], peaks[2]), force, stroke, status)
 
 
@@ -213,38 +217,38 @@ def _largest_gain(loop: ComplexArray) -> float:
     return 1 / max(-value for value in values)
 
 
-def _largest_allowed(loop: ComplexArray, largest: float, distance: float) -> float:
+def _largest_gain_by_distance(loop: ComplexArray, largest: float, distance: float) -> float:
     def gap(gain: float) -> float:
         return float(np.abs(1 + gain * loop).min()) - distance
 
     if distance >= 1:
         fail("least_distance", f"{distance:g}", "must be below 1, which is that of no gain")
-    low = 0.0
+    gain_below = 0.0
     for gain in np.linspace(0, largest, 400)[1:]:
         if gap(gain) < 0:
-            return float(brentq(gap, low, gain, xtol=1e-6 * largest))
-        low = float(gain)
-    return low
+            return float(brentq(gap, gain_below, gain, xtol=1e-6 * largest))
+        gain_below = float(gain)
+    return gain_below
 
 
-def _largest_driven(at: FittingPlace, actuator: ProofMassActuator, largest: float, most: float) -> float:
+def _largest_gain_by_force(place: FittingPlace, actuator: ProofMassActuator, largest: float, force_max: float) -> float:
     """Return the gain at which the actuator's force for a newton at the tool reaches its bound."""
     def excess(gain: float) -> float:
-        return _efforts(at, actuator, gain)[0] - most
+        return _efforts(place, actuator, gain)[0] - force_max
 
-    low = 0.0
+    gain_below = 0.0
     for gain in np.linspace(0, largest, 60)[1:]:
         if excess(gain) > 0:
-            return float(brentq(excess, low, gain, xtol=1e-6 * largest))
-        low = float(gain)
-    return low
+            return float(brentq(excess, gain_below, gain, xtol=1e-6 * largest))
+        gain_below = float(gain)
+    return gain_below
 
 
-def _efforts(at: FittingPlace, actuator: ProofMassActuator, gain: float) -> tuple[float, float]:
+def _efforts(place: FittingPlace, actuator: ProofMassActuator, gain: float) -> tuple[float, float]:
     """Return the largest force of the actuator and stroke of its mass, per newton at the tool along x."""
-    total = actuator.passive(at.omega) + gain * actuator.active(at.omega)
-    motion = at.from_cut[:, 0] / (1 + total * at.itself)
-    force = gain * np.abs(1j * at.omega * actuator.electronics(at.omega) * motion)
+    total = actuator.passive(place.omega) + gain * actuator.active(place.omega)
+    motion = place.from_cut[:, 0] / (1 + total * place.itself)
+    force = gain * np.abs(1j * place.omega * actuator.electronics(place.omega) * motion)
     # The force on the base is that which moves the mass: m w^2 (x_a), so x_a - x = -Z x / (m w^2) - x.
-    stroke = np.abs(total * motion / (actuator.mass * at.omega**2) + motion)
+    stroke = np.abs(total * motion / (actuator.mass * place.omega**2) + motion)
     return float(force.max()), float(stroke.max())

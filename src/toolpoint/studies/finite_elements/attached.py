@@ -1,4 +1,4 @@
-r"""What is fastened to a machine at one place changes its responses: a rank-one change by the dynamic stiffness of the device.
+r"""Devices fastened to a machine at one place: a rank-one change of its responses by the dynamic stiffness of the device.
 
 A device that resists the motion of its base with Z gives :math:`G_{cc} - g_{cp} Z g_{pc} / (1 + Z g_{pp})`, exactly and at once
 for all directions c of the cut (Sherman, Morrison).
@@ -27,7 +27,7 @@ class FittingPlace:
 
     @property
     def omega(self) -> FloatArray:
-        """rad/s."""
+        """Angular frequency of the lines, rad/s."""
         return 2 * np.pi * self.lines
 
     def with_device(self, stiffness: ComplexArray) -> ComplexArray:
@@ -54,14 +54,19 @@ def _check_lines(modes: Modes, lines: FloatArray) -> None:
     inside = np.flatnonzero((modes.frequency > lines[0]) & (modes.frequency < lines[-1]))
     upper = np.searchsorted(lines, modes.frequency[inside])
     gap, width = lines[upper] - lines[upper - 1], 2 * (modes.damping_ratio * modes.frequency)[inside]
-    worst = int(np.argmax(gap / np.maximum(width, 1e-300))) if inside.size else 0
-    if inside.size and gap[worst] > 0.5 * width[worst]:
-        fail("lines", f"{gap[worst]:.3g} Hz apart at mode {inside[worst] + 1}, whose half-power width is {width[worst]:.3g} Hz",
+    worst_pair = int(np.argmax(gap / np.maximum(width, 1e-300))) if inside.size else 0
+    if inside.size and gap[worst_pair] > 0.5 * width[worst_pair]:
+        fail("lines",
+             f"{gap[worst_pair]:.3g} Hz apart at mode {inside[worst_pair] + 1}, whose half-power width is "
+             f"{width[worst_pair]:.3g} Hz",
              "must be two within it, or more", remedy="take closer lines about the modes")
 
 
 def damper_stiffness(omega: FloatArray, mass: float, natural: float, *, ratio: float) -> ComplexArray:
-    r"""Return :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`, of a sprung mass with its
-    own angular frequency `natural` (rad/s) and damping ratio."""
+    r"""Return the dynamic stiffness of a sprung mass at its base, N/m.
+
+    :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`; natural : its own angular frequency,
+    rad/s; ratio : its damping ratio.
+    """
     spring = mass * (natural**2 + 2j * ratio * natural * omega)
     return -(omega**2) * mass * spring / (spring - omega**2 * mass)

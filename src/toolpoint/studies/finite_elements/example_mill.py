@@ -1,4 +1,4 @@
-"""An example vertical machining centre of parametric castings: bed, column, saddle, table and head; every size is chosen."""
+"""Example vertical machining centre of parametric castings: bed, column, saddle, table and head; every size is chosen."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElemen
 X, Y, Z = np.eye(3)
 Place = Sequence[float]
 # Sides of elements, m: of the example, and to see what the mesh does.
-MESH, FINE_MESH = 0.17, 0.13
+EXAMPLE_MESH_SIZE, FINE_EXAMPLE_MESH_SIZE = 0.17, 0.13
 # Chosen: a carriage group, a bolted flange, a levelling foot; N/m and N m/rad along and about x, y, z of the machine.
 _FOOT = np.array([1.35e8, 1.35e8, 4.0e8, 4e5, 4e5, 4e5])
 _FLANGE = np.array([4e9, 4e9, 6e9, 3e8, 3e8, 3e8])
@@ -42,9 +42,11 @@ DAMPING = (Layer("damping", 0.003, VISCOELASTIC), Layer("plate", 0.010, STEEL))
 
 
 def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None = None, layers: Sequence[Layer] = (),
-                 bed_wall: float = 0.03, mesh_size: float = MESH) -> FiniteElementMachine:
-    """Return the machine; `wall` is the thickness of the column's walls (m), `ribs` the number of its inner plates; its hollow
-    may hold a `filling`, and its sides and back may carry `layers`, the first on the casting. `bed_wall` is that of the bed.
+                 bed_wall: float = 0.03, mesh_size: float = EXAMPLE_MESH_SIZE) -> FiniteElementMachine:
+    """Return the example machine.
+
+    wall : thickness of the column's walls, m; ribs : number of its inner plates; filling : material of its hollow; layers : on
+    its sides and back, the first on the casting; bed_wall : thickness of the bed's walls, m.
 
     Axes: x along the table, y away from the operator, z up. Nothing is published but the first frequency of such a machine
     (31.87 Hz, thesis of the University of Huddersfield, 2006), which the feet are chosen for.
@@ -59,8 +61,8 @@ def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None
     pairs = [("column foot", "bed", "column", _FLANGE, [0.5, 1.3, 0.40], 0.56, 0.46),
              ("y guide", "bed", "saddle", _Y_GUIDE, [0.5, 0.45, 0.40], 0.6, 0.5),
              ("x guide", "saddle", "table", _X_GUIDE, [0.5, 0.45, 0.53], 0.6, 0.4)]
-    level = [PatchJoint(name, parent, child, k, _level(at, a, b, down=True), _level(at, a, b))
-             for name, parent, child, k, at, a, b in pairs]
+    level = [PatchJoint(name, parent, child, k, _level(centre, a, b, down=True), _level(centre, a, b))
+             for name, parent, child, k, centre, a, b in pairs]
     guide = np.array([0.5, 1.05, 1.25])
     z_guide = PatchJoint("z guide", "column", "head", _Z_GUIDE, Patch(guide, X, -Z, 0.36, 0.36),
                          Patch(guide, X, Z, 0.36, 0.36))
@@ -69,33 +71,35 @@ def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None
     return FiniteElementMachine(parts, (*feet, *level, z_guide), points)
 
 
-def _level(at: list[float], length: float, width: float, *, down: bool = False) -> Patch:
-    return Patch(np.array(at), X, -Y if down else Y, length, width)
+def _level(centre: list[float], length: float, width: float, *, down: bool = False) -> Patch:
+    return Patch(np.array(centre), X, -Y if down else Y, length, width)
 
 
 def _column(wall: float, ribs: int, filling: Material | None, *, layers: Sequence[Layer], mesh_size: float) -> SolidModel:
-    low, high = (0.2, 1.05, 0.40), (0.8, 1.55, 1.75)
-    boxes = _boxes(low, high, wall, upright=2, level=ribs, filling="" if filling is None else "filling")
+    lower, upper = (0.2, 1.05, 0.40), (0.8, 1.55, 1.75)
+    boxes = _boxes(lower, upper, wall, upright=2, level=ribs, filling="" if filling is None else "filling")
     materials = {"body": CAST_IRON} | ({} if filling is None else {"filling": filling})
-    near = 0.0
+    inner_offset = 0.0
     for layer in layers:
-        far = near + positive("Layer.thickness", layer.thickness)
-        sides = [(low[0] - far, low[0] - near), (high[0] + near, high[0] + far)]
-        boxes += [Cuboid(np.array([a, low[1], low[2]]), np.array([b, high[1] + near, high[2]]), layer.name) for a, b in sides]
-        boxes.append(Cuboid(np.array([low[0] - far, high[1] + near, low[2]]), np.array([high[0] + far, high[1] + far, high[2]]),
+        outer_offset = inner_offset + positive("Layer.thickness", layer.thickness)
+        sides = [(lower[0] - outer_offset, lower[0] - inner_offset), (upper[0] + inner_offset, upper[0] + outer_offset)]
+        boxes += [Cuboid(np.array([a, lower[1], lower[2]]), np.array([b, upper[1] + inner_offset, upper[2]]), layer.name) for a,
+                  b in sides]
+        boxes.append(Cuboid(np.array([lower[0] - outer_offset, upper[1] + inner_offset, lower[2]]),
+                            np.array([upper[0] + outer_offset, upper[1] + outer_offset, upper[2]]),
                             layer.name))
-        materials[layer.name], near = layer.material, far
+        materials[layer.name], inner_offset = layer.material, outer_offset
     return Casting(tuple(boxes), materials).meshed(mesh_size)
 
 
-def _hollow(low: Place, high: Place, wall: float, upright: int, level: int, mesh_size: float) -> SolidModel:
-    boxes = _boxes(low, high, wall, upright=upright, level=level)
+def _hollow(lower: Place, upper: Place, wall: float, upright: int, level: int, mesh_size: float) -> SolidModel:
+    boxes = _boxes(lower, upper, wall, upright=upright, level=level)
     return Casting(tuple(boxes), {"body": CAST_IRON}).meshed(mesh_size)
 
 
-def _boxes(low: Place, high: Place, wall: float, *, upright: int, level: int, filling: str = "") -> list[Cuboid]:
+def _boxes(lower: Place, upper: Place, wall: float, *, upright: int, level: int, filling: str = "") -> list[Cuboid]:
     """Return a hollow (or filled) box with a number of upright plates along y and of level plates."""
-    a, b = np.array(low), np.array(high)
+    a, b = np.array(lower), np.array(upper)
     inside = Cuboid(a + wall, b - wall, filling) if filling else Cuboid(a + wall, b - wall, is_window=True)
     boxes = [Cuboid(a, b), inside]
     for x in np.linspace(a[0], b[0], upright + 2)[1:-1]:
@@ -105,7 +109,7 @@ def _boxes(low: Place, high: Place, wall: float, *, upright: int, level: int, fi
     return boxes
 
 
-def example_variants(mesh_size: float = MESH) -> dict[str, FiniteElementMachine]:
+def example_variants(mesh_size: float = EXAMPLE_MESH_SIZE) -> dict[str, FiniteElementMachine]:
     """Return machines of other sizes, with a filling, and with layers on the column, by name."""
     return {"column walls 20 mm": example_mill(0.020, mesh_size=mesh_size),
             "column with 4 plates": example_mill(ribs=4, mesh_size=mesh_size),

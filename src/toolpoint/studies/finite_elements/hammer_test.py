@@ -1,4 +1,4 @@
-"""A virtual hammer test of a machine of finite elements: points chosen by its model, noisy records, modes nobody chose."""
+"""Virtual hammer test of a machine of finite elements: points chosen by its model, noisy records, identified modes."""
 
 from __future__ import annotations
 
@@ -17,18 +17,16 @@ from toolpoint.signals.setups import join_setups
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.studies.machines.virtual_test import Hammer, Imperfections, hammer_records
+from toolpoint.studies.testing.modal_test_plan import PULSE_CONTACT_CYCLES, RING_DOWN_FRACTION
 from toolpoint.studies.testing.point_choice import choose_points, choose_struck
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.sparse import EigenPairs
 
-# Places that could be measured, spread over the outside; a pulse is 20 dB down at this frequency times its length.
-_CANDIDATES, _PULSE = 120, 1.25
-# Share of the slowest ring-down that may be left at the end of a block.
-_LEFT = 0.01
+_MAX_CANDIDATE_NODES = 120  # spread over the outside
 # Blocks from blow to blow: what still rings in a weak direction would be refused.
-_REST = 1.6
+_BLOW_DISTANCE_BLOCKS = 1.6
 # Samples a second over the highest line: the filter of a coarser acquisition rings before the pulse.
-_RATE = 5.12
+_SAMPLE_RATE_RATIO = 5.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +70,12 @@ class FiniteElementTest(NotebookText):
 
 
 def plan_nodes(machine: FiniteElementMachine, pairs: EigenPairs, number: int = 24, *, struck: int = 3) -> PlannedNodes:
-    """Return where to measure and strike so that the modes of the model are told apart best (effective independence).
+    """Return the nodes to measure and to strike that separate the modes of the model best (effective independence).
 
     Nodes on the boxes of the parts are taken that no other part covers and that do not stand on the floor.
     """
     nodes, normals = reachable_nodes(machine)
-    chosen = _spread_out(machine.nodes[nodes - 1], min(_CANDIDATES, len(nodes)))
+    chosen = _choose_distant(machine.nodes[nodes - 1], min(_MAX_CANDIDATE_NODES, len(nodes)))
     nodes, normals = nodes[chosen], [normals[i] for i in chosen]
     modes = machine.node_modes(pairs, nodes.tolist(), 0.0)
     along = [Dof(int(node), way) for node, ways in zip(nodes, normals, strict=True) for way in ways]
@@ -91,7 +89,7 @@ def run_hammer_test(
     damping_ratio: float | FloatArray = 0.02, noise: float = 0.01, frame: FloatArray | None = None, misplaced: float = 0.0,
     highest: float | None = None, hits: int = 3,
 ) -> FiniteElementTest:
-    """Return what a hammer test of the machine gives.
+    """Return the responses and modes of a hammer test of the machine.
 
     Parameters
     ----------
@@ -115,27 +113,28 @@ def run_hammer_test(
         Blows at every struck Dof.
     """
     move = np.eye(4) if frame is None else frame
-    modes = _turned(machine.node_modes(pairs, planned.nodes, damping_ratio), planned, move)
+    modes = _modes_in_frame(machine.node_modes(pairs, planned.nodes, damping_ratio), planned, move)
     spread = float(nonnegative("misplaced", np.array(misplaced)))
     drawn = tf.move(move, machine.nodes[np.array(planned.nodes) - 1])
-    place: dict[str | int, FloatArray] = {i + 1: at + spread * rng.normal(size=3) for i, at in enumerate(drawn)}
-    struck = tuple(replace(dof, point=planned.nodes.index(int(dof.point)) + 1) for dof in _struck_in_test(planned, move))
-    top = 1.1 * float(modes.frequency[min(9, modes.count - 1)]) if highest is None else positive("highest", highest)
+    place: dict[str | int, FloatArray] = {i + 1: position + spread * rng.normal(size=3) for i, position in enumerate(drawn)}
+    struck = tuple(replace(dof, point=planned.nodes.index(int(dof.point)) + 1) for dof in _struck_along_axes(planned, move))
+    line_max = 1.1 * float(modes.frequency[min(9, modes.count - 1)]) if highest is None else positive("highest", highest)
     decay = float((modes.damping_ratio * modes.omega).min())
     if decay <= 0:
         fail("damping_ratio", "0", "must be above 0 for every mode", remedy="a ring-down without end fits no block")
-    block = float(np.log(1 / _LEFT) / decay)
-    hammer = Hammer(contact=_PULSE / top, hits=hits, block=_REST * block, sample_rate=float(np.ceil(_RATE * top)))
+    block = float(np.log(1 / RING_DOWN_FRACTION) / decay)
+    hammer = Hammer(contact=PULSE_CONTACT_CYCLES / line_max, hits=hits, block=_BLOW_DISTANCE_BLOCKS * block,
+                    sample_rate=float(np.ceil(_SAMPLE_RATE_RATIO * line_max)))
     parts = []
     for dof in struck:
         record = hammer_records(modes, dof, list(modes.dofs), rng=rng, hammer=hammer, imperfections=Imperfections(noise=noise))
-        parts.append(hammer_test(record, block, highest=top).frf)
+        parts.append(hammer_test(record, block, highest=line_max).frf)
     frf = join_setups(parts)
-    result = identify(frf, band=(0.5 * float(modes.frequency[0]), top))
+    result = identify(frf, band=(0.5 * float(modes.frequency[0]), line_max))
     return FiniteElementTest(place, struck, frf, result, modes)
 
 
-def _turned(modes: Modes, planned: PlannedNodes, frame: FloatArray) -> Modes:
+def _modes_in_frame(modes: Modes, planned: PlannedNodes, frame: FloatArray) -> Modes:
     """Return modes with the test's numbers of points, along the axes of the test's frame."""
     shape = modes.shape.reshape(len(planned.nodes), 3, modes.count)
     turned = np.einsum("ab,nbm->nam", frame[:3, :3], shape).reshape(-1, modes.count)
@@ -143,8 +142,8 @@ def _turned(modes: Modes, planned: PlannedNodes, frame: FloatArray) -> Modes:
     return replace(modes, shape=turned, dofs=labels)
 
 
-def _struck_in_test(planned: PlannedNodes, frame: FloatArray) -> list[Dof]:
-    """Return the struck Dofs along the nearest axis of the test's frame: one strikes along what one has drawn."""
+def _struck_along_axes(planned: PlannedNodes, frame: FloatArray) -> list[Dof]:
+    """Return the struck Dofs along the nearest axis of the test's frame: a person strikes along the axes of the sketch."""
     result = []
     for dof in planned.struck:
         way = frame[:3, :3] @ dof.unit[:3]
@@ -158,12 +157,12 @@ def reachable_nodes(machine: FiniteElementMachine) -> tuple[IndexArray, list[lis
     boxes = {name: (m.nodes.min(axis=0) - 1e-6, m.nodes.max(axis=0) + 1e-6) for name, m in machine.parts.items()}
     numbers, normals = [], []
     for name, model in machine.parts.items():
-        low, high = model.nodes.min(axis=0), model.nodes.max(axis=0)
+        lower, upper = model.nodes.min(axis=0), model.nodes.max(axis=0)
         for i in np.unique(np.concatenate([faces.ravel() for faces in outer_faces(model)])).tolist():
-            at = model.nodes[i]
-            ways = ["+" + "xyz"[k] for k in range(3) if min(abs(at[k] - low[k]), abs(at[k] - high[k])) < 1e-9]
-            covered = any(((at >= a) & (at <= b)).all() for other, (a, b) in boxes.items() if other != name)
-            if ways and not covered and at[2] > floor:
+            position = model.nodes[i]
+            ways = ["+" + "xyz"[k] for k in range(3) if min(abs(position[k] - lower[k]), abs(position[k] - upper[k])) < 1e-9]
+            covered = any(((position >= a) & (position <= b)).all() for other, (a, b) in boxes.items() if other != name)
+            if ways and not covered and position[2] > floor:
                 numbers.append(machine.starts[name] // 3 + i + 1)
                 normals.append(ways)
     if not numbers:
@@ -171,8 +170,8 @@ def reachable_nodes(machine: FiniteElementMachine) -> tuple[IndexArray, list[lis
     return np.array(numbers), normals
 
 
-def _spread_out(places: FloatArray, number: int) -> list[int]:
-    """Return places far from each other, one after the other the farthest from all before it."""
+def _choose_distant(places: FloatArray, number: int) -> list[int]:
+    """Return places far from each other: each next one is the farthest from all before it."""
     chosen = [int(np.argmax(np.linalg.norm(places - places.mean(axis=0), axis=1)))]
     distance = np.linalg.norm(places - places[chosen[0]], axis=1)
     while len(chosen) < number:

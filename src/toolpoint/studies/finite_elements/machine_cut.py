@@ -1,4 +1,4 @@
-r"""How deep a machine can cut: the response of the tool against the work in the plane, its lobes and the least depth of all.
+r"""Depth limits of a machine: the response of the tool against the work in the plane, its lobes and the least depth of all.
 
 At any speed the least depth of the single-frequency solution is :math:`w = 1 / (2 \max \mathrm{Re} \Lambda)` over all
 frequencies and both eigenvalues :math:`\Lambda` of :math:`-\bar A G(i\omega)` (Altintas, Budak, CIRP Annals 44 (1995)): quick
@@ -24,14 +24,14 @@ PLANE = (Dof(POINT, "+x"), Dof(POINT, "+y"))
 EXAMPLE_FACE_MILL = CuttingDescription.of(
     diameter=0.08, teeth=5, immersion=0.6, tangential=2.0e9, normal=0.8e9, speeds=(150.0, 1500.0),
     source="chosen: 80 mm face mill, five teeth, in steel")
-_SPEEDS, _LINES = 250, 2500
+_CHARTED_SPEEDS, _RESPONSE_LINES = 250, 2500
 
 
 @dataclass(frozen=True, eq=False)
 class CutLimit(NotebookText):
-    """What a machine allows a cut: `least` depth at any speed (m), its chatter frequency (Hz), and the chart over speeds."""
+    """Limits of a cut on a machine: least `depth` at any speed (m), its chatter frequency (Hz), and the chart over speeds."""
 
-    least: float
+    depth: float
     frequency: float
     chart: StabilityChart
 
@@ -48,14 +48,14 @@ class CutLimit(NotebookText):
         return float(np.minimum(self.chart.limit, self.chart.depth_max).mean())
 
     def __repr__(self) -> str:
-        return f"CutLimit(least {1e3 * self.least:.3g} mm, chatter at {self.frequency:.4g} Hz, mean {1e3 * self.mean:.3g} mm)"
+        return f"CutLimit(least {1e3 * self.depth:.3g} mm, chatter at {self.frequency:.4g} Hz, mean {1e3 * self.mean:.3g} mm)"
 
 
 def response_lines(frequency: FloatArray, cut: CuttingDescription) -> FloatArray:
     """Return lines (Hz) about modes with damping of a percent or more: to a tooth frequency above the last, as lobes need."""
     tooth = cut.tool.teeth * cut.speeds[1] / 60
-    top = float(frequency[-1]) + max(1.05 * tooth, 0.5 * float(frequency[-1]))
-    return np.geomspace(0.3 * float(frequency[0]), top, _LINES)
+    frequency_max = float(frequency[-1]) + max(1.05 * tooth, 0.5 * float(frequency[-1]))
+    return np.geomspace(0.3 * float(frequency[0]), frequency_max, _RESPONSE_LINES)
 
 
 def plane_response(modes: Modes, lines: FloatArray) -> Frf:
@@ -69,10 +69,10 @@ def cut_limit(response: Frf, cut: CuttingDescription, *, depth: float | None = N
     depth : largest depth of the chart, m; from the response where left out. Options are compared on the same one.
     """
     problem = face_problem(response, cut)
-    least, frequency = least_depth(response.values, mean_factors(problem), np.asarray(response.frequency))
-    speeds = np.linspace(*cut.speeds, _SPEEDS)
+    lowest, frequency = least_depth(response.values, mean_factors(problem), np.asarray(response.frequency))
+    speeds = np.linspace(*cut.speeds, _CHARTED_SPEEDS)
     chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth or depth_limit(problem))
-    return CutLimit(least, frequency, chart)
+    return CutLimit(lowest, frequency, chart)
 
 
 def face_problem(response: Frf, cut: CuttingDescription) -> MillingProblem:
@@ -95,6 +95,6 @@ def least_depth(values: ComplexArray, factors: FloatArray, lines: FloatArray) ->
     m = -(factors @ values)
     half = (m[:, 0, 0] + m[:, 1, 1]) / 2
     root = np.sqrt(half**2 - (m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]))
-    worst = np.maximum((half + root).real, (half - root).real)
-    k = int(np.argmax(worst))
-    return (1 / (2 * float(worst[k])), float(lines[k])) if worst[k] > 0 else (float("inf"), float("nan"))
+    largest_real = np.maximum((half + root).real, (half - root).real)
+    k = int(np.argmax(largest_real))
+    return (1 / (2 * float(largest_real[k])), float(lines[k])) if largest_real[k] > 0 else (float("inf"), float("nan"))

@@ -1,4 +1,4 @@
-"""What may be done about a machine's vibration, each judged by what the lobes of a cut become: other sizes, layers, dampers."""
+"""Options against a machine's vibration, each judged by the lobes of a cut: other sizes, layers, dampers."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ HEADER = ("option", "kg", "f1 Hz", "f2 Hz", "f3 Hz", "f1 mHz/kg", "peak x", "lea
 
 @dataclass(frozen=True, eq=False)
 class MachineOption(NotebookText):
-    """A machine with something done about it: name, mass (kg), first frequencies (Hz; empty where not solved again), response
-    of the tool against the work, and what it allows the cut."""
+    """Option of a machine: name, mass (kg), first frequencies, response of the tool against the work, limits of the cut.
+
+    frequency : Hz, empty where the modes were not solved again.
+    """
 
     name: str
     mass: float
@@ -51,15 +53,16 @@ class MachineOption(NotebookText):
 
 def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[list[str]]:
     """Return a row for every option against the machine as it is, see `HEADER`."""
-    rows = [[base.name, f"{base.mass:.0f}", *(f"{f:.2f}" for f in base.frequency[:3]), "", "1", f"{1e3 * base.limit.least:.3f}",
+    rows = [[base.name, f"{base.mass:.0f}", *(f"{f:.2f}" for f in base.frequency[:3]), "", "1", f"{1e3 * base.limit.depth:.3f}",
              "1", "1", f"{base.limit.frequency:.1f}"]]
     for option in options:
         change = [f - g for f, g in zip(option.frequency[:3], base.frequency[:3], strict=False)]
+        # A change per kilogram needs a change of mass, and modes that were solved again.
         kilograms = option.mass - base.mass
         each = f"{1e3 * change[0] / kilograms:+.2f}" if change and abs(kilograms) > 1e-6 else ""
         rows.append([option.name, f"{kilograms:+.1f}", *([f"{c:+.2f}" for c in change] or [""] * 3), each,
-                     f"{option.peak / base.peak:.2f}", f"{1e3 * option.limit.least:.3f}",
-                     f"{option.limit.least / base.limit.least:.2f}", f"{option.limit.mean / base.limit.mean:.2f}",
+                     f"{option.peak / base.peak:.2f}", f"{1e3 * option.limit.depth:.3f}",
+                     f"{option.limit.depth / base.limit.depth:.2f}", f"{option.limit.mean / base.limit.mean:.2f}",
                      f"{option.limit.frequency:.1f}"])
     return rows
 
@@ -94,18 +97,21 @@ def fit_dampers(base: MachineOption, modes: Modes, place: str, *, mass: float, c
                 actuator: ProofMassActuator | None = None) -> FittedDampers:
     """Return a tuned damper and an active one of the same moving mass (kg) at a place, each judged by the cut."""
     lines = np.asarray(base.response.frequency)
+    # Both dampers are tuned for the mean cut, then judged by the chart.
     factors = mean_factors(face_problem(base.response, cut))
     tuned = tune_damper_for_cut(modes, place, mass, lines=lines, factors=factors)
     device = actuator or ProofMassActuator(mass)
-    every = loop_lines(lines, device)
-    active = tune_gain(fitting_place(modes, place, every), device, factors=factors)
-    inside = np.isin(every, lines)
-    seen = Frf(every[inside], active.response.values[inside], active.response.outputs, active.response.inputs)
+    loop_frequencies = loop_lines(lines, device)
+    active = tune_gain(fitting_place(modes, place, loop_frequencies), device, factors=factors)
+    # The loop is judged on more lines than the cut, whose own lines are kept for the chart.
+    inside = np.isin(loop_frequencies, lines)
+    response_on_lines = Frf(loop_frequencies[inside], active.response.values[inside], active.response.outputs,
+                            active.response.inputs)
     assert tuned.response is not None
     depth = base.limit.chart.depth_max
     options = []
     for name, kilograms, response in ((f"tuned damper, {mass:g} kg at {place}", mass, tuned.response),
-                                      (f"active damper, {device.mass:g} kg moving at {place}", device.mass, seen)):
+                                      (f"active damper, {device.mass:g} kg moving at {place}", device.mass, response_on_lines)):
         options.append(MachineOption(name, base.mass + kilograms, np.zeros(0), response, cut_limit(response, cut, depth=depth)))
     return FittedDampers(tuned, active, tuple(options))
 

@@ -1,4 +1,4 @@
-r"""Damped modes of a finite-element machine: loss factors of its materials couple the undamped modes, and are solved so.
+r"""Damped modes of a finite-element machine, coupled by the loss factors of its materials.
 
 In the undamped modes :math:`\Phi` (unit modal mass, :math:`\Lambda = \omega^2`) the losses are
 :math:`D = \Phi^T (\sum_s \eta_s K_s) \Phi + 2 \zeta_J \Lambda`, with :math:`\zeta_J` the ratio of the joints; the modes are the
@@ -25,8 +25,8 @@ from toolpoint.vibration import Modes, SecondOrderSystem
 from toolpoint.vibration.damped_modes import solve_as_damped
 from toolpoint.vibration.sparse import EigenPairs
 
-DOUBTED_BOUND = 0.05  # of a mode's damping, by which modes left out of the losses may change it, from which on it is doubted
-CORRECTED_BOUND = 0.005  # of a mode's damping, the same, from which on deflections under the losses are solved too
+MIN_DOUBTED_BOUND = 0.05  # of a mode's damping: larger changes by modes left out are doubted
+MIN_CORRECTED_BOUND = 0.005  # of a mode's damping: from here deflections under the losses are solved too
 MIN_DEFLECTION = 1e-10  # of the largest, squared mass norm of a deflection that modes do not hold
 
 
@@ -65,7 +65,7 @@ def solve_losses(machine: FiniteElementMachine, pairs: EigenPairs, joints: float
 
 def adds_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> bool:
     """Return whether modes left out of the losses count for the lower half of the modes, so that deflections are added."""
-    return bool(bound_modes_alone(machine, pairs)[1, :max(pairs.count // 2, 1)].max() > CORRECTED_BOUND)
+    return bool(bound_modes_alone(machine, pairs)[1, :max(pairs.count // 2, 1)].max() > MIN_CORRECTED_BOUND)
 
 
 def _with_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -76,12 +76,12 @@ def _with_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> tuple
         for name, stiffness in model.stiffness_parts.items():
             forces[rows] += model.materials[name].loss_factor * (stiffness @ pairs.vectors[rows])
     stiffness, mass = machine.matrices
-    beyond = np.asarray(machine.inverse.solve(forces))
+    deflections = np.asarray(machine.inverse.solve(forces))
     for _ in range(2):  # twice: once leaves rounding of the modes
-        beyond -= pairs.vectors @ (pairs.vectors.T @ (mass @ beyond))
-    scale, turn = np.linalg.eigh(beyond.T @ (mass @ beyond))
+        deflections -= pairs.vectors @ (pairs.vectors.T @ (mass @ deflections))
+    scale, turn = np.linalg.eigh(deflections.T @ (mass @ deflections))
     kept = scale > MIN_DEFLECTION * scale.max()
-    basis = np.hstack([pairs.vectors, beyond @ (turn[:, kept] / np.sqrt(scale[kept]))])
+    basis = np.hstack([pairs.vectors, deflections @ (turn[:, kept] / np.sqrt(scale[kept]))])
     losses = np.zeros((basis.shape[1],) * 2)
     for part, model in machine.parts.items():
         shape = basis[machine.starts[part]:machine.starts[part] + model.size]
@@ -93,7 +93,7 @@ def _with_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> tuple
 
 
 def bound_left_out(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArray:
-    """Return what is left out of the losses may do, (2, n_modes): to frequency and to damping, relative.
+    """Return bounds of the effect of modes left out of the losses, (2, n_modes): on frequency and on damping, relative.
 
     Where deflections are solved with the modes, the next order counts: the largest loss factor times as much.
     """
@@ -106,25 +106,27 @@ def _largest_loss(machine: FiniteElementMachine) -> float:
 
 
 def bound_modes_alone(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArray:
-    """Return what modes left out of the losses may do, (2, n_modes): to frequency and to damping, relative; infinite for the
-    last mode."""
+    """Return bounds of the effect of modes left out, (2, n_modes): on frequency and damping, relative.
+
+    The bound of the last mode is infinite.
+    """
     materials = modal_losses(machine, pairs)
     largest = _largest_loss(machine)
     own_loss = np.diag(materials)
     left_out = np.maximum(largest * own_loss - (materials**2 / pairs.squares[:, None]).sum(axis=0), 0.0)
-    apart = np.maximum(1 - pairs.squares / pairs.squares[-1], 0.0)
+    separation = np.maximum(1 - pairs.squares / pairs.squares[-1], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shift = left_out / (pairs.squares * apart)
-        damping = largest * shift / apart * pairs.squares / own_loss
+        shift = left_out / (pairs.squares * separation)
+        damping = largest * shift / separation * pairs.squares / own_loss
     return np.where(left_out > 0, [shift / 2, damping], 0.0)
 
 
 def question_losses(bound: FloatArray) -> list[Doubt]:
-    """Doubt modes whose damping modes left out of the losses may change by more than `DOUBTED_BOUND` (`bound_left_out`)."""
-    worst = int(bound[1].argmax()) if bound.size else 0
-    if not bound.size or bound[1, worst] < DOUBTED_BOUND:
+    """Doubt modes whose damping modes left out of the losses may change by more than `MIN_DOUBTED_BOUND` (`bound_left_out`)."""
+    mode = int(bound[1].argmax()) if bound.size else 0
+    if not bound.size or bound[1, mode] < MIN_DOUBTED_BOUND:
         return []
-    frequency, damping = 100 * bound[:, worst]
-    return [Doubt("damping", f"losses of materials couple mode {worst + 1} with modes left out: its damping, and limits with "
+    frequency, damping = 100 * bound[:, mode]
+    return [Doubt("damping", f"losses of materials couple mode {mode + 1} with modes left out: its damping, and limits with "
                   f"it, may change by up to {damping:.2g} %, its frequency by {frequency:.2g} %", "solve more modes",
-                  figure=float(bound[1, worst]))]
+                  figure=float(bound[1, mode]))]

@@ -11,29 +11,30 @@ from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 
-FREE = 6  # rigid motions of one body
+FREE_BODY_MODES = 6  # rigid motions of one body
 
 
 @dataclass(frozen=True, eq=False)
 class MatrixModes(NotebookText):
-    """The lowest modes of imported matrices, with what was checked."""
+    """Lowest modes of imported matrices, with notes of their checks."""
 
     matrices: ImportedMatrices
     modes: Modes
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out, doubts, and whether all modes were found."""
+        """Notes on left-out rows, doubts, and the count of the modes."""
         rigid = int(self.modes.is_rigid.sum())
         loose = (Doubt("modes at 0 Hz", f"{rigid} of them; one free body has six",
-                       "look for a part that hangs loose, two bodies in one model, or a mechanism"),) if rigid > FREE else ()
+                       "look for a part that hangs loose, two bodies in one model, or a mechanism"),
+                 ) if rigid > FREE_BODY_MODES else ()
         return (*loose, *self.modes.notes)
 
     def table(self) -> str:
         """Return mass and frequencies as text; rigid-body modes are named."""
         rows = [[str(i + 1), f"{f:.6f}", "rigid body" if f == 0 else ""] for i, f in enumerate(self.modes.frequency)]
-        known = ", ".join(f"{m:.9g}" for m in self.matrices.directional_mass)
-        mass = f"mass along x, y, z: {known} kg" if self.matrices.is_labelled else "without labels: their mass is not known"
+        masses = ", ".join(f"{m:.9g}" for m in self.matrices.directional_mass)
+        mass = f"mass along x, y, z: {masses} kg" if self.matrices.is_labelled else "without labels: their mass is not known"
         return text_table(f"{self.matrices.size} rows, {mass}", ["mode", "frequency Hz", ""], rows)
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Correlation of a machine of finite elements with a test: nodes and modes paired, of what and where a shape is wrong."""
+"""Correlation of a machine of finite elements with a test: nodes and modes paired, mixtures and places of wrong shapes."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from toolpoint.vibration.correlation import combine_shapes, mac_without
 from toolpoint.vibration.sparse import EigenPairs
 
 # A gain of MAC by neighbouring modes, or by leaving out a point, that is worth a sentence.
-_GAIN = 0.05
+_MIN_MAC_GAIN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteElementCorrelation(NotebookText):
-    """A test beside a machine of finite elements.
+    """Correlation of a test with a machine of finite elements.
 
     correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where the point is left
     out; factors, mix : (n_measured, n_predicted) and (n_measured,), the mix of the model's neighbouring shapes that is nearest
-    to each measured shape, and the MAC with it; node_parts : the part of every node; near : share of frequency that counts as a
-    neighbour; doubts.
+    to each measured shape, and the MAC with it; node_parts : the part of every node; neighbour_range : share of
+    frequency that counts as a neighbour; doubts.
     """
 
     correlation: ModelCorrelation
@@ -40,7 +40,7 @@ class FiniteElementCorrelation(NotebookText):
     factors: Array
     mix: FloatArray
     node_parts: Mapping[str | int, str]
-    near: float
+    neighbour_range: float
     doubts: tuple[Doubt, ...] = ()
 
     @property
@@ -69,7 +69,7 @@ class FiniteElementCorrelation(NotebookText):
         """Return a line on every measured mode that is a mix of neighbours: low alone, high together."""
         lines = []
         for i, j in self.pairs:
-            if self.mix[i] - self.correlation.mac[i, j] > _GAIN:
+            if self.mix[i] - self.correlation.mac[i, j] > _MIN_MAC_GAIN:
                 parts = [f"{abs(self.factors[i, k]):.2f} of mode {k + 1}" for k in np.argsort(-np.abs(self.factors[i]))[:3]
                          if abs(self.factors[i, k]) > 0.1]
                 lines.append(f"measured mode {i + 1} is a mix: {', '.join(parts)} (MAC {self.correlation.mac[i, j]:.2f} with "
@@ -82,8 +82,8 @@ class FiniteElementCorrelation(NotebookText):
         lines = [f"{len(self.correlation.points.pairs)} points: {self.correlation.points.status}",
                  text_table("Test beside model", HEADER, self.rows()), *self.mixed_modes()]
         if c is not None:
-            moved, alike = float(c.weight @ c.displacement), float(c.weight @ c.mac)
-            lines.append(f"over all pairs: mean {c.mean:.4f}, mass {c.mass:.4f}, displacement {moved:.4f}, MAC {alike:.4f}, "
+            moved, mac = float(c.weight @ c.displacement), float(c.weight @ c.mac)
+            lines.append(f"over all pairs: mean {c.mean:.4f}, mass {c.mass:.4f}, displacement {moved:.4f}, MAC {mac:.4f}, "
                          f"total {c.total:.4f}")
         lines += [f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}" for name, pair, gain in self.worst_points(3)
                   if gain > 1e-3]
@@ -103,9 +103,9 @@ HEADER = ("measured", "Hz", "model", "Hz ", "%", "MAC", "MAC of mix", "frequency
 
 def correlate_finite_elements(
     machine: FiniteElementMachine, pairs: EigenPairs, test: FiniteElementTest, *, furthest: float = 0.02,
-    known: Mapping[str | int, str | int] | None = None, lowest_mac: float = 0.5, near: float = 0.15,
+    known_pairs: Mapping[str | int, str | int] | None = None, lowest_mac: float = 0.5, neighbour_range: float = 0.15,
 ) -> FiniteElementCorrelation:
-    """Return how a model agrees with a test: points to nodes, modes to modes, the coefficients, shape filters.
+    """Return the agreement of a model with a test: points to nodes, modes to modes, coefficients, shape filters.
 
     Parameters
     ----------
@@ -115,43 +115,47 @@ def correlate_finite_elements(
         Its truth is not looked at.
     furthest : float
         Points further from any node after registration stay single, m.
-    known : mapping of point to node number, optional
+    known_pairs : mapping of point to node number, optional
         Three pairs fix the frame; else it is searched for by `register_points`.
     lowest_mac : float
         The first shape filter: a pair below is none.
-    near : float
+    neighbour_range : float
         The second: model shapes within this share of a measured frequency may mix to make the measured one.
     """
+    # int, FloatArray] | Only nodes on the outside can carry a sensor.
     outside: dict[str | int, FloatArray] = {int(node): machine.nodes[node - 1] for node in reachable_nodes(machine)[0]}
-    start, doubt = register_points(test.coordinates, outside) if known is None else (None, None)
-    points = pair_points(test.coordinates, outside, furthest, known=known, start=start)
+    start, doubt = register_points(test.coordinates, outside) if known_pairs is None else (None, None)
+    points = pair_points(test.coordinates, outside, furthest, known_pairs=known_pairs, start=start)
     measured = points.renamed(test.modes)
     nodes = list(dict.fromkeys(int(dof.point) for dof in measured.dofs))
+    # Shapes of undamped modes: the damping does not enter the comparison.
     predicted = machine.modes_at(pairs, measured.dofs, 0.0)
     result = correlate_modes(points, measured, predicted, mass=lambda: machine.effective_mass(pairs),
                              lowest_mac=lowest_mac)
     ratio = result.predicted.frequency[None, :] / result.measured.frequency[:, None]
-    factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= near)
-    doubts = tuple(line for line in (doubt, between_nodes(points, test, outside), *result.doubts) if line)
-    return FiniteElementCorrelation(result, _gains(result), factors, mix, {n: machine.part_of_node[n - 1] for n in nodes}, near,
+    factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= neighbour_range)
+    doubts = tuple(line for line in (doubt, question_close_nodes(points, test, outside), *result.doubts) if line)
+    return FiniteElementCorrelation(result, _gains(result), factors, mix, {n: machine.part_of_node[n - 1] for n in nodes},
+                                    neighbour_range,
                                     doubts)
 
 
-def between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]
-                  ) -> Doubt | None:
-    """Return a doubt on points to which another node is nearly as near as their own; None without."""
+def question_close_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]
+                         ) -> Doubt | None:
+    """Return a doubt about points to which another node is nearly as near as their own; None without."""
     names = list(points.pairs)
-    near, _ = cKDTree(np.array(list(nodes.values()))).query(
+    distances, _ = cKDTree(np.array(list(nodes.values()))).query(
         tf.move(points.transform, np.array([test.coordinates[name] for name in names])), k=2)
-    spread = float(np.sqrt((near[:, 0] ** 2).mean()))
-    unsure = [str(name) for name, (first, second) in zip(names, near, strict=True) if second - first < spread]
+    # The distance to the nearest nodes shows how well places were measured.
+    spread = float(np.sqrt((distances[:, 0] ** 2).mean()))
+    unsure = [str(name) for name, (first, second) in zip(names, distances, strict=True) if second - first < spread]
     if not unsure:
         return None
     return Doubt(f"points {', '.join(unsure)}", "lie between two nodes, within the error of places: either may be meant")
 
 
 def _gains(result: ModelCorrelation) -> dict[str | int, FloatArray]:
-    """Return by point what the MAC of every pair gains without it."""
+    """Return the gain of MAC of every pair without a point, by point."""
     if not len(result.pairs.pairs):
         return {}
     first, second = result.measured.shape[:, result.pairs.pairs[:, 0]], result.predicted.shape[:, result.pairs.pairs[:, 1]]

@@ -1,4 +1,4 @@
-"""All sensitivities of a machine, or of a part of it alone: frequencies, motions, MAC by element, by set, added up; grams."""
+"""Sensitivities of a machine, or of a part alone: frequencies, motions, MAC by element and by set, summed; Hz per kilogram."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
 
 # Share of the whole that "most of it" stands for.
-_MOST = 0.8
+_HELD_FRACTION = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class PartSensitivity(NotebookText):
     mac: ShapeSensitivity | None = None
 
     def hertz_a_kilogram(self, part: str) -> FloatArray:
-        """Return what every frequency gains by a kilogram that thickens an element, E and mass together, (k, e), Hz/kg."""
+        """Return the gain of every frequency by a kilogram that thickens an element (E and mass), (k, e), Hz/kg."""
         slopes = self.frequency[part]
         masses = element_masses(self.machine.parts[part])
         return slopes.frequency[:, None] * (slopes.modulus + slopes.density) / masses
@@ -46,12 +46,12 @@ class PartSensitivity(NotebookText):
         """Return the share of a part's elements, and of its mass, that hold 80 % of its effect by E on a mode (from 0)."""
         values = self.frequency[part].modulus[mode]
         order = np.argsort(-values)
-        many = int(np.searchsorted(np.cumsum(values[order]), _MOST * values.sum())) + 1
+        count = int(np.searchsorted(np.cumsum(values[order]), _HELD_FRACTION * values.sum())) + 1
         masses = element_masses(self.machine.parts[part])
-        return many / len(values), float(masses[order[:many]].sum() / masses.sum())
+        return count / len(values), float(masses[order[:count]].sum() / masses.sum())
 
     def rows(self, modes: int = 3) -> list[list[str]]:
-        """Return a row for every part: its relative effect by E and by density on the first modes, and where 80 % sit."""
+        """Return a row for every part: relative effect of E and density on the first modes, and where 80 % of it lie."""
         rows = []
         for part, slopes in self.frequency.items():
             elements, mass = self.holders(part, 0)
@@ -71,7 +71,7 @@ class PartSensitivity(NotebookText):
         """Return effects by part on the first modes, on the motion, and on the least MAC as text."""
         title = f"{self.name}: relative change of a frequency per relative change of E, of density"
         text = text_table(title, HEADER, self.rows())
-        gram = "; ".join(f"{part} {best:+.3g} .. {worst:+.3g}" for part, best, worst in self.best_grams())
+        gram = "; ".join(f"{part} {gain_max:+.3g} .. {gain_min:+.3g}" for part, gain_max, gain_min in self.best_grams())
         text += f"\nHz of mode 1 for a kilogram of wall, best and worst element: {gram}"
         if self.mac is not None and len(self.mac.values):
             k = int(np.argmin(self.mac.values))
@@ -79,7 +79,7 @@ class PartSensitivity(NotebookText):
         return text
 
     def mac_levers(self, pair: int, number: int = 4) -> list[str]:
-        """Return what raises (or by its sign lowers) a MAC most: joints by stiffness, parts by E or density, per 10 %."""
+        """Return the changes that raise or lower a MAC most: joints by stiffness, parts by E or density, per 10 %."""
         assert self.mac is not None
         effects = {f"stiffness of {name}": float(v[pair]) for name, v in self.mac.joints.items()}
         for part, (modulus, density) in self.mac.by_part().items():
@@ -106,7 +106,7 @@ class PartSensitivity(NotebookText):
 HEADER = ("part", "E, f1", "E, f2", "E, f3", "density, f1", "density, f2", "density, f3", "elements of 80 %", "their mass")
 
 
-def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPairs, *, dof: Dof, shown: int = 10,
+def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPairs, *, dof: Dof, mode_count: int = 10,
                       measured: tuple[tuple[Dof, ...], Array, tuple[int, ...]] | None = None) -> PartSensitivity:
     """Return all sensitivities of a machine.
 
@@ -114,15 +114,15 @@ def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPair
     ----------
     name : str
     machine, pairs
-        Some more modes than `shown`.
+        Some more modes than `mode_count`.
     dof : Dof
         At a node (a number from 1): the motion whose slopes are given.
-    shown : int
+    mode_count : int
         Lowest modes that are studied.
     measured : (Dofs, shapes (n_dofs, k), modes (k,)), optional
         Of a test, and the mode of the model that each shape belongs to.
     """
-    count = min(shown, pairs.count - 1)
+    count = min(mode_count, pairs.count - 1)
     slopes = machine.sensitivities(pairs)
     motion = motion_sensitivity(machine, pairs, {f"{machine.part_of_node[int(dof.point) - 1]} {dof.direction}":
                                                  machine.motion_of([dof])}, which=range(count))

@@ -1,4 +1,4 @@
-r"""What E and density of every element, and every joint, do to mode shapes and to their MAC with a test.
+r"""Slopes of mode shapes and of their MAC with a test to E and density of every element and to every joint.
 
 :math:`MAC = |\psi^H \phi_S|^2 / (\psi^H \psi\ \phi_S^T \phi_S)` is a function of the shape at the measured Dofs; so is the
 motion of any Dof at unit modal mass. Each has one adjoint a mode (`vibration.sparse.beside_mode`), and every element its
@@ -65,7 +65,7 @@ class ShapeSensitivity(NotebookText):
 
 
 def accumulate(values: FloatArray) -> FloatArray:
-    """Return values added up from the largest size to the smallest, along the last axis: how many elements make most of it."""
+    """Return the values summed from the largest size to the smallest along the last axis."""
     order = np.argsort(-np.abs(values), axis=-1)
     return np.cumsum(np.take_along_axis(values, order, axis=-1), axis=-1)
 
@@ -86,20 +86,21 @@ def mac_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, dofs: Sequ
     which : (k,) ints
         Mode of the model that each belongs to, from 0.
     """
-    at = np.asarray(which, dtype=np.int64)
-    if np.shape(measured) != (len(dofs), len(at)):
-        fail("measured", f"shape {np.shape(measured)}", f"must be ({len(dofs)}, {len(at)})")
+    modes = np.asarray(which, dtype=np.int64)
+    if np.shape(measured) != (len(dofs), len(modes)):
+        fail("measured", f"shape {np.shape(measured)}", f"must be ({len(dofs)}, {len(modes)})")
     motion = machine.motion_of(dofs)
 
     def functions(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        shape = motion.T @ vectors[:, at]
+        shape = motion.T @ vectors[:, modes]
         cross = (measured.conj() * shape).sum(axis=0)
         norms = (np.abs(measured) ** 2).sum(axis=0), (shape**2).sum(axis=0)
         values = np.abs(cross) ** 2 / (norms[0] * norms[1])
+        # Slope of the MAC by the shape; that along the shape drops out.
         slope = 2 * (cross.conj() * measured.conj()).real / (norms[0] * norms[1]) - 2 * values * shape / norms[1]
         return values, motion @ slope
 
-    return _sensitivity(machine, pairs, tuple(f"MAC of mode {i + 1}" for i in at), at, functions)
+    return _solve_slopes(machine, pairs, tuple(f"MAC of mode {i + 1}" for i in modes), modes, functions)
 
 
 def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions: Mapping[str, csc_array], *,
@@ -110,42 +111,46 @@ def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions
     is taken in every mode of `which`.
     """
     weights = np.column_stack([w.toarray().ravel() for w in motions.values()])
-    at = np.repeat(np.asarray(which, dtype=np.int64), len(motions))
+    modes = np.repeat(np.asarray(which, dtype=np.int64), len(motions))
+    # The functions are linear: their gradients are the weights, whatever the shapes.
     gradients = np.tile(weights, (1, len(which)))
 
     def functions(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return (gradients * vectors[:, at]).sum(axis=0), gradients
+        return (gradients * vectors[:, modes]).sum(axis=0), gradients
 
     names = tuple(f"{name} in mode {i + 1}" for i in which for name in motions)
-    return _sensitivity(machine, pairs, names, at, functions)
+    return _solve_slopes(machine, pairs, names, modes, functions)
 
 
-def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[str, ...], at: IndexArray,
-                 functions: Functions) -> ShapeSensitivity:
-    if at.size and at.max() >= pairs.count - 1:
-        fail("pairs", f"{pairs.count} modes", f"must be at least {int(at.max()) + 2}, one more than the highest studied",
+def _solve_slopes(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[str, ...], modes: IndexArray,
+                  functions: Functions) -> ShapeSensitivity:
+    if modes.size and modes.max() >= pairs.count - 1:
+        fail("pairs", f"{pairs.count} modes", f"must be at least {int(modes.max()) + 2}, one more than the highest studied",
              remedy="solve for some more; it converges faster too")
     stiffness, mass = machine.matrices
     inverse = machine.inverse
+    # Adjoints need shapes that are exacter than frequencies ask for.
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
-    adjoint = solve_beside(stiffness, mass, squares, vectors=vectors, which=at, right=gradients, inverse=inverse)
-    shapes, level = vectors[:, at], squares[at]
+    adjoint = solve_beside(stiffness, mass, squares, vectors=vectors, which=modes, right=gradients, inverse=inverse)
+    shapes, level = vectors[:, modes], squares[modes]
+    # The part of a gradient along the shape: its length follows from unit modal mass.
     along = (gradients * shapes).sum(axis=0)
     parts = {}
     for name, model in machine.parts.items():
         rows = slice(machine.starts[name], machine.starts[name] + model.size)
+        # An element's share needs its own rows of the adjoint and of the shape only.
         strain, cross = element_energies(model, adjoint[rows], shapes[rows])
         motion = element_energies(model, shapes[rows], shapes[rows])[1] if along.any() else np.zeros_like(cross)
         parts[name] = PartSlopes(-strain, level[:, None] * cross - 0.5 * along[:, None] * motion, element_sets(model))
     joints = {joint.name: -(joint.stiffness[:, None] * (machine.joint_motions[joint.name].T @ adjoint)
                             * (machine.joint_motions[joint.name].T @ shapes)).sum(axis=0) for joint in machine.joints}
-    return ShapeSensitivity(names, at, values, parts, joints, _together(squares, at))
+    return ShapeSensitivity(names, modes, values, parts, joints, _cluster_notes(squares, modes))
 
 
-def _together(squares: FloatArray, at: IndexArray) -> tuple[str, ...]:
+def _cluster_notes(squares: FloatArray, modes: IndexArray) -> tuple[str, ...]:
     notes = []
-    for i in sorted(set(at.tolist())):
+    for i in sorted(set(modes.tolist())):
         gap = np.abs(np.delete(squares, i) / squares[i] - 1).min()
         if gap < 100 * CLUSTER_SQUARE_TOLERANCE:
             notes.append(f"mode {i + 1} lies together with another (squares apart by {gap:.1g}): its shape has no slope of its "

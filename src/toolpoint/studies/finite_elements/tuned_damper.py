@@ -25,10 +25,10 @@ GOALS = ("peak", "depth", "lobes")
 
 @dataclass(frozen=True, eq=False)
 class TunedDamper:
-    """A damper and what it does.
+    """Tuned damper and its effect.
 
-    mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; before, after : (n,) response at the
-    tool on `lines` (Hz), m/N, without and with it; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
+    mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; without_damper, with_damper : (n,)
+    response at the tool on `lines` (Hz), m/N; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
     ratio) after Den Hartog; status : whether the search ended well; depths : least depths of milling without and with it, m,
     and response : of tool against work with it, for the goal ``lobes``.
     """
@@ -37,8 +37,8 @@ class TunedDamper:
     frequency: float
     damping_ratio: float
     lines: FloatArray
-    before: ComplexArray
-    after: ComplexArray
+    without_damper: ComplexArray
+    with_damper: ComplexArray
     goal: str
     start: tuple[float, float]
     status: str
@@ -47,20 +47,20 @@ class TunedDamper:
 
     @property
     def stiffness(self) -> float:
-        """N/m."""
+        """Stiffness of its spring, N/m."""
         return self.mass * (2 * np.pi * self.frequency) ** 2
 
     @property
     def peak_ratio(self) -> float:
         """Largest response with the damper over that without."""
-        return float(np.abs(self.after).max() / np.abs(self.before).max())
+        return float(np.abs(self.with_damper).max() / np.abs(self.without_damper).max())
 
     @property
     def depth_ratio(self) -> float:
         """Least stable depth with the damper over that without: 1 / -min Re G (Tlusty), or that of milling."""
         if self.depths is not None:
             return self.depths[1] / self.depths[0]
-        return float(min(self.before.real.min(), -1e-300) / min(self.after.real.min(), -1e-300))
+        return float(min(self.without_damper.real.min(), -1e-300) / min(self.with_damper.real.min(), -1e-300))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data."""
@@ -86,8 +86,16 @@ def tune_damper(
         Hz, over which the response is judged; they should lie close beside the peaks.
     goal : str
         ``peak`` or ``depth`` (of a cut in one direction: 1 / -min Re G); for lobes of milling see `tune_damper_for_cut`.
+
+    Examples
+    --------
+    >>> modes = Modes([80.0], [0.02], [[0.1]], ["tool:+x"])
+    >>> damper = tune_damper(modes, "tool:+x", "tool:+x", mass=2.0, lines=np.linspace(50, 110, 300))
+    >>> round(damper.start[0], 2), damper.peak_ratio < 0.3
+    (78.43, True)
     """
     one_of("goal", goal, GOALS[:2])
+    # A damper at the tool itself has one label: first and last row are then the same.
     labels = list(dict.fromkeys((tool, place)))
     frf = frequency_response.modal(modes, lines, outputs=labels, inputs=labels).values
     g_tt, g_tp, g_pp = frf[:, 0, 0], frf[:, 0, -1], frf[:, -1, -1]
@@ -100,9 +108,10 @@ def tune_damper(
 
     def cost(values: FloatArray) -> float:
         g = response(values)
+        # Logarithms, so that the search's tolerance is a relative one.
         return float(np.log(np.abs(g).max() if goal == "peak" else max(-g.real.min(), 1e-300)))
 
-    x, status = _searched(cost, [start])
+    x, status = _search(cost, [start])
     return TunedDamper(mass, float(np.exp(x[0]) / (2 * np.pi)), float(np.exp(x[1])), np.asarray(lines), g_tt, response(x), goal,
                        start, status)
 
@@ -123,34 +132,39 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
     factors : (2, 2) floats
         Mean directional matrix of the cut, see `machine_cut.mean_factors`.
     """
-    at = fitting_place(modes, place, lines)
+    fitting = fitting_place(modes, place, lines)
     first = [_den_hartog(modes, tool, place, positive("mass", mass)) for tool in PLANE]
 
     def response(values: FloatArray) -> ComplexArray:
-        return at.with_device(damper_stiffness(at.omega, mass, float(np.exp(values[0])), ratio=float(np.exp(values[1]))))
+        return fitting.with_device(damper_stiffness(fitting.omega, mass, float(np.exp(values[0])),
+                                                    ratio=float(np.exp(values[1]))))
 
     def cost(values: FloatArray) -> float:
-        return -float(np.log(least_depth(response(values), factors, at.lines)[0]))
+        return -float(np.log(least_depth(response(values), factors, fitting.lines)[0]))
 
     # A cut is often limited by another mode than that of the peak: the search starts at every mode.
-    starts = [*first, *((float(f), first[0][1]) for f in modes.frequency if f < at.lines[-1])]
-    x, status = _searched(cost, starts)
-    depths = tuple(least_depth(values, factors, at.lines)[0] for values in (at.cut, response(x)))
+    starts = [*first, *((float(f), first[0][1]) for f in modes.frequency if f < fitting.lines[-1])]
+    x, status = _search(cost, starts)
+    depths = tuple(least_depth(values, factors, fitting.lines)[0] for values in (fitting.cut, response(x)))
     frequency, ratio = float(np.exp(x[0]) / (2 * np.pi)), float(np.exp(x[1]))
-    return TunedDamper(mass, frequency, ratio, at.lines, at.cut[:, 0, 0], response(x)[:, 0, 0], "lobes", first[0], status,
-                       (depths[0], depths[1]), at.frf(response(x)))
+    return TunedDamper(mass, frequency, ratio, fitting.lines, fitting.cut[:, 0, 0], response(x)[:, 0, 0], "lobes", first[0],
+                       status,
+                       (depths[0], depths[1]), fitting.frf(response(x)))
 
 
-def _searched(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
-    """Return the logarithms of angular frequency and damping ratio with the least cost, from several starts, and a status:
-    the doubt where the search did not end."""
+def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
+    """Return logarithms of angular frequency and damping ratio of least cost, from several starts, and a status.
+
+    The status is a doubt where the search did not end.
+    """
+    # Logarithms of both: neither can become negative, and both steps are relative.
     runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
                      options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000}) for f, ratio in starts]
     best = min(runs, key=lambda run: float(run.fun))
     if not best.success:
         return best.x, status_of([Doubt("search", f"not ended ({best.message})", "give more lines")], "")
-    many = "" if len(runs) == 1 else f", the best of {len(runs)} starts"
-    return best.x, f"least found by a search from Den Hartog's tuning{many}"
+    starts_text = "" if len(runs) == 1 else f", the best of {len(runs)} starts"
+    return best.x, f"least found by a search from Den Hartog's tuning{starts_text}"
 
 
 def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) -> tuple[float, float]:
@@ -158,9 +172,10 @@ def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) ->
     if modes.scaling != "unit modal mass":
         fail("modes", f"scaling {modes.scaling!r}", "must be 'unit modal mass'")
     shape_t, shape_p = modes.shape_at([tool])[0].real, modes.shape_at([place])[0].real
-    strong = np.abs(shape_t * shape_p) / np.maximum(modes.omega**2 * np.maximum(modes.damping_ratio, 1e-4), 1e-300)
-    worst = int(np.argmax(strong))
-    ratio = mass * float(shape_p[worst]) ** 2
+    # The mode that a force at the damper's place moves the tool in most, at its resonance.
+    peaks = np.abs(shape_t * shape_p) / np.maximum(modes.omega**2 * np.maximum(modes.damping_ratio, 1e-4), 1e-300)
+    mode = int(np.argmax(peaks))
+    ratio = mass * float(shape_p[mode]) ** 2
     if ratio <= 0:
         fail("place", str(place), "must move in a mode that moves the tool", remedy="put the damper where the shape is large")
-    return float(modes.frequency[worst] / (1 + ratio)), float(np.sqrt(3 * ratio / (8 * (1 + ratio) ** 3)))
+    return float(modes.frequency[mode] / (1 + ratio)), float(np.sqrt(3 * ratio / (8 * (1 + ratio) ** 3)))

@@ -1,4 +1,4 @@
-"""A whole machine of solid bodies: finite elements of every part, held together by patches with springs, solved unreduced."""
+"""Whole machine of solid bodies: finite elements of every part, joined by patches with springs, solved unreduced."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, mod
 
 GROUND = "ground"
 # Patches of one joint may stand apart by a gasket or by rounding, no more, m.
-_GAP = 2e-3
+_MAX_PATCH_GAP = 2e-3
 _DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 
 
@@ -51,8 +51,9 @@ class PatchJoint:
                  "must be given for a part, and only then")
         if self.parent_patch is not None:
             gap = float(np.linalg.norm(self.parent_patch.centre - self.child_patch.centre))
-            if gap > _GAP:
-                fail(f"PatchJoint {self.name}", f"patches {1e3 * gap:.3g} mm apart", f"must be within {1e3 * _GAP:g} mm",
+            if gap > _MAX_PATCH_GAP:
+                fail(f"PatchJoint {self.name}", f"patches {1e3 * gap:.3g} mm apart",
+                     f"must be within {1e3 * _MAX_PATCH_GAP:g} mm",
                      remedy="give both in the machine frame, where the parts touch")
 
 
@@ -105,18 +106,18 @@ class FiniteElementMachine:
 
         A name is a part, or a set of a part as ``column.layer``.
         """
-        known = {name for part, model in self.parts.items() for name in (part, *(f"{part}.{s}" for s in model.set_names))}
-        for what, given, names in (("modulus", modulus, known), ("density", density, known),
-                                   ("joints", joints, {joint.name for joint in self.joints})):
-            lost = sorted(set(given or {}) - names)
-            if lost:
-                fail(what, repr(lost[0]), f"must be of {', '.join(sorted(names))}")
-        parts = {name: _scaled_part(name, model, modulus or {}, density or {}) for name, model in self.parts.items()}
+        set_names = {name for part, model in self.parts.items() for name in (part, *(f"{part}.{s}" for s in model.set_names))}
+        for what, factors, names in (("modulus", modulus, set_names), ("density", density, set_names),
+                                     ("joints", joints, {joint.name for joint in self.joints})):
+            unknown = sorted(set(factors or {}) - names)
+            if unknown:
+                fail(what, repr(unknown[0]), f"must be of {', '.join(sorted(names))}")
+        parts = {name: _scale_part(name, model, modulus or {}, density or {}) for name, model in self.parts.items()}
         held = tuple(replace(joint, stiffness=joint.stiffness * (joints or {}).get(joint.name, 1.0)) for joint in self.joints)
         return FiniteElementMachine(parts, held, self.points)
 
     def part_alone(self, part: str) -> FiniteElementMachine:
-        """Return one part by itself, the joints through which others carry it on the ground; what it carries is gone."""
+        """Return one part by itself, its carrying joints on the ground; the parts that it carries are left out."""
         joints = tuple(replace(joint, parent=GROUND, parent_patch=None) for joint in self.joints if joint.child == part)
         if not joints:
             fail("part", repr(part), "must be carried by a joint as its child",
@@ -136,6 +137,7 @@ class FiniteElementMachine:
         mass = csc_array(block_diag([model.mass() for model in self.parts.values()], format="csc"))
         for joint in self.joints:
             motion = self.joint_motions[joint.name]
+            # A joint adds no coordinates: its springs act between the mean motions of its two patches.
             stiffness = csc_array(stiffness + motion @ diags_array(joint.stiffness) @ motion.T)
         return stiffness, mass
 
@@ -157,6 +159,7 @@ class FiniteElementMachine:
         stiffness, mass = self.matrices
         pairs = modes(stiffness, mass, number, coordinates=self.dof_places, is_counted=is_counted)
         if pairs.rigid_count:
+            # The part that moves most in the first motion without stiffness is the one that lacks a joint.
             part = max(self.parts, key=lambda name: float(np.abs(self.shape_of(name, pairs)[:, 0]).max()))
             fail("joints", f"{pairs.rigid_count} motions without stiffness, of {part} most of all", "must hold every part",
                  remedy="a drive that is missing, or a joint with a zero?")
@@ -173,6 +176,7 @@ class FiniteElementMachine:
         for k, dof in enumerate(dofs):
             if not isinstance(dof.point, int) or not 1 <= dof.point <= len(self.nodes) or dof.is_rotation:
                 fail("dofs", str(dof), f"must be a translation of a node, a number from 1 to {len(self.nodes)}")
+            # Three rows a node (x, y, z); numbers of nodes begin at 1.
             rows += [3 * (dof.point - 1) + i for i in range(3)]
             columns += [k] * 3
             values += dof.unit[:3].tolist()
@@ -189,13 +193,16 @@ class FiniteElementMachine:
 
     def effective_mass(self, pairs: EigenPairs) -> FloatArray:
         """Return the effective modal mass in translation, all three directions together, (n_modes,), kg."""
+        # Modes have unit modal mass: the squared momentum in a direction is the effective mass.
         momentum = (self.matrices[1] @ pairs.vectors).reshape(-1, 3, pairs.count).sum(axis=0)
         return np.asarray((momentum**2).sum(axis=0))
 
     def material_damping(self, pairs: EigenPairs) -> FloatArray:
-        """Return half the loss factors of all sets by their shares in the strain energy, (n_modes,): the materials' part of
-        the damping ratio (modal strain energy; Johnson, Kienholz, AIAA J. 20 (1982)). First order: a layer that carries most of
-        a mode's energy and turns its shape needs a complex solution."""
+        """Return the materials' part of the damping ratio, (n_modes,).
+
+        Half the loss factors of all sets by their shares in the strain energy (modal strain energy; Johnson, Kienholz, AIAA J.
+        20 (1982)). First order: a layer that carries most of a mode's energy and turns its shape needs a complex solution.
+        """
         total = np.zeros(pairs.count)
         for name, slopes in self.sensitivities(pairs).items():
             for group, (modulus, _) in slopes.by_set().items():
@@ -212,21 +219,22 @@ class FiniteElementMachine:
         return Modes(pairs.frequency, damping, rows, labels, notes=(pairs.status,))
 
     def point_rows(self, vectors: FloatArray) -> tuple[FloatArray, tuple[Dof, ...]]:
-        """Return what motions (size, m) do at the points of `point_modes`, (n_dofs, m), and the labels."""
+        """Return the motions (size, m) at the points of `point_modes`, (n_dofs, m), and the labels."""
         rows, labels = [], []
         for name, (part, patch, offset) in self.points.items():
             twist = self.spread(part, patch).T @ vectors
+            # The mean twist of the patch is carried to the point, whose offset counts as rigid.
             arm = np.array(offset)
             rows.append(np.vstack([twist[:3] + np.cross(twist[3:].T, arm).T, twist[3:]]))
             labels += [Dof(name, direction) for direction in _DIRECTIONS]
         if {"tool", "work"} <= set(self.points):
-            at = list(self.points)
-            rows.append((rows[at.index("tool")] - rows[at.index("work")])[:3])
+            names = list(self.points)
+            rows.append((rows[names.index("tool")] - rows[names.index("work")])[:3])
             labels += [Dof("tool-work", direction) for direction in _DIRECTIONS[:3]]
         return np.vstack(rows), tuple(labels)
 
     def sensitivities(self, pairs: EigenPairs) -> dict[str, ElementSensitivity]:
-        """Return what E and density of every element of every part do to the frequencies."""
+        """Return the sensitivities of the frequencies to E and density of every element of every part."""
         return {name: frequency_sensitivity(model, pairs.squares, self.shape_of(name, pairs))
                 for name, model in self.parts.items()}
 
@@ -246,13 +254,14 @@ class FiniteElementMachine:
         shares = {}
         for joint in self.joints:
             motion = self.joint_motions[joint.name]
+            # Of modes of unit modal mass twice the strain energy is the squared circular frequency.
             shares[joint.name] = (joint.stiffness[:, None] * (motion.T @ pairs.vectors) ** 2).sum(axis=0) / pairs.squares
         return shares
 
 
-def _scaled_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
-    def factor(given: Mapping[str, float], name: str) -> float:
-        return given.get(part, 1.0) * given.get(f"{part}.{name}", 1.0)
+def _scale_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
+    def factor(factors: Mapping[str, float], name: str) -> float:
+        return factors.get(part, 1.0) * factors.get(f"{part}.{name}", 1.0)
 
     materials = {name: replace(model.materials[name], modulus=model.materials[name].modulus * factor(modulus, name),
                                density=model.materials[name].density * factor(density, name)) for name in model.set_names}

@@ -28,7 +28,13 @@ LONGER_RECORD_RATIO = 3.0  # times the cut: the record that is asked for where l
 
 @dataclass(frozen=True)
 class SpindleRange:
-    """Lowest and highest spindle speed that the machine has, rev/min; `highest` None: a quarter above the present one."""
+    """Lowest and highest spindle speed that the machine has, rev/min; `highest` None: a quarter above the present one.
+
+    Examples
+    --------
+    >>> SpindleRange(highest=18_000.0, lowest=3_000.0).highest
+    18000.0
+    """
 
     highest: float | None = None
     lowest: float = 0.0

@@ -1,1 +1,1 @@
-"""Questions asked of machines: modes, maps, what the cut sees, sensitivities, a virtual hammer test."""
+"""Questions asked of machines: modes, maps, tool-point responses and limits, sensitivities, a virtual hammer test."""

@@ -1,4 +1,4 @@
-"""Poses of an arm in closed form: the branch that is asked for, or the one whose axes move least from a start."""
+"""Poses of an arm in closed form: the requested branch, or the branch whose axes move least from a start."""
 
 from __future__ import annotations
 
@@ -15,69 +15,70 @@ from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 
 Pose = Mapping[str, float]
-_SAME_PLACE = 1e-10  # m: nearer places have the same branches
+_SAME_PLACE_TOLERANCE = 1e-10  # m: nearer places have the same branches
 
 
 def tool_target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, *, turn: float) -> FloatArray:
-    """Return the displacement of the tool's link that puts tip and axes where they shall be; the work stands still."""
-    asked = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
-    return move_tool(asked, tf.transform(smallest_turn(pair.direction), pair.tip))
+    """Return the displacement (4, 4) of the tool's link that brings tip and axes to their targets; the work stands still."""
+    tool_pose = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
+    return move_tool(tool_pose, tf.transform(smallest_turn(pair.direction), pair.tip))
 
 
 class ArmReach:
-    """Closed form at one direction and turn of the tool; a place that was asked for before is not solved again."""
+    """Closed-form inverse kinematics at one direction and turn of the tool; branches of a place are computed once."""
 
     def __init__(self, arm: SphericalWrist, pair: ToolOnWork, direction: FloatArray, *, turn: float, branch: str) -> None:
         self.arm, self.pair, self.direction, self.turn = arm, pair, direction, turn
         self.branch, self.choice = branch, BranchChoice.parsed(branch)
         self.axes = arm.chain.driven_axes
         self.names = [axis.name for axis in self.axes]
-        self._rest = np.array([axis.reference_position for axis in self.axes])
-        self._known: dict[tuple[int, ...], list[ArmBranch]] = {}
+        self._reference_positions = np.array([axis.reference_position for axis in self.axes])
+        self._branches_by_place: dict[tuple[int, ...], list[ArmBranch]] = {}
 
     def branches(self, place: FloatArray, fourth: float = 0.0) -> list[ArmBranch]:
         """Return all branches at a place, within limits or not; fourth : angle of joint 4 where a straight wrist leaves it."""
-        key = tuple(np.rint(place / _SAME_PLACE).astype(int).tolist())
-        if key not in self._known:
+        key = tuple(np.rint(place / _SAME_PLACE_TOLERANCE).astype(int).tolist())
+        if key not in self._branches_by_place:
             target = tool_target(self.pair, place, self.direction, turn=self.turn)
             branches = self.arm.inverse(target, turn_at_singular=fourth)
+            # A straight wrist leaves joint 4 to the start: such branches hold for this call only.
             if any(each.note for each in branches):
                 return branches
-            self._known[key] = branches
-        return self._known[key]
+            self._branches_by_place[key] = branches
+        return self._branches_by_place[key]
 
     def __call__(self, place: FloatArray, start: Pose) -> tuple[Pose | None, str, str]:
         """Return the pose of a place nearest to a start, its branch, and why there is none."""
-        first = np.array([start.get(name, 0.0) for name in self.names])
-        branches = self.branches(place, float(self.arm.joint_angles(first)[3]))
+        start_positions = np.array([start.get(name, 0.0) for name in self.names])
+        branches = self.branches(place, float(self.arm.joint_angles(start_positions)[3]))
         if not branches:
             return None, "", "out of reach"
-        asked = [each for each in branches if self.choice.allows(each.name)]
-        if not asked:
+        allowed = [each for each in branches if self.choice.allows(each.name)]
+        if not allowed:
             names = ", ".join(each.name for each in branches)
             return None, "", f"not on branch {self.branch!r}; reached on {names}"
-        inside = [each for each in asked if each.within_limits]
+        inside = [each for each in allowed if each.within_limits]
         if not inside:
-            return None, "", "beyond the limits of " + self._beyond(asked[0])
+            return None, "", "beyond the limits of " + self._beyond(allowed[0])
         if self.choice.is_least:
-            best = min((self.wrist_turn(self.nearest(each, self._rest)), each.name, each) for each in inside)[2]
-            return dict(zip(self.names, self.nearest(best, first).tolist(), strict=True)), best.name, ""
-        _, name, values = min((float(np.linalg.norm(values - first)), each.name, values.tolist())
-                                     for each in inside for values in (self.nearest(each, first),))
+            best = min((self.wrist_turn(self.nearest(each, self._reference_positions)), each.name, each) for each in inside)[2]
+            return dict(zip(self.names, self.nearest(best, start_positions).tolist(), strict=True)), best.name, ""
+        _, name, values = min((float(np.linalg.norm(values - start_positions)), each.name, values.tolist())
+                                     for each in inside for values in (self.nearest(each, start_positions),))
         return dict(zip(self.names, values, strict=True)), name, ""
 
-    def nearest(self, branch: ArmBranch, first: FloatArray) -> FloatArray:
-        """Return the positions of a branch, each axis by whole turns to where it is nearest to a start, within its limits."""
+    def nearest(self, branch: ArmBranch, start_positions: FloatArray) -> FloatArray:
+        """Return the positions of a branch, each axis turned by whole turns towards a start, within its limits."""
         values = []
-        for value, near, axis in zip(branch.positions, first, self.axes, strict=True):
+        for value, start_value, axis in zip(branch.positions, start_positions, self.axes, strict=True):
             turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)] if axis.is_rotary else [value]
             inside = [v for v in turns if axis.lower - 1e-9 <= v <= axis.upper + 1e-9] or [value]
-            values.append(min(inside, key=lambda v: abs(v - near)))
+            values.append(min(inside, key=lambda v: abs(v - start_value)))
         return np.array(values)
 
     def wrist_turn(self, positions: FloatArray) -> float:
-        """Return how far the three axes of the wrist are turned from rest, rad."""
-        return float(np.linalg.norm((positions - self._rest)[3:]))
+        """Return the turn of the three axes of the wrist from rest, rad."""
+        return float(np.linalg.norm((positions - self._reference_positions)[3:]))
 
     def _beyond(self, branch: ArmBranch) -> str:
         return ", ".join(f"{axis.name} ({axis.words(value)}, {axis.span})"

@@ -1,4 +1,4 @@
-"""What the ground holds: force and moment of the base on a machine at rest, at one pose or several."""
+"""Base reactions: force and moment of the ground on a machine at rest, at one pose or several."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class BaseReactions(NotebookText):
 
 
 def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] = ()) -> BaseReactions:
-    """Return what the ground holds of a machine at rest: its weight, and the moments that its places make of it.
+    """Return the force and moment by which the ground holds a machine at rest: its weight and the moments of its bodies.
 
     Gravity is that of the machine; where it states none, 9.80665 m/s^2 against the `up` of the machine, which a note says.
 
@@ -65,6 +65,7 @@ def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] 
         notes = (f"the file states no gravity: {STANDARD_GRAVITY} m/s^2 along {down} of the machine is taken; write gravity: "
                  "9.81 and up: y where y is up",)
     wrench = np.concatenate([base_reaction(machine, pose, gravity=gravity) for pose in chosen])
+    # Components of rounding would be read as forces of the ground.
     wrench = np.where(np.abs(wrench) < 1e-9 * np.abs(wrench).max(initial=1.0), 0.0, wrench)
     mass = float(sum(body.mass[0, 0] for body in machine.bodies))
     loads = ("its loads (section loads) are not in it",) if machine.description.loads else ()

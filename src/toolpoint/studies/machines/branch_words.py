@@ -1,4 +1,4 @@
-"""On which branches of an arm poses lie, in words."""
+"""Branches of an arm on which poses lie, in words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from toolpoint.studies.machines.reach import arm_of
 
 
 def name_branches(machine: Machine, poses: Mapping[str, FloatArray]) -> tuple[str, ...]:
-    """Return the branch on which each pose of a batch lies; nothing for machines that are no arms."""
+    """Return the branch of each pose of a batch; an empty tuple for machines that are no arms."""
     arm = arm_of(machine)
     if arm is None:
         return ()

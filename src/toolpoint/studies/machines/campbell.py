@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import ComplexArray, FloatArray, count, fail, floats, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
-from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.gyroscopics import fastest_spin, run_at_speed
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
@@ -20,7 +20,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration.gyroscopic import gyroscopic_pencil
 
 SENSES = ("backward", "plain", "forward")
-ROUND = 0.05  # share of a circle below which an orbit is a line, neither forward nor backward
+MIN_ORBIT_CIRCULARITY = 0.05  # of a circle's area: below, an orbit is a line, neither forward nor backward
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,38 +71,41 @@ def map_speeds(machine: Machine, speeds: ArrayLike, modes: int = 8, *, pose: Map
     orders : floats
         Excitations per revolution whose crossings are critical speeds: 1 for unbalance, the number of teeth for a cut.
     """
-    n = increasing("speeds", floats("speeds", speeds))
-    if n.size < 2:
-        fail("speeds", f"{n.size}", "must be two or more")
+    speed_grid = increasing("speeds", floats("speeds", speeds))
+    if speed_grid.size < 2:
+        fail("speeds", f"{speed_grid.size}", "must be two or more")
     if not fastest_spin(machine.description):
         fail("machine", "no body that spins", "must have one",
              remedy="give the spindle's body spin: {speed: 12000 rpm, axis: z}")
-    keep = count("modes", modes)
-    parts = [_at_speed(machine, float(speed), dict(pose or {}), keep) for speed in n]
+    mode_count = count("modes", modes)
+    parts = [_modes_at_speed(machine, float(speed), dict(pose or {}), mode_count) for speed in speed_grid]
     frequency, whirl = (np.array([part[k] for part in parts]) for k in (0, 1))
     multiples = tuple(map(float, np.atleast_1d(floats("orders", orders))))
-    critical = tuple(_crossings(n, frequency, whirl, multiples))
-    return Campbell(machine, dict(pose or {}), n, frequency, whirl, multiples, critical)
+    critical = tuple(_crossings(speed_grid, frequency, whirl, multiples))
+    return Campbell(machine, dict(pose or {}), speed_grid, frequency, whirl, multiples, critical)
 
 
-def _at_speed(machine: Machine, speed: float, pose: Mapping[str, float], keep: int) -> tuple[FloatArray, FloatArray]:
-    spinning = at_speed(machine, speed * np.pi / 30)
-    system = assemble(spinning, pose, _anchor(machine), modal_damping=False)
-    plain = system.with_damping(None if system.damping is None else (system.damping - system.damping.T) / 2)
-    poles, right, _ = gyroscopic_pencil(plain)
-    sense = _whirl(machine, pose, right[:, :keep]) if speed else np.zeros(min(keep, poles.size))
-    return np.abs(poles[:keep]) / (2 * np.pi), sense
+def _modes_at_speed(machine: Machine, speed: float, pose: Mapping[str, float], mode_count: int) -> tuple[FloatArray,
+                                                                                                         FloatArray]:
+    spinning = run_at_speed(machine, speed * np.pi / 30)
+    system = assemble(spinning, pose, _any_label(machine), modal_damping=False)
+    # The antisymmetric part of the damping is gyroscopic: it shifts frequencies and stays; dissipation goes.
+    undamped = system.with_damping(None if system.damping is None else (system.damping - system.damping.T) / 2)
+    poles, right, _ = gyroscopic_pencil(undamped)
+    sense = _whirl(machine, pose, right[:, :mode_count]) if speed else np.zeros(min(mode_count, poles.size))
+    return np.abs(poles[:mode_count]) / (2 * np.pi), sense
 
 
-def _anchor(machine: Machine) -> list[str]:
-    """Any point of the machine: only its equations are looked at."""
+def _any_label(machine: Machine) -> list[str]:
+    """Return the label of any point of the machine: its motion is not read."""
     if not machine.description.points:
         fail("machine", "no points", "must have one", remedy="give the machine a point")
     return [f"{next(iter(machine.description.points))}:+x"]
 
 
 def _whirl(machine: Machine, pose: Mapping[str, float], right: ComplexArray) -> FloatArray:
-    """Sense in which the fastest body circles about its axis in every mode: +1 with its spin, -1 against it, 0 neither."""
+    """Return the sense in which the fastest body circles about its axis in each mode: +1 with its spin, -1 against it, else
+    0."""
     name, spin = max(((name, body.spin) for name, body in machine.description.bodies.items() if body.spin is not None),
                      key=lambda item: abs(item[1].speed))
     link = machine.link(name)
@@ -110,6 +113,7 @@ def _whirl(machine: Machine, pose: Mapping[str, float], right: ComplexArray) -> 
     axis = place.displacements[0, link, :3, :3] @ np.array(spin.axis) * np.sign(spin.speed)
     body = machine.bodies[link].mass
     first = body[3:6, :3] / body[0, 0]
+    # The mass matrix holds m times the cross-product matrix of the centre of mass.
     centre = tf.move(place.frames[0, link], np.array([[first[2, 1], first[0, 2], first[1, 0]]]))[0]
     if machine.loops:
         basis = loop_basis(place)
@@ -126,18 +130,18 @@ def _whirl(machine: Machine, pose: Mapping[str, float], right: ComplexArray) -> 
         # Motion along or about the axis belongs to no orbit: a mode of it alone whirls neither way.
         size += np.abs(a) ** 2 + np.abs(b) ** 2 + np.abs(axis @ motion) ** 2
     share = area / size
-    return np.where(share > ROUND, 1.0, np.where(share < -ROUND, -1.0, 0.0))
+    return np.where(share > MIN_ORBIT_CIRCULARITY, 1.0, np.where(share < -MIN_ORBIT_CIRCULARITY, -1.0, 0.0))
 
 
 def _crossings(speeds: FloatArray, frequency: FloatArray, whirl: FloatArray, orders: tuple[float, ...]
                ) -> list[tuple[float, float, float, int]]:
-    """Where lines of so many excitations a revolution meet a mode, linearly between the charted speeds."""
+    """Return the critical speeds: crossings of mode and excitation line, linear between the charted speeds."""
     rows = []
     for order in orders:
         gap = frequency - order * speeds[:, None] / 60
         for k in range(frequency.shape[1]):
             for i in np.flatnonzero((gap[:-1, k] > 0) != (gap[1:, k] > 0)):
-                part = gap[i, k] / (gap[i, k] - gap[i + 1, k])
-                speed = float(speeds[i] + part * (speeds[i + 1] - speeds[i]))
+                fraction = gap[i, k] / (gap[i, k] - gap[i + 1, k])
+                speed = float(speeds[i] + fraction * (speeds[i + 1] - speeds[i]))
                 rows.append((order, speed, order * speed / 60, int(whirl[i + 1, k])))
     return sorted(rows)

@@ -1,4 +1,4 @@
-"""What the law `modal_damping: energy` loses where a study needs slopes of matrices, and leaves the losses in the joints."""
+"""Error of studies that couple modes by their joints' losses where the file states `modal_damping: energy`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from toolpoint._check import FileDoubt
 from toolpoint._doubt import Doubt
 from toolpoint.kinematics.chain import Pose
 from toolpoint.machine import Machine
-from toolpoint.machine.assembly.modal_damping import ENERGY
+from toolpoint.machine.assembly.modal_damping import ENERGY_DAMPING
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.vibration import Dof, eigen, frequency_response
 
-LINES = 300  # between the modes, at which both laws are compared
-MIN_DIFFERENCE = 1e-3  # of a response, from which it is said
+COMPARED_LINE_COUNT = 300  # lines between the modes at which both laws are compared
+MIN_LAW_DIFFERENCE = 1e-3  # of a response: a smaller one is not reported
 
 
 def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Sequence[Dof | str] | None = None
@@ -25,23 +25,25 @@ def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Seq
 
     The figure is the largest difference of both responses at the modes and between them, over the response there.
     """
-    if machine.description.modal_damping != ENERGY:
+    if machine.description.modal_damping != ENERGY_DAMPING:
         return []
     stated = assemble(machine, pose, outputs)
     frequency = eigen.solve_undamped(stated).frequency
     moving = frequency[frequency > 1e-6 * frequency.max()]
-    lines = np.unique(np.concatenate([np.geomspace(0.5 * moving.min(), 1.2 * moving.max(), LINES), moving]))
+    # Both laws differ most at the modes, where the difference is narrow: those are lines too.
+    lines = np.unique(np.concatenate([np.geomspace(0.5 * moving.min(), 1.2 * moving.max(), COMPARED_LINE_COUNT), moving]))
     exact = frequency_response.direct(stated, lines).values
-    taken = frequency_response.direct(assemble(machine, pose, outputs, joint_damping=True), lines).values
-    difference = np.linalg.norm(taken - exact, axis=(1, 2)) / np.maximum(np.linalg.norm(exact, axis=(1, 2)), 1e-300)
-    worst = int(difference.argmax())
-    if difference[worst] < MIN_DIFFERENCE:
+    coupled = frequency_response.direct(assemble(machine, pose, outputs, joint_damping=True), lines).values
+    difference = np.linalg.norm(coupled - exact, axis=(1, 2)) / np.maximum(np.linalg.norm(exact, axis=(1, 2)), 1e-300)
+    worst_line = int(difference.argmax())
+    if difference[worst_line] < MIN_LAW_DIFFERENCE:
         return []
     return [Doubt("damping", "the file damps modes one by one (`modal_damping: energy`), this study couples them by the "
                   "losses of their joints, as it needs the slopes of matrices: responses differ by up to "
-                  f"{100 * difference[worst]:.2g} % (at {lines[worst]:.4g} Hz); frequencies, shapes and modal ratios to first "
+                  f"{100 * difference[worst_line]:.2g} % (at {lines[worst_line]:.4g} Hz); frequencies, shapes and modal ratios "
+                  f"to first "
                   "order do not", "ask `frf` or `lobes` of the changed file for the response of the stated law",
-                  figure=float(difference[worst]))]
+                  figure=float(difference[worst_line]))]
 
 
 def warn_of_energy_law(machine: Machine, pose: Pose | None = None,

@@ -11,14 +11,14 @@ from toolpoint._doubt import Doubt, doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
-from toolpoint.machine.assembly.reduction_error import beyond_bands, estimate_note, reduction_note
+from toolpoint.machine.assembly.reduction_error import doubt_modes_above_bands, estimate_note, reduction_note
 from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, estimate_reduction
 from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.text_table import text_table
 
-SHIFT = 1e-5  # relative: a smaller difference between undamped and fitted frequencies is not told
+MIN_REPORTED_SHIFT = 1e-5  # relative: smaller differences between undamped and fitted frequencies are not reported
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,10 @@ class MachineModes(NotebookText):
         return "\n".join([text_table(title, header, rows), *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints, and
-        how much too high each is by reduction at most, relative (None in the list: not to be believed), and about by the mesh.
+        """Return the frequencies (Hz) as plain data, with their intervals and errors of reduction and mesh.
+
+        Half widths of 95 % intervals and their joints (None: not known); the largest relative error by reduction (None in the
+        list: not to be believed); the approximate error by the mesh.
         """
         spread, estimate = self.spread, self.reduction
         return {"frequency_hz": self.frequency.tolist(),
@@ -77,21 +79,34 @@ class MachineModes(NotebookText):
 
 
 def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count: int = 12) -> MachineModes:
-    """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped."""
-    at = dict(pose or {})
+    """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7}, loss_factor=0.04)
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> modes = solve_modes(machine)
+    >>> modes.frequency.round(2).tolist(), modes.damping_ratio.round(3).tolist()  # half the loss factor
+    ([50.33], [0.02])
+    """
+    chosen_pose = dict(pose or {})
     uncertainty = machine_uncertainty(machine)
-    spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
+    spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, chosen_pose, count))
     if fastest_spin(machine.description):
-        frequency = _frequencies(machine, at, count)
-        still = reduction_note(machine, at, min(count, 10))
-        return MachineModes(machine, at, frequency, spread, (*beyond_bands(machine, frequency),
-                                                             *([place_note(still, "at standstill")] if still else [])))
-    shapes = body_shapes(machine, at, count)
-    estimate = estimate_reduction(machine, at, count)
-    reduction = reduction_note(machine, at, min(count, 10)) if estimate is None else estimate_note(estimate)
-    notes = (*_mechanism_notes(shapes), *beyond_bands(machine, shapes.frequency), *([reduction] if reduction else []),
-             *_test_note(shapes))
-    return MachineModes(machine, at, shapes.frequency, spread, notes, shapes.damping_ratio, estimate)
+        frequency = _frequencies(machine, chosen_pose, count)
+        standstill_note = reduction_note(machine, chosen_pose, min(count, 10))
+        return MachineModes(machine, chosen_pose, frequency, spread, (*doubt_modes_above_bands(machine, frequency),
+                                                                      *([place_note(standstill_note, "at standstill")]
+                                                                        if standstill_note else [])))
+    shapes = body_shapes(machine, chosen_pose, count)
+    estimate = estimate_reduction(machine, chosen_pose, count)
+    reduction = reduction_note(machine, chosen_pose, min(count, 10)) if estimate is None else estimate_note(estimate)
+    notes = (*_mechanism_notes(shapes), *doubt_modes_above_bands(machine, shapes.frequency),
+             *([reduction] if reduction else []), *_test_note(shapes))
+    return MachineModes(machine, chosen_pose, shapes.frequency, spread, notes, shapes.damping_ratio, estimate)
 
 
 def _mechanism_notes(shapes: BodyShapes) -> tuple[Doubt, ...]:
@@ -104,14 +119,18 @@ def _mechanism_notes(shapes: BodyShapes) -> tuple[Doubt, ...]:
 
 
 def _test_note(shapes: BodyShapes) -> tuple[str, ...]:
-    r"""Return by how much a test shows other frequencies: a pole under structural loss is :math:`\omega \sqrt{1 + i \eta}`, and
-    of size :math:`\omega (1 + \eta^2)^{1/4}`, which is what modes fitted to measured responses state."""
-    above = (1 + (2 * shapes.structural_ratio) ** 2) ** 0.25 - 1
-    if above.size == 0 or above.max() < SHIFT:
+    r"""Return by how much the frequencies of a test exceed the undamped ones.
+
+    A pole under structural loss is :math:`\omega \sqrt{1 + i \eta}`, of size :math:`\omega (1 + \eta^2)^{1/4}`: modes fitted
+    to measured responses state that size.
+"""
+    shift = (1 + (2 * shapes.structural_ratio) ** 2) ** 0.25 - 1
+    if shift.size == 0 or shift.max() < MIN_REPORTED_SHIFT:
         return ()
-    at = int(above.argmax())
-    return (f"frequencies without damping: structural losses raise those that a test fits, by {100 * above[at]:.2g} % in mode "
-            f"{at + 1}, at most",)
+    mode = int(shift.argmax())
+    return (f"frequencies without damping: structural losses raise those that a test fits, by {100 * shift[mode]:.2g} % in "
+            f"mode "
+            f"{mode + 1}, at most",)
 
 
 def _frequencies(machine: Machine, pose: Mapping[str, float], count: int) -> FloatArray:

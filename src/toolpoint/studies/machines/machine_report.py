@@ -1,4 +1,4 @@
-"""What is asked of a machine first: modes beside its references, tool-point responses, stability of the described cut."""
+"""First study of a machine: modes beside its references, tool-point responses, stability of the described cut."""
 
 from __future__ import annotations
 
@@ -33,15 +33,18 @@ Pose = Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class MachineReport(NotebookText):
-    """Modes of a machine at a pose beside its references, tool-point responses and stability charts; `missing` says what could
-    not be computed and why, `notes` what the reduction of elastic bodies does at the poses, doubts as `Doubt`."""
+    """Modes of a machine at a pose beside its references, with tool-point responses and stability charts.
+
+    gaps : what could not be computed, and why; notes : errors of the reduction of elastic bodies at the poses, doubts as
+    `Doubt`.
+    """
 
     machine: Machine
     pose: Pose
     frequency: FloatArray
     study: ToolPoint | None
     charts: tuple[StabilityChart, ...]
-    missing: tuple[str, ...] = field(default=())
+    gaps: tuple[str, ...] = field(default=())
     lowest: tuple[LowestLimit, ...] = field(default=())
     notes: tuple[str, ...] = ()
 
@@ -49,7 +52,7 @@ class MachineReport(NotebookText):
         """Return the modes, where values come from, and the stability limits, as text."""
         header, rows = comparison(self)
         texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
-        return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.missing,
+        return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.gaps,
                           *mark_notes(self.notes),
                           *(self.study.leaning() if self.study else []),
                           *self.limit_lines()])
@@ -67,7 +70,7 @@ class MachineReport(NotebookText):
     def to_dict(self) -> dict[str, Any]:
         """Return frequencies (Hz) and the lowest stable depth (m, None: above the chart) of every pose as plain data."""
         limits = [limit.depth for limit in self.lowest]
-        return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing),
+        return {"frequency_hz": self.frequency.tolist(), "missing": list(self.gaps),
                 "doubts": doubts_among(self.notes), "notes": list(self.notes), "stable_at_every_speed_m": [
             limit if np.isfinite(limit) else None for limit in limits],
             "limit_error_m": [limit.error for limit in self.lowest]}
@@ -75,31 +78,47 @@ class MachineReport(NotebookText):
 
 def _depth(lowest: LowestLimit) -> str:
     """Return a limit in words: rounded down to four digits where its numerical error is below them, else with its error."""
+    # Four digits are printed where the error moves none of them; never more than is stable.
     if lowest.error < 5e-4 * lowest.depth:
         return f"{text_below(1e3 * (lowest.depth - lowest.error), 4)} mm"
     return with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, "mm")
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
-    """Return the modes at a pose, without responses."""
-    at = dict(pose or {})
-    return MachineReport(machine, at, body_shapes(machine, at, 18).frequency, None, ())
+    """Return the modes at a pose, without responses.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> study_modes(machine).frequency.round(2).tolist()
+    [50.33, 71.18, 100.66]
+    """
+    chosen_pose = dict(pose or {})
+    # Of 18 modes the first are printed; the drawing offers all.
+    return MachineReport(machine, chosen_pose, body_shapes(machine, chosen_pose, 18).frequency, None, ())
 
 
 def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = lambda name: None,
                    method: StabilityMethod | None = None) -> MachineReport:
-    """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said.
+    """Return modes at a pose, with FRFs and lobes at the described poses (or at the requested pose).
+
+    Results that cannot be computed are named with their reason.
 
     `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.
     """
     description = machine.description
     step("modes")
-    at = dict(pose or {})
-    frequency = body_shapes(machine, at, 18).frequency
-    missing = ["Bodies spin: the modes drawn and listed are those at standstill; responses and lobes are those of the spinning "
-               "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
+    chosen_pose = dict(pose or {})
+    frequency = body_shapes(machine, chosen_pose, 18).frequency
+    gaps = ["Bodies spin: the modes drawn and listed are those at standstill; responses and lobes are those of the spinning "
+            "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
     notes = list[str]()
-    for place in ([at] if pose or not description.poses else [dict(p) for p in description.poses]):
+    for place in ([chosen_pose] if pose or not description.poses else [dict(p) for p in description.poses]):
+        # A note on the reduction holds at the poses of the responses only.
         if note := reduction_note(machine, place):
             notes.append(place_note(note, pose_words(machine, place)))
     study: ToolPoint | None = None
@@ -107,19 +126,19 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     lowest: tuple[LowestLimit, ...] = ()
     step("tool-point responses")
     if description.tool is None:
-        missing.append("No tool-point FRFs: the machine file names no 'tool' point.")
+        gaps.append("No tool-point FRFs: the machine file names no 'tool' point.")
     elif not has_damping(machine):
-        missing.append("No tool-point FRFs: the machine has no damping; "
-                       "give damping_ratio, or loss_factor or damping to joints.")
+        gaps.append("No tool-point FRFs: the machine has no damping; "
+                    "give damping_ratio, or loss_factor or damping to joints.")
     else:
-        study = tool_point(machine, [at] if pose else None)
+        study = tool_point(machine, [chosen_pose] if pose else None)
     step("stability lobes" if method else "stability lobes (half a minute of compiling, the first time only)")
     if study is not None and description.cutting is not None:
         charts = lobes(study, method=method)
         lowest = lowest_limits(study, charts, method=method)
     elif study is not None:
-        missing.append("No stability lobes: the machine file describes no 'cutting'.")
-    return MachineReport(machine, at, frequency, study, charts, tuple(missing), lowest, tuple(notes))
+        gaps.append("No stability lobes: the machine file describes no 'cutting'.")
+    return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes))
 
 
 def has_damping(machine: Machine) -> bool:
@@ -138,6 +157,7 @@ def comparison(results: MachineReport) -> tuple[list[str], list[list[object]]]:
     rows: list[list[object]] = []
     for i, value in enumerate(results.frequency[:longest]):
         row: list[object] = [i + 1, float(value)]
+        # A reference with fewer modes leaves its cells empty.
         row += [_reference(r, i) for r in references]
         row += [_difference(r, i, float(value)) for r in references]
         rows.append(row)

@@ -1,4 +1,4 @@
-"""Frequency responses of a machine between named points at any pose, with what its identified numbers leave open."""
+"""Frequency responses of a machine between named points at any pose, with intervals from its identified numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.tool_point import seen_along, tool_axes
+from toolpoint.studies.machines.tool_point import rotate_to_axes, tool_axes
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, frequency_response
 
@@ -44,22 +44,24 @@ class MachineResponses(NotebookText):
         if self.spread is None:
             return None
         size, half = np.abs(self.frfs[pose].values), self.spread.interval[pose]
+        # The spread is one of the logarithm: an interval that is never negative.
         return size * np.exp(-half), size * np.exp(half)
 
     def rows(self) -> list[list[str]]:
         """Return a row of texts for every pose and driving response (all where there is none), see `HEADER`."""
         rows = []
         for k, (pose, frf) in enumerate(zip(self.poses, self.frfs, strict=True)):
+            # Driving responses say most; where there is none every response is listed.
             pairs = [(i, j) for i, a in enumerate(frf.outputs) for j, b in enumerate(frf.inputs) if a == b] or [
                 (i, j) for i in range(len(frf.outputs)) for j in range(len(frf.inputs))]
             for i, j in pairs:
                 size = np.abs(frf.values[:, i, j])
-                top = int(np.argmax(size))
-                row = [pose_words(self.machine, pose), f"{frf.outputs[i]} / {frf.inputs[j]}", f"{1e6 * size[top]:.4g}",
-                       f"{frf.frequency[top]:.4g}", "", ""]
+                peak = int(np.argmax(size))
+                row = [pose_words(self.machine, pose), f"{frf.outputs[i]} / {frf.inputs[j]}", f"{1e6 * size[peak]:.4g}",
+                       f"{frf.frequency[peak]:.4g}", "", ""]
                 if self.spread is not None:
-                    row[4:] = (f"± {100 * np.expm1(self.spread.interval[k, top, i, j]):.2g} %",
-                               self.spread.main_part(k, top, i, j))
+                    row[4:] = (f"± {100 * np.expm1(self.spread.interval[k, peak, i, j]):.2g} %",
+                               self.spread.main_part(k, peak, i, j))
                 rows.append(row)
         return rows
 
@@ -99,11 +101,30 @@ def study_responses_of_machine(
         Hz; 400 lines over the lowest twelve modes where left out.
     progress : function of done and total, optional
         Of the slopes to the identified numbers, which the intervals come from.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")},
+    ...                                    damping_ratio=0.02))
+    >>> study = study_responses_of_machine(machine, outputs=["tip:+x"], frequency=[1.0])
+    >>> round(float(abs(study.frfs[0].values[0, 0, 0])) * 1e7, 3)  # far below resonance: 1/k
+    1.0
     """
     chosen = tuple(check_poses(poses) if poses is not None else machine.description.poses) or ({},)
     if not machine.description.damping_ratio and not machine.description.modal_damping and not _has_loss(machine):
         fail("machine", "no damping", "its responses would be infinite at every resonance",
              remedy="give damping_ratio, or loss_factor or damping to joints")
+    # The same lines at every pose, so that responses can be laid over each other.
     lines = _lines(machine, chosen) if frequency is None else increasing("frequency",
                                                                          np.atleast_1d(np.asarray(frequency, float)))
 
@@ -131,7 +152,9 @@ def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     batch = {name: np.atleast_1d(float(value)) for name, value in pose.items()}
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")], inputs=inputs)
-    return frequency_response.direct(system if inputs is not None else seen_along(system, tool_axes(machine, batch)[0]), lines)
+    # With inputs of the caller only the outputs could be turned, so that neither is.
+    return frequency_response.direct(system if inputs is not None else rotate_to_axes(system, tool_axes(machine, batch)[0]),
+                                     lines)
 
 
 def _has_loss(machine: Machine) -> bool:
@@ -142,5 +165,6 @@ def _has_loss(machine: Machine) -> bool:
 
 def _lines(machine: Machine, poses: Sequence[Mapping[str, float]]) -> FloatArray:
     ends = [body_shapes(machine, pose, 12).frequency for pose in poses]
+    # Motions without stiffness lie at 0 Hz and would widen the band for nothing.
     moving = np.concatenate([f[f > 1e-6] for f in ends])
     return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), 400)

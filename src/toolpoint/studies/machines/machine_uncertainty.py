@@ -1,4 +1,5 @@
-r"""How far the answers of a machine may be off because its identified numbers are: from their covariance, at any pose.
+r"""Uncertainty of a machine's answers, from the covariance of its identified numbers, at any pose.
+
 
 A smooth answer y(p) gets its 95 % interval to first order, :math:`\sigma^2 = g^T C g` with the slopes g by central
 differences of a tenth of a standard deviation (exact to second order in it; one-sided where a number has no room on the
@@ -17,8 +18,8 @@ from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 
-Z95 = 1.959964
-_STEP = 0.1
+STANDARD_NORMAL_95 = 1.959964  # half width of a 95 % interval, in standard deviations
+_SLOPE_STEP_DEVIATIONS = 0.1  # step of the central differences, in standard deviations of the number
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,8 @@ class MachineUncertainty(NotebookText):
         A flat body's inertia, or a loss factor of zero, has room on one side only.
         """
         value = self.machine.value(path)
-        for step in (_STEP, _STEP / 10, _STEP / 100):
+        # A flat body's inertia has room on one side only, and little of it: shorter steps are tried.
+        for step in (_SLOPE_STEP_DEVIATIONS, _SLOPE_STEP_DEVIATIONS / 10, _SLOPE_STEP_DEVIATIONS / 100):
             if {"loss_factor", "damping", "modal_damping"} & set(path.split(".")) and value + step * size < 0:
                 continue
             try:
@@ -75,8 +77,9 @@ class MachineUncertainty(NotebookText):
         total = np.einsum("ni,nm,mi->i", flat, unit, flat)
         shares = {}
         for part in dict.fromkeys(self.parts):
-            at = [i for i, name in enumerate(self.parts) if name == part]
-            shares[part] = np.einsum("ni,nm,mi->i", flat[at], unit[np.ix_(at, at)], flat[at]).reshape(slopes.shape[1:])
+            indices = [i for i, name in enumerate(self.parts) if name == part]
+            shares[part] = np.einsum("ni,nm,mi->i", flat[indices], unit[np.ix_(indices, indices)],
+                                     flat[indices]).reshape(slopes.shape[1:])
         return AnswerSpread(np.sqrt(np.maximum(total, 0.0)).reshape(slopes.shape[1:]), shares)
 
     def samples(self, count: int, rng: np.random.Generator) -> Iterator[Machine]:
@@ -84,18 +87,19 @@ class MachineUncertainty(NotebookText):
         values, vectors = np.linalg.eigh(self.covariance / self._scale)
         root = np.sqrt(np.diag(self._scale))[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
         middle = np.array([self.machine.value(path) for path in self.paths])
-        left, tries = count, 20 * count
-        while left and tries:
+        remaining, tries = count, 20 * count
+        while remaining and tries:
             tries -= 1
             drawn = zip(self.paths, middle + root @ rng.normal(size=len(middle)), strict=True)
             try:
-                sample = self.machine.with_values({path: _possible(path, float(value)) for path, value in drawn})
+                sample = self.machine.with_values({path: _clip_loss(path, float(value)) for path, value in drawn})
             except ToolpointError:
                 continue
             yield sample
-            left -= 1
-        if left:
-            fail("identified.covariance", f"{20 * count} draws gave {count - left} possible machines", f"must give {count}",
+            remaining -= 1
+        if remaining:
+            fail("identified.covariance", f"{20 * count} draws gave {count - remaining} possible machines",
+                 f"must give {count}",
                  remedy="the numbers are known too badly for samples; measure more")
 
     @property
@@ -117,14 +121,14 @@ class AnswerSpread:
     @property
     def interval(self) -> FloatArray:
         """Half width of the 95 % interval."""
-        return np.asarray(Z95 * self.deviation)
+        return np.asarray(STANDARD_NORMAL_95 * self.deviation)
 
     def main_part(self, *index: int) -> str:
         """Return the joint or body that brings most of the variance of one number of the answer."""
         return max(self.shares, key=lambda part: float(self.shares[part][index])) if self.shares else ""
 
 
-def _possible(path: str, value: float) -> float:
+def _clip_loss(path: str, value: float) -> float:
     """Return a value that its number can have: no loss below zero, no stiffness or mass at or below it."""
     if {"loss_factor", "damping", "modal_damping"} & set(path.split(".")):
         return max(value, 0.0)

@@ -1,4 +1,4 @@
-r"""Which test to make next: how much each point, direction or pose, measured, would narrow an answer of an identified machine.
+r"""Choice of the next test: how much each measured point, direction or pose would narrow an answer of an identified machine.
 
 The identified numbers have covariance C; a candidate test measures z with slopes H and noise R, so that the numbers would have
 :math:`C' = C - C H^T (H C H^T + R)^{-1} H C` (Kalman's update) and an answer with slopes g the variance :math:`g^T C' g`. That
@@ -45,13 +45,13 @@ class NextTest(NotebookText):
 
     @property
     def random(self) -> float:
-        """What a candidate chosen at random would leave on average."""
+        """Mean half width after a candidate chosen at random."""
         return float(self.after.mean())
 
-    def table(self, most: int = 10) -> str:
+    def table(self, row_count: int = 10) -> str:
         """Return the best candidates, and what a random choice would leave, as text."""
         rows = [[name, f"{100 * left:.3g}", f"{100 * left / max(self.today, 1e-300):.3g} %"] for name, left in zip(
-            self.names[:most], self.after[:most], strict=True)]
+            self.names[:row_count], self.after[:row_count], strict=True)]
         share = self.random / max(self.today, 1e-300)
         rows.append(["(a random one of these)", f"{100 * self.random:.3g}", f"{100 * share:.3g} %"])
         return text_table(f"{self.answer}: ± {100 * self.today:.3g} % today (95 %)", HEADER, rows)
@@ -67,7 +67,7 @@ def rank_tests(
     frequency_deviation: float = 1e-4, damping_deviation: float = 0.005, shape_deviation: float = 0.02,
     progress: Progress | None = None,
 ) -> NextTest:
-    """Return which next test narrows the greatest compliance of tool against table at a pose most.
+    """Return the candidate tests by how much they narrow the greatest compliance of tool against table at a pose.
 
     Parameters
     ----------
@@ -101,9 +101,11 @@ def rank_tests(
         parts = []
         for candidate in candidates:
             modes = _modes(sample, candidate, labels[:1] or [Dof.parse(f"{next(iter(machine.description.points))}:+x")])
+            # Logarithms over their relative deviation: every measured value then has noise of one.
             parts += [np.log(modes.frequency) / frequency_deviation,
                       np.log(np.maximum(modes.damping_ratio, 1e-9)) / damping_deviation]
         if labels:
+            # Amplitudes alone: the sign and phase of a computed shape are arbitrary.
             shape = np.abs(_modes(sample, {}, labels).shape)
             parts.append((shape / reference / shape_deviation).ravel())
         return np.concatenate([_log_compliance(sample, pose or {}), *parts])
@@ -112,26 +114,30 @@ def rank_tests(
     if labels:
         reference = np.abs(_modes(machine, {}, labels).shape).max(axis=0)
     slopes = uncertainty.slopes(measured, progress)
-    return _ranked(uncertainty, slopes, candidates, labels, machine=machine, pose=pose or {})
+    return _rank(uncertainty, slopes, candidates, labels, machine=machine, pose=pose or {})
 
 
-def _ranked(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Sequence[Pose], labels: Sequence[Dof], *,
-            machine: Machine, pose: Pose) -> NextTest:
+def _rank(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Sequence[Pose], labels: Sequence[Dof], *,
+          machine: Machine, pose: Pose) -> NextTest:
     """Return the candidates by what Kalman's update with each of them would leave of the answer's interval."""
     size = np.sqrt(np.maximum(np.diag(uncertainty.covariance), 1e-300))
+    # Scaled to correlations, as the slopes are to standard deviations.
     unit = uncertainty.covariance / np.outer(size, size)
-    g, rest = slopes[:, 0], slopes[:, 1:]
+    g, candidate_slopes = slopes[:, 0], slopes[:, 1:]
     today = float(np.sqrt(g @ unit @ g))
-    modes = rest.shape[1] // max(2 * len(candidates) + len(labels), 1)
+    # A pose brings frequencies and damping of every mode, a direction its shape's amplitudes.
+    modes = candidate_slopes.shape[1] // max(2 * len(candidates) + len(labels), 1)
     ends = np.cumsum([0, *[2 * modes] * len(candidates), *[modes] * len(labels)])
     names = [f"frequencies and damping at {pose_words(machine, candidate)}" for candidate in candidates]
     names += [f"shapes at {label}" for label in labels]
     after = []
     for k in range(len(names)):
-        h = rest[:, ends[k]:ends[k + 1]].T
+        h = candidate_slopes[:, ends[k]:ends[k + 1]].T
         cross = h @ unit
-        gained = cross @ g
-        after.append(float(np.sqrt(max(g @ unit @ g - gained @ np.linalg.solve(cross @ h.T + np.eye(len(h)), gained), 0.0))))
+        narrowing = cross @ g
+        # Kalman's update: the noise of every scaled value is one, hence the unit matrix.
+        after.append(float(np.sqrt(max(g @ unit @ g - narrowing @ np.linalg.solve(cross @ h.T + np.eye(len(h)), narrowing),
+                                       0.0))))
     order = np.argsort(after)
     return NextTest(tuple(names[i] for i in order), 1.959964 * np.array(after)[order], 1.959964 * today,
                     f"greatest compliance of the tool at {pose_words(machine, pose)}")
@@ -148,6 +154,7 @@ def _log_compliance(machine: Machine, pose: Pose) -> FloatArray:
         fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")])
-    at = body_shapes(machine, pose).frequency
-    values = np.abs(np.einsum("fii->fi", frequency_response.direct(system, at[at > 1e-6]).values))
+    # Peaks lie at the natural frequencies: the compliance is looked at there alone, motions without stiffness left out.
+    frequency = body_shapes(machine, pose).frequency
+    values = np.abs(np.einsum("fii->fi", frequency_response.direct(system, frequency[frequency > 1e-6]).values))
     return np.log(values.max(keepdims=True)).ravel()

@@ -1,4 +1,4 @@
-"""Grids of poses: any quantity over them, poses that cannot be kept with their reason, where the extremes lie in words."""
+"""Grids of poses: any quantity over them, poses that failed with their reason, places of the extremes in words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from toolpoint.kinematics.singularity import pose_condition
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
 
-_BLOCK = 256
+_BLOCK_POSES = 256  # poses computed at once
 AtPoses = Callable[[Mapping[str, FloatArray]], FloatArray]
 
 
@@ -32,18 +32,18 @@ class Grid:
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of positions of every axis."""
-        return tuple(len(at) for at in self.axes.values())
+        return tuple(len(positions) for positions in self.axes.values())
 
     def unit(self, name: str) -> str:
-        """Unit in which a person reads an axis."""
+        """Return the unit in which an axis is printed."""
         return "°" if name in self.angles else "mm"
 
     def shown(self, name: str) -> FloatArray:
-        """Positions of an axis in the unit that a person reads."""
+        """Return the positions of an axis in the unit in which it is printed."""
         return np.degrees(self.axes[name]) if name in self.angles else 1e3 * np.asarray(self.axes[name])
 
     def words(self, index: Sequence[int]) -> str:
-        """A place of the grid in words."""
+        """Return a place of the grid in words."""
         return ", ".join(f"{name} {self.shown(name)[i]:.6g}" + ("°" if name in self.angles else " mm")
                          for name, i in zip(self.axes, index, strict=True))
 
@@ -59,60 +59,61 @@ class Grid:
             if np.isnan(column).all():
                 lines.append(f"{name}: no pose could be computed")
                 continue
-            low, high = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
-            span = float(column[high] - column[low])
-            if span <= 1e-9 * abs(float(column[high])):
-                lines.append(f"{name}: {number_text(float(column[low]))} {unit} at every pose")
+            lowest, highest = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
+            span = float(column[highest] - column[lowest])
+            if span <= 1e-9 * abs(float(column[highest])):
+                lines.append(f"{name}: {number_text(float(column[lowest]))} {unit} at every pose")
                 continue
             # To the digits that tell both ends apart.
-            least, most = (number_text(float(column[at]), span / 20) for at in (low, high))
-            lines.append(f"{name}: lowest {least} {unit} at {self.words([int(i) for i in low])}; "
-                         f"highest {most} {unit} at {self.words([int(i) for i in high])}")
+            lowest_text, highest_text = (number_text(float(column[index]), span / 20) for index in (lowest, highest))
+            lines.append(f"{name}: lowest {lowest_text} {unit} at {self.words([int(i) for i in lowest])}; "
+                         f"highest {highest_text} {unit} at {self.words([int(i) for i in highest])}")
         return lines
 
     def __str__(self) -> str:
-        return " x ".join(f"{name} {len(at)}" for name, at in self.axes.items())
+        return " x ".join(f"{name} {len(positions)}" for name, positions in self.axes.items())
 
 
 def check_grid(machine: Machine, axes: Mapping[str, ArrayLike]) -> Grid:
     """Return a grid of axis positions after checking names and limits of travel."""
     if not axes:
         fail("axes", "none", "must be at least one axis with its positions")
-    grid = {name: np.atleast_1d(floats(f"axes[{name!r}]", at)) for name, at in axes.items()}
-    for name, at in grid.items():
-        machine.chain.batch({name: at[:1]})
+    grid = {name: np.atleast_1d(floats(f"axes[{name!r}]", axis_positions)) for name, axis_positions in axes.items()}
+    for name, axis_positions in grid.items():
+        machine.chain.batch({name: axis_positions[:1]})
     if isinstance(machine.chain, ClosedChain):
         machine.chain.is_task_pose(grid)
     return Grid(grid, tuple(axis.name for axis in machine.chain.axes if axis.is_rotary))
 
 
-def over_block(at_poses: AtPoses, machine: Machine, names: Sequence[str], *, block: Sequence[Sequence[float]], columns: int
-               ) -> dict[str, Any]:
-    """Return the values of a block of poses and the reason of each that failed; only those that can be are computed."""
+def evaluate_block(at_poses: AtPoses, machine: Machine, names: Sequence[str], *, block: Sequence[Sequence[float]], columns: int
+                   ) -> dict[str, Any]:
+    """Return the values of a block of poses and the reason of each that failed; only poses within reach are computed."""
     positions = np.array(block)
     poses = dict(zip(names, positions.T, strict=True))
-    values, reasons = np.full((len(block), columns), np.nan), _reasons(machine, poses, len(block))
+    values, reasons = np.full((len(block), columns), np.nan), _failure_reasons(machine, poses, len(block))
     good = np.array([not reason for reason in reasons])
     if good.any():
         try:
-            values[good] = at_poses({name: at[good] for name, at in poses.items()})
+            values[good] = at_poses({name: axis_positions[good] for name, axis_positions in poses.items()})
         except ToolpointError:
+            # One pose that fails fails its batch: the poses are computed one by one to find it.
             for i in np.flatnonzero(good):
                 try:
-                    values[i] = at_poses({name: at[i:i + 1] for name, at in poses.items()})[0]
+                    values[i] = at_poses({name: axis_positions[i:i + 1] for name, axis_positions in poses.items()})[0]
                 except ToolpointError as error:
                     reasons[i] = str(error)
     return {"values": values, "reasons": np.array(reasons)}
 
 
-def _reasons(machine: Machine, poses: Mapping[str, FloatArray], count: int) -> list[str]:
-    """Why poses cannot be: out of reach, beyond limits, torn or singular; empty where they can."""
+def _failure_reasons(machine: Machine, poses: Mapping[str, FloatArray], count: int) -> list[str]:
+    """Return why poses cannot be computed: out of reach, beyond limits, torn or singular; empty texts elsewhere."""
     chain = machine.chain
     if not isinstance(chain, ClosedChain):
         return [""] * count
     can_be, reasons = chain.reachable(poses)
     if can_be.any() and chain.loops:
-        reached = {name: at[can_be] for name, at in poses.items()}
+        reached = {name: axis_positions[can_be] for name, axis_positions in poses.items()}
         singular = pose_condition(chain, reached).reasons()
         for i, reason in zip(np.flatnonzero(can_be), singular, strict=True):
             reasons[i] = reason
@@ -121,9 +122,12 @@ def _reasons(machine: Machine, poses: Mapping[str, FloatArray], count: int) -> l
 
 def map_over(function: Any, grid: Grid, columns: int, *, engine: Engine | None = None, folder: str | Path | None = None,
              progress: Progress | None = None) -> tuple[FloatArray, dict[tuple[int, ...], str]]:
-    """Run a function of blocks of poses (see `over_block`) over a grid; return values (n_1, ..., n_columns) and failures."""
+    """Run a function of blocks of poses (see `evaluate_block`) over a grid.
+
+    Returns values (n_1, ..., n_columns) and failures.
+    """
     poses = [list(map(float, pose)) for pose in itertools.product(*grid.axes.values())]
-    blocks = [poses[i:i + _BLOCK] for i in range(0, len(poses), _BLOCK)]
+    blocks = [poses[i:i + _BLOCK_POSES] for i in range(0, len(poses), _BLOCK_POSES)]
     run = execute(function, blocks, engine, folder=folder, progress=progress)
     values, reasons = [], []
     for block, outcome in zip(blocks, run.outcomes, strict=True):

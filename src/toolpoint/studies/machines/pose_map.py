@@ -23,10 +23,10 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.branch_words import branch_lines, name_branches
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
 from toolpoint.studies.text_table import text_table
 
-CORNERS = 3  # axes whose ends are combined where the reduction is asked about
+MAX_CORNER_AXES = 3  # axes whose ends are combined where the reduction is estimated
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,8 @@ class PoseMap(NotebookText):
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
     failures : grid index to reason; angles : axes in rad; uncertainty : of the frequencies, Hz, where the machine was
     identified; reduction : what the reduction of elastic bodies does at the corners and the middle of the grid, in words;
-    branches : of an arm, of every pose. """
+    branches : of an arm, of every pose.
+    """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
@@ -75,7 +76,7 @@ class PoseMap(NotebookText):
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
         values = self.frequency.astype(object)
         values[np.isnan(self.frequency)] = None
-        return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
+        return {"axes": {name: positions.tolist() for name, positions in self.axes.items()}, "frequency_hz": values.tolist(),
                 "branches": list(self.branches), "failures": self.failed(), "extremes": self.extremes(),
                 "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
                 "uncertain": self.uncertain(), "reduction": list(self.reduction),
@@ -91,9 +92,10 @@ class PoseMap(NotebookText):
             return []
         lines = []
         for mode in range(self.frequency.shape[-1]):
-            half = self.uncertainty.interval[..., mode]
-            place = tuple(int(i) for i in np.unravel_index(int(np.argmax(half)), half.shape))
-            lines.append(f"mode {mode + 1}: at most ± {float(half.max()):.2g} Hz (95 %), at {self.grid.words(place)}, mostly "
+            half_width = self.uncertainty.interval[..., mode]
+            place = tuple(int(i) for i in np.unravel_index(int(np.argmax(half_width)), half_width.shape))
+            lines.append(f"mode {mode + 1}: at most ± {float(half_width.max()):.2g} Hz (95 %), at {self.grid.words(place)}, "
+                         f"mostly "
                          f"of {self.uncertainty.main_part(*place, mode)}")
         return lines
 
@@ -103,7 +105,7 @@ class PoseMap(NotebookText):
 
 @dataclass(frozen=True)
 class _Frequencies:
-    """Frequencies of a block of poses; a pose that fails is found and its reason kept."""
+    """Frequencies of a block of poses; a pose that fails leaves its reason."""
 
     machine: Machine
     names: tuple[str, ...]
@@ -112,13 +114,13 @@ class _Frequencies:
 
     @property
     def identity(self) -> str:
-        """What tells this study from another one on the same grid."""
+        """Key of this study among others on the same grid."""
         return repr((self.machine.description, self.modes, self.path))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block=block, columns=self.modes)
+        return evaluate_block(self._evaluate, self.machine, self.names, block=block, columns=self.modes)
 
-    def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
+    def _evaluate(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         return natural_frequencies(self.machine, poses, self.modes, path=self.path)
 
 
@@ -137,44 +139,65 @@ def pose_map(
     engine, folder, progress : see `execute.execute`
     path : str
         ``numpy`` or ``compiled``, see `machine.frequencies.natural_frequencies`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> axis = AxisDescription("slide", "x", (-0.3, 0.3))
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": axis}))
+    >>> pose_map(machine, {"X": [0.0, 0.1]}, modes=2).frequency.round(2).tolist()
+    [[71.18, 100.66], [71.18, 100.66]]
     """
     modes = min(count("modes", modes), freedoms(machine))
     grid = check_grid(machine, axes)
     values, failures = map_over(_Frequencies(machine, tuple(grid.axes), modes, path), grid, modes, engine=engine, folder=folder,
                                 progress=progress)
     return PoseMap(grid.axes, values, failures, grid.angles,
-                   None if failures else _spread(machine, grid.axes, modes, values.shape), _reduction(machine, grid, modes),
-                   name_branches(machine, _poses(grid.axes)))
+                   None if failures else _spread(machine, grid.axes, modes, values.shape),
+                   _reduction_notes(machine, grid, modes),
+                   name_branches(machine, _all_poses(grid.axes)))
 
 
-def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
-    """Return what the reduction of elastic bodies does at worst at the corners and the middle of a grid; poses that fail, and
-    more corners than those of `CORNERS` axes, are left out."""
+def _reduction_notes(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
+    """Return the largest reduction error over corners and middle of a grid, as a note.
+
+    Poses that fail, and corners of more than `MAX_CORNER_AXES` axes, are left out.
+    """
     if not can_estimate(machine) or fastest_spin(machine.description):
         return ()
-    ends = [sorted({0, len(at) - 1}) if k < CORNERS else [0] for k, at in enumerate(grid.axes.values())]
-    middle = tuple(len(at) // 2 for at in grid.axes.values())
-    worst: tuple[float, str, ReductionEstimate] | None = None
-    asked = 0
+    # Both ends of so many axes, the others at their first position: eight corners at most.
+    ends = [sorted({0, len(positions) - 1}) if k < MAX_CORNER_AXES else [0] for k, positions in enumerate(grid.axes.values())]
+    middle = tuple(len(positions) // 2 for positions in grid.axes.values())
+    worst_estimate: tuple[float, str, ReductionEstimate] | None = None
+    pose_count = 0
     for place in dict.fromkeys([*product(*ends), middle]):
         try:
-            estimate = estimate_reduction(machine, {name: float(at[i]) for (name, at), i in zip(
+            estimate = estimate_reduction(machine, {name: float(positions[i]) for (name, positions), i in zip(
                 grid.axes.items(), place, strict=True)}, modes)
         except ToolpointError:
             continue
         assert estimate is not None
-        asked += 1
-        if worst is None or estimate.largest > worst[0]:
-            worst = estimate.largest, grid.words(place), estimate
-    if worst is None:
+        pose_count += 1
+        if worst_estimate is None or estimate.largest > worst_estimate[0]:
+            worst_estimate = estimate.largest, grid.words(place), estimate
+    if worst_estimate is None:
         return ()
-    _, where, estimate = worst
-    return (place_note(estimate_note(estimate), f"{where}, the worst of {asked} poses (corners and middle)"),)
+    _, where, estimate = worst_estimate
+    return (place_note(estimate_note(estimate), f"{where}, the worst of {pose_count} poses (corners and middle)"),)
 
 
-def _poses(axes: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+def _all_poses(axes: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     mesh = np.meshgrid(*axes.values(), indexing="ij")
-    return {name: at.ravel() for name, at in zip(axes, mesh, strict=True)}
+    return {name: positions.ravel() for name, positions in zip(axes, mesh, strict=True)}
 
 
 def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape: tuple[int, ...]) -> AnswerSpread | None:
@@ -182,5 +205,5 @@ def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape:
     uncertainty = machine_uncertainty(machine)
     if uncertainty is None:
         return None
-    poses = _poses(axes)
+    poses = _all_poses(axes)
     return uncertainty.spread(lambda machine: natural_frequencies(machine, poses, modes).reshape(shape))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from toolpoint.kinematics import Axis
 from toolpoint.machine.parts.model import Machine
 
-LEAST_SHOWN = 1e-9  # mm and degrees: smaller numbers are rounding
+MIN_PRINTED_POSITION = 1e-9  # mm and degrees: smaller numbers are rounding and printed as zero
 
 
 def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = "reference pose") -> str:
@@ -21,9 +21,9 @@ def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = 
 
 
 def position_words(value: float, is_angle: bool) -> str:
-    """Return an axis position (m or rad) as a person reads it: ``100 mm``, ``30°``; what rounding leaves of zero is zero."""
-    shown = np.degrees(value) if is_angle else 1e3 * value
-    return f"{0.0 if abs(shown) < LEAST_SHOWN else shown:.6g}{'°' if is_angle else ' mm'}"
+    """Return an axis position (m or rad) as it is printed: ``100 mm``, ``30°``; rounding errors about zero are zero."""
+    display_value = np.degrees(value) if is_angle else 1e3 * value
+    return f"{0.0 if abs(display_value) < MIN_PRINTED_POSITION else display_value:.6g}{'°' if is_angle else ' mm'}"
 
 
 def direction_words(direction: ArrayLike) -> str:

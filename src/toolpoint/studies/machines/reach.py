@@ -21,7 +21,7 @@ from toolpoint.machine.pose.tool_pose import tool_pair
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.arm_reach import ArmReach, Pose, tool_target
 
-LARGEST_AXIS_STEP = 0.35  # rad between neighbouring places of a path: a larger one is a jump
+MAX_AXIS_STEP = 0.35  # rad between neighbouring places of a path: a larger one is a jump
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +40,11 @@ class Reach(NotebookText):
 
     @property
     def reached(self) -> np.ndarray:
-        """Which places can be, (n,) bools."""
+        """Mask of the places that can be reached, (n,) bools."""
         return np.array([pose is not None for pose in self.poses])
 
     def batch(self) -> dict[str, FloatArray]:
-        """Return the poses that can be as one batch: axis name to positions."""
+        """Return the reachable poses as one batch: axis name to positions."""
         poses = [pose for pose in self.poses if pose is not None]
         return {name: np.array([pose[name] for pose in poses]) for name in poses[0]} if poses else {}
 
@@ -77,26 +77,27 @@ def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
     follow : bool
         Whether the places are a path: each pose is the one nearest to that of the place before, on the branch of the first.
     """
-    at = floats("places", places, (None, 3)).reshape(-1, 3)
+    targets = floats("places", places, (None, 3)).reshape(-1, 3)
     pair = tool_at(machine, point)
     goal = pair.direction if direction is None else floats("direction", direction, (3,))
     if not np.linalg.norm(goal) > 0:
         fail("direction", "length 0", "must not be zero")
     goal = goal / np.linalg.norm(goal)
     solver = place_solver(machine, pair, goal, turn=turn, branch=branch)
-    last = {axis.name: axis.reference_position for axis in machine.chain.driven_axes} | dict(start or {})
+    last_pose = {axis.name: axis.reference_position for axis in machine.chain.driven_axes} | dict(start or {})
     poses: list[Pose | None] = []
     names, reasons = [], []
-    for place in at:
-        pose, name, reason = solver(place, last)
+    for place in targets:
+        pose, name, reason = solver(place, last_pose)
         poses.append(pose)
         names.append(name)
         reasons.append(reason)
         if follow and pose is not None:
+            # The first place that is reached decides the branch of the whole path.
             if name and not any(names[:-1]):
                 solver = place_solver(machine, pair, goal, turn=turn, branch=name)
-            last = dict(pose)
-    return Reach(at, tuple(poses), tuple(names), tuple(reasons))
+            last_pose = dict(pose)
+    return Reach(targets, tuple(poses), tuple(names), tuple(reasons))
 
 
 def branch_names(machine: Machine, place: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, point: str = ""
@@ -125,8 +126,9 @@ def arm_of(machine: Machine) -> SphericalWrist | None:
     while link >= 0:
         path.insert(0, link)
         link = chain.parents[link]
+    # Six moving links in series to the tool, and no other axis.
     joints = [link for link in path if link in moving]
-    if len(joints) != 6 or len(chain.steps) != 6 or (description.table is not None and _moves(machine, description.table)):
+    if len(joints) != 6 or len(chain.steps) != 6 or (description.table is not None and _is_moving(machine, description.table)):
         return None
     axes = tuple(Axis(axis.name,
                       tuple(Drive(joints.index(drive.joint), drive.direction, drive.factor) for drive in axis.drives),
@@ -137,7 +139,7 @@ def arm_of(machine: Machine) -> SphericalWrist | None:
         return None
 
 
-def _moves(machine: Machine, point: str) -> bool:
+def _is_moving(machine: Machine, point: str) -> bool:
     return machine.description.points[point].body != GROUND
 
 
@@ -153,12 +155,12 @@ def tool_at(machine: Machine, point: str = "") -> ToolOnWork:
     if machine.link(other.body) < 0:
         fail("point", f"{point} on the ground", "must be on a body that moves with the tool")
     link = machine.link(other.body)
-    at = tf.move(machine.body_frames[link], np.array([other.at]))[0]
-    return ToolOnWork(link, at, pair.direction, pair.table, pair.origin)
+    tip = tf.move(machine.body_frames[link], np.array([other.at]))[0]
+    return ToolOnWork(link, tip, pair.direction, pair.table, pair.origin)
 
 
 class _Iterative:
-    """Iteration from the start; a branch has no name here."""
+    """Inverse kinematics by iteration from the start; branches have no names here."""
 
     def __init__(self, chain: TreeChain, pair: ToolOnWork, direction: FloatArray, turn: float) -> None:
         self.chain, self.pair, self.direction = chain, pair, direction
@@ -174,8 +176,7 @@ class _Iterative:
 
 def place_solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, *, turn: float, branch: str
                  ) -> ArmReach | _Iterative:
-    """Return what poses a machine by the place of its tool: closed form for arms, iteration for others, which have no
-    branches."""
+    """Return the inverse kinematics of a machine's tool: closed form for arms, iteration for others, which have no branches."""
     arm = arm_of(machine)
     if arm is not None:
         return ArmReach(arm, pair, direction, turn=turn, branch=branch)
@@ -185,20 +186,24 @@ def place_solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, *, t
 
 
 def refuse_branch(branch: str) -> NoReturn:
-    """Raise the ToolpointError of a branch that is asked of a machine without branches."""
+    """Raise the ToolpointError of a branch requested from a machine without branches."""
     fail("`branch`", repr(branch), "is for arms of six turning joints with a spherical wrist", remedy="leave it out")
 
 
-def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, largest_step: float = LARGEST_AXIS_STEP,
+def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, largest_step: float = MAX_AXIS_STEP,
                 largest_condition: float = 1e3) -> list[str]:
-    """Return why the poses of a path cannot be followed: places out of reach, singular poses (by the condition number of the
-    tool's Jacobian), and jumps of an axis (rad) between neighbours."""
+    """Return the reasons why the poses of a path cannot be followed.
+
+    Places out of reach, singular poses (by the condition number of the tool's Jacobian), and jumps of an axis (rad) between
+    neighbours.
+    """
     faults = [f"at {1e3 * length:.4g} mm of the path ({_place_words(place)}): {reason}"
               for length, place, reason in zip(lengths, reach.places, reach.reasons, strict=True) if reason]
     if faults:
         return faults
     batch = reach.batch()
     condition = pose_condition(machine.chain, batch, tool_pair(machine).tool).lost_motion
+    # The negated comparison counts an infinite or undefined condition number as singular.
     for k in np.flatnonzero(~(condition < largest_condition))[:1]:
         faults.append(f"at {1e3 * lengths[k]:.4g} mm of the path ({_place_words(reach.places[k])}): singular pose, condition "
                       f"number {condition[k]:.3g}")

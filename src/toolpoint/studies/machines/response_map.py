@@ -14,17 +14,17 @@ from toolpoint._check import ComplexArray, FloatArray, fail, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
 from toolpoint.studies.machines.pose_map import pose_map
 from toolpoint.studies.machines.tool_point import tool_point
 from toolpoint.studies.text_table import text_table
 
 NAMES = ("along x", "along y", "along z")
-_MICRON = 1e6
-_LINES = 400
-_SAMPLES = 3  # positions of every axis that the lines are chosen by
-_MODES, _STILL = 12, 1e-6  # modes below _STILL Hz do not vibrate
-_CARRIED = 0.7  # share of a peak that the lines beside it must reach: half the power
+_MICRONS_PER_METRE = 1e6
+_RESPONSE_MAP_LINES = 400  # frequency lines where none are given
+_LINE_CHOICE_POSITIONS = 3  # positions of every axis at which modes are computed to choose the lines
+_LINE_CHOICE_MODES, _MIN_VIBRATION_FREQUENCY = 12, 1e-6  # modes of the choice; Hz: below, a mode does not vibrate
+_MIN_SIDE_LINE_RATIO = 0.7  # of a peak, on the lines next to it: half the power
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class ResponseMap(NotebookText):
 
     def extremes(self) -> list[str]:
         """Return a line on every direction: where its greatest receptance is lowest and highest."""
-        return self.grid.extreme_lines(_MICRON * self.greatest(), NAMES, "µm/N")
+        return self.grid.extreme_lines(_MICRONS_PER_METRE * self.greatest(), NAMES, "µm/N")
 
     def table(self) -> str:
         """Return each direction's greatest receptance with its place and frequency as text."""
@@ -67,20 +67,20 @@ class ResponseMap(NotebookText):
             size = np.abs(self.values[..., k])
             if not np.isnan(size).all():
                 place = np.unravel_index(int(np.nanargmax(size)), size.shape)
-                rows.append([name, f"{_MICRON * size[place]:.4g}", f"{self.frequency[place[-1]]:.5g}",
+                rows.append([name, f"{_MICRONS_PER_METRE * size[place]:.4g}", f"{self.frequency[place[-1]]:.5g}",
                              self.grid.words([int(i) for i in place[:-1]])])
         return "\n".join([text_table(repr(self), ["direction", "greatest µm/N", "at Hz", "at"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, m/N."""
-        def plain(values: FloatArray) -> Any:
+        def nested_lists(values: FloatArray) -> Any:
             cells = values.astype(object)
             cells[np.isnan(values)] = None
             return cells.tolist()
 
-        return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "directions": list(NAMES),
-                "frequency_hz": self.frequency.tolist(), "real_m_per_n": plain(self.values.real),
-                "imaginary_m_per_n": plain(self.values.imag), "failures": self.failed(), "extremes": self.extremes(),
+        return {"axes": {name: positions.tolist() for name, positions in self.axes.items()}, "directions": list(NAMES),
+                "frequency_hz": self.frequency.tolist(), "real_m_per_n": nested_lists(self.values.real),
+                "imaginary_m_per_n": nested_lists(self.values.imag), "failures": self.failed(), "extremes": self.extremes(),
                 "notes": list(self.notes)}
 
     def __repr__(self) -> str:
@@ -98,15 +98,15 @@ class _Responses:
 
     @property
     def identity(self) -> str:
-        """What tells this study from another one on the same grid."""
+        """Key of this study among others on the same grid."""
         return repr((self.machine.description, self.lines))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block=block, columns=6 * len(self.lines))
+        return evaluate_block(self._evaluate, self.machine, self.names, block=block, columns=6 * len(self.lines))
 
-    def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
+    def _evaluate(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         count = len(next(iter(poses.values())))
-        listed = [{name: float(at[i]) for name, at in poses.items()} for i in range(count)]
+        listed = [{name: float(positions[i]) for name, positions in poses.items()} for i in range(count)]
         values = tool_point(self.machine, listed, np.array(self.lines)).frf.values
         direct = np.diagonal(values, axis1=-2, axis2=-1).reshape(count, -1)
         return np.concatenate([direct.real, direct.imag], axis=1)
@@ -127,6 +127,24 @@ def response_map(
     frequency : (n_f,) floats, optional
         Hz; 400 lines over the lowest twelve modes of some poses of the grid where left out.
     engine, folder, progress : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head")}, tool="tip", damping_ratio=0.02))
+    >>> response_map(machine, {"X": [0.0, 0.1]})
+    ResponseMap(X 2, 400 lines, 14.24..130.9 Hz, 0 poses failed)
     """
     grid = check_grid(machine, axes)
     lines = _lines(machine, grid) if frequency is None else increasing("frequency",
@@ -140,28 +158,29 @@ def response_map(
 
 
 def _lines(machine: Machine, grid: Grid) -> FloatArray:
-    """Return lines over the lowest twelve modes at the ends and the middle of every axis, those poses that can be."""
-    frequency = pose_map(machine, _few(grid), _MODES).frequency
-    moving = frequency[frequency > _STILL]
+    """Return lines over the lowest twelve modes at the ends and the middle of every axis, at the poses within reach."""
+    frequency = pose_map(machine, _choice_positions(grid), _LINE_CHOICE_MODES).frequency
+    moving = frequency[frequency > _MIN_VIBRATION_FREQUENCY]
     if not moving.size:
         fail("axes", "no pose that can be computed at their ends and middles", "must have one", remedy="give `lines`")
-    return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), _LINES)
+    return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), _RESPONSE_MAP_LINES)
 
 
-def _few(grid: Grid) -> dict[str, FloatArray]:
-    ends = {name: np.unique(np.linspace(0, at.size - 1, min(at.size, _SAMPLES)).astype(int)) for name, at in grid.axes.items()}
-    return {name: grid.axes[name][at] for name, at in ends.items()}
+def _choice_positions(grid: Grid) -> dict[str, FloatArray]:
+    ends = {name: np.unique(np.linspace(0, positions.size - 1, min(positions.size, _LINE_CHOICE_POSITIONS)).astype(int))
+            for name, positions in grid.axes.items()}
+    return {name: grid.axes[name][positions] for name, positions in ends.items()}
 
 
 def _narrow_notes(result: ResponseMap) -> tuple[str, ...]:
-    """Say where the lines are too far apart for the highest peaks: a peak that three lines do not carry is cut."""
+    """Return a note where the lines are too far apart for the highest peak: a peak without three lines is cut off."""
     size = np.abs(result.values)
     if np.isnan(size).all() or result.frequency.size < 3:
         return ()
     place = np.unravel_index(int(np.nanargmax(size)), size.shape)
     line, peak = int(place[-2]), size[place]
-    beside = [i for i in (line - 1, line + 1) if 0 <= i < result.frequency.size]
-    if all(size[(*place[:-2], i, place[-1])] > _CARRIED * peak for i in beside):
+    side_lines = [i for i in (line - 1, line + 1) if 0 <= i < result.frequency.size]
+    if all(size[(*place[:-2], i, place[-1])] > _MIN_SIDE_LINE_RATIO * peak for i in side_lines):
         return ()
     step = float(np.diff(result.frequency).max())
     return (f"the highest peak stands on a single line (they are up to {step:.3g} Hz apart): it may be higher between them; "

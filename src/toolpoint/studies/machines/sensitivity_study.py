@@ -1,4 +1,4 @@
-r"""Sensitivity study: what each parameter of a machine does to its frequencies and shapes, alone and cumulated per part.
+r"""Sensitivity study: effect of each parameter of a machine on its frequencies and shapes, alone and cumulated per part.
 
 Relative sensitivity :math:`S = (p/f)\,df/dp`: per cent of frequency per per cent of the parameter. Shapes: MAC between the
 shape at p and at p (1 + s) is, to second order, :math:`1 - s^2 c`, with c the squared length of the relative change of the
@@ -32,10 +32,10 @@ from toolpoint.updating.models.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
-SHOWN, HEADING = 10, "relative d f / d p"
+MAX_PRINTED_PARAMETERS, HEADING = 10, "relative d f / d p"
 _FIELDS = ("stiffness", "damping", "loss_factor", "mass", "density")
-_ELASTIC = ("modulus", "density")
-_KNOWN = (*_FIELDS, *_ELASTIC)
+_ELASTIC_FIELDS = ("modulus", "density")
+_PARAMETER_FIELDS = (*_FIELDS, *_ELASTIC_FIELDS)
 _TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
@@ -63,8 +63,8 @@ class SensitivityStudy(NotebookText):
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What each parameter is: stiffness, damping, mass, density, modulus, diameter."""
-        return tuple(next((word for word in path.split(".")[2:] if word in _KNOWN), path.rsplit(".", 1)[-1])
+        """Kind of each parameter: stiffness, damping, mass, density, modulus, diameter."""
+        return tuple(next((word for word in path.split(".")[2:] if word in _PARAMETER_FIELDS), path.rsplit(".", 1)[-1])
                      for path in self.paths)
 
     def mac_after(self, change: float) -> FloatArray:
@@ -89,7 +89,7 @@ class SensitivityStudy(NotebookText):
     def table(self) -> str:
         """Return the largest single and cumulative sensitivities as text, per cent of frequency per per cent of the parameter.
 
-        `SHOWN` of each, those with the largest effect on any mode first; `to_dict` and the page have all.
+        `MAX_PRINTED_PARAMETERS` of each, those with the largest effect on any mode first; `to_dict` and the page have all.
         """
         single, parts = (_largest(rows) for rows in (dict(zip(self.paths, self.frequency, strict=True)), self.cumulative()))
         width = max(map(len, (*single, *parts, HEADING)))
@@ -111,9 +111,9 @@ class SensitivityStudy(NotebookText):
 
 
 def _largest(rows: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the `SHOWN` rows with the largest entries, the largest first."""
+    """Return the `MAX_PRINTED_PARAMETERS` rows with the largest entries, the largest first."""
     order = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))
-    return {name: rows[name] for name in order[:SHOWN]}
+    return {name: rows[name] for name in order[:MAX_PRINTED_PARAMETERS]}
 
 
 def study_sensitivity(
@@ -133,12 +133,30 @@ def study_sensitivity(
     pose : mapping, optional
     dofs : labels, optional
         Where shapes are seen; all points in x, y, z where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint},
+    ...                                    points={"tip": PointDescription("head")}))
+    >>> study_sensitivity(machine, modes=2).frequency.round(3).tolist()  # frequencies go with the root of k/m
+    [[-0.5, -0.5], [0.5, 0.0], [0.0, 0.5]]
     """
-    names = tuple(paths) if paths is not None else _all(machine)
+    names = tuple(paths) if paths is not None else _all_paths(machine)
     if not names:
         fail("paths", "none", "must be at least one parameter")
-    values = np.array([1.0 if _elastic(machine, n) else machine.value(n) for n in names])
-    slopes = _at_standstill(_slopes(machine, names, pose))
+    # A body that is scaled as a whole has no value of its own: the scale, which is 1.
+    values = np.array([1.0 if _is_elastic_path(machine, n) else machine.value(n) for n in names])
+    slopes = _without_gyroscopic_part(_slopes(machine, names, pose))
     warn_of_energy_law(machine, pose, dofs)
     system = assemble(machine, pose, dofs, modal_damping=False, joint_damping=True)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
@@ -149,7 +167,7 @@ def study_sensitivity(
     is_structural = not is_viscous and system.structural_damping is not None
     hertz, frequency, damping = _poles(prediction, is_structural=is_structural)
     parts = tuple(".".join(n.split(".")[:2]) for n in names)
-    return SensitivityStudy(names, parts, values, hertz, values[:, None] * frequency, values[:, None] * damping, _turn(
+    return SensitivityStudy(names, parts, values, hertz, values[:, None] * frequency, values[:, None] * damping, _relative_turn(
         prediction.modes.shape, values[:, None, None] * prediction.shape_slopes.array))
 
 
@@ -169,53 +187,58 @@ def _poles(prediction: Prediction, *, is_structural: bool) -> tuple[FloatArray, 
             ratio_slopes * (1 / root + 4 * ratio**2 * root / part**2))
 
 
-def _at_standstill(slopes: MatrixDerivatives) -> MatrixDerivatives:
+def _without_gyroscopic_part(slopes: MatrixDerivatives) -> MatrixDerivatives:
     """Return the derivatives without their gyroscopic part, which is skew: the modes of this study are those at standstill."""
     if slopes.damping is None:
         return slopes
+    # The symmetric part of the damping remains.
     return replace(slopes, damping=(slopes.damping + np.swapaxes(slopes.damping, -1, -2)) / 2)
 
 
-def _turn(shape: Array, change: Array) -> Array:
-    """Return the part of the change that is square to the shape, over the shape's length."""
+def _relative_turn(shape: Array, change: Array) -> Array:
+    """Return the part of the change that is orthogonal to the shape, over the shape's length."""
     power = (np.abs(shape) ** 2).sum(axis=0)
+    # Change along a shape is scaling, which no MAC sees.
     along = (change * shape.conj()).sum(axis=1, keepdims=True) / power
     return np.asarray((change - along * shape) / np.sqrt(power))
 
 
-def _elastic(machine: Machine, path: str) -> bool:
+def _is_elastic_path(machine: Machine, path: str) -> bool:
     room, name, kind = [*path.split("."), "", ""][:3]
-    return (room == "bodies" and kind in _ELASTIC and name in machine.body_names and name not in machine.reduced
+    return (room == "bodies" and kind in _ELASTIC_FIELDS and name in machine.body_names and name not in machine.reduced
             and machine.bodies[machine.link(name)].modal_count > 0)
 
 
-def _all(machine: Machine) -> tuple[str, ...]:
-    elastic = [name for name, body in zip(machine.body_names, machine.bodies, strict=True)
-               if body.modal_count and name not in machine.reduced]
-    plain = [p for p in parameters(machine.description) if p.split(".")[1] not in elastic and machine.value(p) != 0
-             and has_derivative(machine.description, p) and (p.split(".")[2] in _FIELDS or p.split(".")[1] in machine.reduced)]
-    return (*plain, *(f"bodies.{name}.{kind}" for name in elastic for kind in _ELASTIC))
+def _all_paths(machine: Machine) -> tuple[str, ...]:
+    elastic_bodies = [name for name, body in zip(machine.body_names, machine.bodies, strict=True)
+                      if body.modal_count and name not in machine.reduced]
+    plain_paths = [p for p in parameters(machine.description) if p.split(".")[1] not in elastic_bodies and machine.value(p) != 0
+                   and has_derivative(machine.description, p) and (p.split(".")[2] in _FIELDS
+                                                                   or p.split(".")[1] in machine.reduced)]
+    return (*plain_paths, *(f"bodies.{name}.{kind}" for name in elastic_bodies for kind in _ELASTIC_FIELDS))
 
 
 def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> MatrixDerivatives:
-    plain = [n for n in names if not _elastic(machine, n)]
-    rest = [n for n in names if _elastic(machine, n)]
-    if not rest:
+    plain_paths = [n for n in names if not _is_elastic_path(machine, n)]
+    elastic_paths = [n for n in names if _is_elastic_path(machine, n)]
+    if not elastic_paths:
         return matrix_derivatives(machine, names, pose)
     place = place_machine(machine, pose)
     closed = loop_basis(place) if machine.loops else None
+    # With closed loops only motions that keep them closed are coordinates.
     basis = np.eye(machine.size) if closed is None else closed[0]
     slopes = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}
-    known = matrix_derivatives(machine, plain, pose) if plain else None
-    for k, name in enumerate(plain):
+    plain_slopes = matrix_derivatives(machine, plain_paths, pose) if plain_paths else None
+    for k, name in enumerate(plain_paths):
         for t, term in enumerate(_TERMS):
-            matrices = getattr(known, term)
+            matrices = getattr(plain_slopes, term)
             if matrices is not None:
                 slopes[name][t] = matrices[k]
-    for name in rest:
+    for name in elastic_paths:
         link = machine.link(name.split(".")[1])
         twist, body = body_coordinates(place, link)[0] @ basis, machine.bodies[link]
         if name.endswith(".density"):
+            # Mass scales with the density, stiffness with the modulus: the slope by the scale is the matrix itself.
             slopes[name][0] = twist.T @ body.mass @ twist
         else:
             slopes[name][2] = twist[6:].T @ body.stiffness @ twist[6:]

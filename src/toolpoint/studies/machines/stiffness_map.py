@@ -19,15 +19,15 @@ from toolpoint._check import ComplexArray, FloatArray, one_of
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
 from toolpoint.studies.machines.tool_point import ToolPoint, tool_point
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import frequency_response
 
 KINDS = ("static", "dynamic")
 NAMES = ("along x", "along y", "along z", "softest direction", "middle direction", "stiffest direction")
-_MICRON = 1e6
-_LINES = 600
+_NEWTON_PER_MICRON = 1e6  # N/m in one N/µm
+_STIFFNESS_MAP_LINES = 600  # frequency lines beside those around the resonances
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,25 +58,26 @@ class StiffnessMap(NotebookText):
 
     def extremes(self) -> list[str]:
         """Return a line on every direction: where the stiffness is least and greatest."""
-        return self.grid.extreme_lines(self.stiffness / _MICRON, NAMES, "N/µm")
+        return self.grid.extreme_lines(self.stiffness / _NEWTON_PER_MICRON, NAMES, "N/µm")
 
     def table(self) -> str:
         """Return the range of every direction and where the ends lie as text."""
-        flat = self.stiffness.reshape(-1, len(NAMES)) / _MICRON
+        flat = self.stiffness.reshape(-1, len(NAMES)) / _NEWTON_PER_MICRON
         rows = [[name, f"{np.nanmin(column):.4g}", f"{np.nanmax(column):.4g}"]
                 for name, column in zip(NAMES, flat.T, strict=True) if not np.isnan(column).all()]
         return "\n".join([text_table(repr(self), ["direction", "least N/µm", "greatest N/µm"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, N/m."""
-        def plain(values: FloatArray) -> Any:
+        def nested_lists(values: FloatArray) -> Any:
             cells = values.astype(object)
             cells[np.isnan(values)] = None
             return cells.tolist()
 
-        return {"kind": self.kind, "axes": {name: at.tolist() for name, at in self.axes.items()}, "directions": list(NAMES),
-                "stiffness_n_per_m": plain(self.stiffness), "softest_direction": plain(self.softest),
-                "frequency_hz": plain(self.frequency), "failures": self.failed(), "extremes": self.extremes()}
+        return {"kind": self.kind, "axes": {name: positions.tolist() for name, positions in self.axes.items()},
+                "directions": list(NAMES),
+                "stiffness_n_per_m": nested_lists(self.stiffness), "softest_direction": nested_lists(self.softest),
+                "frequency_hz": nested_lists(self.frequency), "failures": self.failed(), "extremes": self.extremes()}
 
     def __repr__(self) -> str:
         return f"StiffnessMap({self.kind}, {self.grid}, {len(self.failures)} poses failed)"
@@ -92,15 +93,15 @@ class _Stiffness:
 
     @property
     def identity(self) -> str:
-        """What tells this study from another one on the same grid."""
+        """Key of this study among others on the same grid."""
         return repr((self.machine.description, self.kind))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block=block, columns=10)
+        return evaluate_block(self._evaluate, self.machine, self.names, block=block, columns=10)
 
-    def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
+    def _evaluate(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         count = len(next(iter(poses.values())))
-        listed = [{name: float(at[i]) for name, at in poses.items()} for i in range(count)]
+        listed = [{name: float(positions[i]) for name, positions in poses.items()} for i in range(count)]
         study = tool_point(self.machine, listed, np.array([0.0, 1.0]))
         return stiffness_rows(study, self.kind)
 
@@ -108,12 +109,12 @@ class _Stiffness:
 def stiffness_rows(study: ToolPoint, kind: str) -> FloatArray:
     """Return stiffness along x, y, z and in principal directions, the softest direction, and the frequency, (n_poses, 10)."""
     if kind == "static":
-        return _rows(study.frf.values[:, :1], np.zeros(1))
+        return _least_stiffness(study.frf.values[:, :1], np.zeros(1))
     rows = []
     for i in range(len(study.poses)):
         modes = study.modes.at_pose(i)
         f = resonance_lines(modes.frequency, modes.damping_ratio)
-        rows.append(_rows(frequency_response.modal(modes, f).values[None], f)[0])
+        rows.append(_least_stiffness(frequency_response.modal(modes, f).values[None], f)[0])
     return np.array(rows)
 
 
@@ -121,24 +122,26 @@ def resonance_lines(frequency: FloatArray, damping_ratio: FloatArray) -> FloatAr
     """Return lines from zero upwards that are dense around every resonance, so that no peak is missed, Hz."""
     moving = frequency[frequency > 0]
     width = np.maximum(damping_ratio[frequency > 0], 1e-4)[:, None] * moving[:, None]
+    # A hyperbolic sine is dense at the resonance and reaches far down its sides.
     around = moving[:, None] + width * np.sinh(np.linspace(-3, 3, 61)) / 4
-    lines = np.concatenate([np.linspace(0, 1.2 * float(moving.max()), _LINES), around.ravel()])
+    lines = np.concatenate([np.linspace(0, 1.2 * float(moving.max()), _STIFFNESS_MAP_LINES), around.ravel()])
     return np.unique(lines[lines >= 0])
 
 
-def _rows(values: ComplexArray, frequency: FloatArray) -> FloatArray:
-    """Rows of compliances (P, n_f, 3, 3): of each direction the largest over frequency."""
+def _least_stiffness(values: ComplexArray, frequency: FloatArray) -> FloatArray:
+    """Return rows of the least stiffness over frequency from compliances (P, n_f, 3, 3)."""
     direct = np.abs(np.diagonal(values, axis1=-2, axis2=-1)).max(axis=1)
     u, singular, _ = np.linalg.svd(values)
-    worst = singular[:, :, 0].argmax(axis=1)
-    every = np.arange(len(values))
+    softest_line = singular[:, :, 0].argmax(axis=1)
+    pose_index = np.arange(len(values))
     # A complex vector is turned by the phase that makes it as real as it can be.
-    vector = u[every, worst, :, 0]
+    vector = u[pose_index, softest_line, :, 0]
     vector = np.real(vector * np.exp(-0.5j * np.angle((vector**2).sum(axis=-1)))[:, None])
     vector = vector / np.linalg.norm(vector, axis=-1, keepdims=True)
-    sign = np.sign(vector[every, np.abs(vector).argmax(axis=-1)])[:, None]
+    sign = np.sign(vector[pose_index, np.abs(vector).argmax(axis=-1)])[:, None]
     with np.errstate(divide="ignore"):
-        return np.concatenate([1 / direct, 1 / singular[every, worst], sign * vector, frequency[worst][:, None]], axis=1)
+        return np.concatenate([1 / direct, 1 / singular[pose_index, softest_line], sign * vector,
+                               frequency[softest_line][:, None]], axis=1)
 
 
 def stiffness_map(
@@ -156,6 +159,24 @@ def stiffness_map(
     kind : str
         ``static``, or ``dynamic`` (the least over frequency).
     engine, folder, progress : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head")}, tool="tip", damping_ratio=0.02))
+    >>> (stiffness_map(machine, {"X": [0.0]}).stiffness[0, :3] / 1e6).round(3).tolist()  # N/µm; the axis itself holds rigidly
+    [inf, 20.0, 40.0]
     """
     one_of("kind", kind, KINDS)
     grid = check_grid(machine, axes)

@@ -1,4 +1,4 @@
-"""What the cut sees: relative FRFs of tool against table at several poses, and the stability lobes they imply."""
+"""Tool-point dynamics: relative FRFs of tool against table at several poses, and the stability lobes that follow."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
 from toolpoint.kinematics.tool_frame import smallest_turn
-from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.gyroscopics import fastest_spin, run_at_speed
 from toolpoint.machine.assembly.system import assemble
-from toolpoint.machine.description import ELASTIC
+from toolpoint.machine.description import ELASTIC_KINDS
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO
@@ -31,9 +31,10 @@ from toolpoint.vibration.damped_modes import solve_as_damped
 from toolpoint.vibration.frequency_response import condense_above
 from toolpoint.vibration.gyroscopic import is_gyroscopic
 
-DEEPER, DEEPEST = 4, 1.0  # times a chart without a limit is made twice as deep; m
-FIRST_DEEPER = 64  # depths of the softest mode to which a first loss of stability is looked for
-FIRST_TOLERANCE = 1e-3  # relative error wanted of such a limit; what it has is stated
+MAX_DEPTH_DOUBLINGS, MAX_CHART_DEPTH = 4, 1.0  # of a chart without a limit; m
+FIRST_LOSS_DEPTH_RATIO = 64  # depths of the softest mode up to which a first loss of stability is searched
+FIRST_LOSS_TOLERANCE = 1e-3  # relative error requested of such a limit; the achieved one is stated
+STUDY_LINES = np.array([0.0, 1.0])  # Hz; only the modes of such a study are used
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
 
@@ -94,7 +95,7 @@ def tool_point(
     if not batch:
         system = _as_batch(system, len(poses))
     axes = tool_axes(machine, batch, len(poses))
-    system = seen_along(system, axes)
+    system = rotate_to_axes(system, axes)
     modes = _modes(system, description.damping_ratio)
     if not modes.damping_ratio.any():
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
@@ -107,7 +108,7 @@ def tool_point(
 
 
 def _modes(system: SecondOrderSystem, ratio: float | None) -> Modes:
-    """Modes with the described damping: one ratio for all, or what the joints and bodies state, coupled between modes."""
+    """Return modes with the described damping: one ratio for all, or that of joints and bodies, coupled between modes."""
     if ratio is None:
         return solve_as_damped(system)
     if is_gyroscopic(system):
@@ -122,11 +123,11 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
     """
     if not fastest_spin(machine.description):
         return None
-    at = [dict(pose or {})]
+    poses = [dict(pose or {})]
 
     @lru_cache(maxsize=256)
     def modes_at(speed: float) -> Modes:
-        spinning = tool_point(at_speed(machine, speed * np.pi / 30), at, np.array([0.0, 1.0]))
+        spinning = tool_point(run_at_speed(machine, speed * np.pi / 30), poses, np.array([0.0, 1.0]))
         return condense_unreliable(machine, spinning.modes.at_pose(0))
 
     return modes_at
@@ -134,9 +135,9 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
 
 def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str, FloatArray]:
     """Return a sequence of poses as one batch: every axis that a pose names, at rest where another does not."""
-    rest = {axis.name: axis.reference_position for axis in machine.chain.axes}
+    reference = {axis.name: axis.reference_position for axis in machine.chain.axes}
     names = dict.fromkeys(name for pose in poses for name in pose)
-    return {name: np.array([float(pose.get(name, rest.get(name, 0.0))) for pose in poses]) for name in names}
+    return {name: np.array([float(pose.get(name, reference.get(name, 0.0))) for pose in poses]) for name in names}
 
 
 def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1) -> FloatArray:
@@ -151,17 +152,20 @@ def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1) -> Flo
     return np.broadcast_to(smallest_turn(direction), (count, 3, 3))
 
 
-def seen_along(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem:
-    """Return a batch of systems whose three outputs and inputs x, y, z are seen along other axes (n_poses, 3, 3)."""
+def rotate_to_axes(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem:
+    """Return a batch of systems with their outputs and inputs x, y, z along other axes (n_poses, 3, 3)."""
     if np.array_equal(axes, np.broadcast_to(np.eye(3), axes.shape)):
         return system
     return replace(system, output_map=np.swapaxes(axes, -1, -2) @ system.output_map, input_map=system.input_map @ axes)
 
 
 def method_for(modes: Modes, method: StabilityMethod | None) -> StabilityMethod | None:
-    """Return the method of a chart: where modes are overdamped and none is asked for, `PanelArnoldi` for the first loss of
-    stability alone. Such machines (robots) have dozens of modes, and most speeds of their charts lie far above the lowest."""
-    return PanelArnoldi(first_only=True, tolerance=FIRST_TOLERANCE) if method is None and is_overdamped(modes) else method
+    """Return the method of a chart, by the damping of the modes where none is given.
+
+    Where modes are overdamped it is `PanelArnoldi` for the first loss of stability alone: such machines (robots) have dozens of
+    modes, and most speeds of their charts lie far above the lowest.
+    """
+    return PanelArnoldi(first_only=True, tolerance=FIRST_LOSS_TOLERANCE) if method is None and is_overdamped(modes) else method
 
 
 def is_overdamped(modes: Modes) -> bool:
@@ -179,8 +183,8 @@ def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:
 
 def _lines(modes: Modes) -> FloatArray:
     moving = np.where(modes.frequency > 1e-6, modes.frequency, np.nan)
-    low, high = float(np.nanmin(moving)), float(np.nanmax(moving[..., :12]))
-    return np.linspace(0.2 * low, 1.3 * high, 800)
+    frequency_min, frequency_max = float(np.nanmin(moving)), float(np.nanmax(moving[..., :12]))
+    return np.linspace(0.2 * frequency_min, 1.3 * frequency_max, 800)
 
 
 def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | None = None, *, y: str | None = None
@@ -200,9 +204,10 @@ def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | Non
 
 def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:
     """Return the label of the direction z of the point that is cut at, where the dynamics have it."""
-    known = dynamics.dofs if isinstance(dynamics, Modes) else [dof for dof in dynamics.outputs if dof in dynamics.inputs]
-    along = [dof for dof in known if dof.direction[1:] == "x" and dof.vector is None] if x is None else [Dof.parse(x)]
-    normal = [dof for dof in known if dof.direction[1:] == "z" and dof.vector is None and dof.point in {d.point for d in along}]
+    point_dofs = dynamics.dofs if isinstance(dynamics, Modes) else [dof for dof in dynamics.outputs if dof in dynamics.inputs]
+    along = [dof for dof in point_dofs if dof.direction[1:] == "x" and dof.vector is None] if x is None else [Dof.parse(x)]
+    normal = [dof for dof in point_dofs if dof.direction[1:] == "z" and dof.vector is None
+              and dof.point in {d.point for d in along}]
     return str(normal[0]) if len(normal) == 1 else None
 
 
@@ -260,52 +265,54 @@ def pose_problem(study: ToolPoint, cut: CuttingDescription, index: int) -> Milli
 
 
 def _without_idle_modes(problem: MillingProblem, modes: Modes) -> MillingProblem:
-    """Return a cut with those modes by their static part that no depth of its chart makes chatter by themselves."""
-    depth = deepest(problem)
+    """Return a problem whose modes are replaced by their static part where no charted depth makes them chatter alone."""
+    depth = first_loss_depth(problem)
     frequency, gain = find_least_frequency(problem, depth)
     reason = f"in cuts to {1e3 * depth:.3g} mm deep they cannot chatter by themselves (gain {gain:.2g}, 1 could)"
     return problem.changed(dynamics=condense_above(modes, frequency, reason))
 
 
-def deepest(problem: MillingProblem) -> float:
-    """Return the largest depth (m) of a chart that looks for the first loss of stability alone: so deep that stiffer modes
-    limit the speeds whose teeth pass too fast for the softest."""
-    return min(FIRST_DEEPER * depth_limit(problem), DEEPEST)
+def first_loss_depth(problem: MillingProblem) -> float:
+    """Return the largest depth (m) of a chart that searches for the first loss of stability alone.
+
+    It is so deep that stiffer modes limit the speeds whose teeth pass too fast for the softest.
+    """
+    return min(FIRST_LOSS_DEPTH_RATIO * depth_limit(problem), MAX_CHART_DEPTH)
 
 
 def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
-    bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC
+    bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC_KINDS
              if getattr(body, kind) is not None]
     return condense_above(modes, DEFAULT_REACH_RATIO * min(bands)) if bands else modes
 
 
 def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0,
-               end: float = DEEPEST) -> StabilityChart:
+               end: float = MAX_CHART_DEPTH) -> StabilityChart:
     """Return a chart that is deep enough to show a limit at more than a share of the speeds, where there is one.
 
     The first depth is that of the softest mode; where the teeth pass too fast for it, stiffer modes limit, and deeper. No chart
     goes deeper than `end` (m).
     """
     if isinstance(method, PanelArnoldi) and method.first_only:
-        return stability.chart(problem, speeds, method, depth_max=min(deepest(problem), end))
+        return stability.chart(problem, speeds, method, depth_max=min(first_loss_depth(problem), end))
     depth = min(depth_limit(problem), end)
     chart = stability.chart(problem, speeds, method, depth_max=depth)
-    for _ in range(DEEPER):
-        known = float(np.isfinite(chart.limit).mean())
-        if (known >= share and known > 0) or depth >= end:
+    for _ in range(MAX_DEPTH_DOUBLINGS):
+        limited_fraction = float(np.isfinite(chart.limit).mean())
+        if (limited_fraction >= share and limited_fraction > 0) or depth >= end:
             break
-        depth = min(2 * depth, DEEPEST, end)
+        depth = min(2 * depth, MAX_CHART_DEPTH, end)
         chart = stability.chart(problem, speeds, method, depth_max=depth)
     return chart
 
 
 def depth_limit(problem: MillingProblem) -> float:
     """Return a depth (m) well above the lowest limit of a cut, for the range of a chart: 12/(K_t max |Re G|), <= 0.5 m."""
-    low, high = problem.plane.span
+    frequency_min, frequency_max = problem.plane.span
     lines = problem.plane.frequency
-    f = np.linspace(0.5 * low, 2 * high, 4000) if lines is None else lines
-    softness = float(np.abs(np.real(problem.plane.response(f))).max())
-    if not np.isfinite(softness) or softness <= 0:
+    f = np.linspace(0.5 * frequency_min, 2 * frequency_max, 4000) if lines is None else lines
+    compliance = float(np.abs(np.real(problem.plane.response(f))).max())
+    if not np.isfinite(compliance) or compliance <= 0:
         raise ToolpointError("dynamics: no compliance in the cutting plane; the cut is stable at any depth")
-    return float(min(0.5, 12 / (problem.coefficients.kt * softness)))
+    return float(min(0.5, 12 / (problem.coefficients.kt * compliance)))

@@ -1,46 +1,50 @@
-"""What lies between a machine's tool and its table, and what does not: doubts before any limit is computed."""
+"""Doubts about what lies between a machine's tool and its table, before any limit is computed."""
 
 from __future__ import annotations
 
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
-from toolpoint.machine.description import ELASTIC, GROUND, JointDescription
+from toolpoint.machine.description import ELASTIC_KINDS, GROUND, JointDescription
 
-HEAVIEST_TOOL = 5.0  # kg, of a rigid body that may be a tool with its holder
+MAX_TOOL_MASS = 5.0  # kg, of a rigid body that may be a tool with its holder
 
 
 def question_tool_seat(machine: Machine) -> list[Doubt]:
-    """Return the grave doubt that nothing elastic lies between tool and table, or the doubt that the tool's tip is a point of a
-    rigid head: spindle, holder and tool, which limit most cuts, do not vibrate."""
+    """Return doubts about the bodies between tool and table.
+
+    The grave doubt is that nothing elastic lies between them. The other is that the tool's tip is a point of a rigid head:
+    spindle, holder and tool, which limit most cuts, do not vibrate.
+    """
     description = machine.description
     if description.tool is None:
         return []
     body = description.points[description.tool].body
     table = GROUND if description.table is None else description.points[description.table].body
-    between = _path(machine, body) ^ _path(machine, table)
+    # Joints below both bodies cancel: they move tool and table alike.
+    between = _joints_to_ground(machine, body) ^ _joints_to_ground(machine, table)
     bodies = {body, table} | {name for joint in between for name in (description.joints[joint].parent,
                                                                     description.joints[joint].child)}
-    bends = any(_bends(machine, name) for name in bodies)
-    gives = any(_gives(description.joints[name]) for name in between) or any(
-        _gives(joint) for name, joint in description.joints.items() if name not in _tree(machine))
-    if body == table and not bends:
+    is_elastic = any(_is_elastic(machine, name) for name in bodies)
+    has_springs = any(_has_springs(description.joints[name]) for name in between) or any(
+        _has_springs(joint) for name, joint in description.joints.items() if name not in _tree_joints(machine))
+    if body == table and not is_elastic:
         return [Doubt("tool and table", f"points {description.tool} and {description.table} are both on body {body}, which is "
                       "rigid: nothing vibrates between them", "put the tool's point on the spindle's side, that of the table "
                       "on the work's", grave=True)]
-    if not bends and not gives:
+    if not is_elastic and not has_springs:
         return [Doubt("tool and table", f"no joint between bodies {body} and {table} has a stiffness: nothing vibrates between "
                       "them", "give the joints between them a stiffness or a law", grave=True)]
-    if body == GROUND or _bends(machine, body):
+    if body == GROUND or _is_elastic(machine, body):
         return []
     mass = float(machine.bodies[machine.link(body)].mass[0, 0])
-    if mass <= HEAVIEST_TOOL:
+    if mass <= MAX_TOOL_MASS:
         return []
     return [Doubt("tool", f"its point is fixed to body {body} of {mass:.3g} kg: no spindle, holder or tool vibrates between "
                   "head and tip, and their modes limit most cuts", "describe spindle and tool as bodies with a bearing and a "
                   "holder joint, or cut on the measured response of the tip", figure=mass)]
 
 
-def _tree(machine: Machine) -> set[str]:
+def _tree_joints(machine: Machine) -> set[str]:
     """Return the joints that bodies hang on, the first of each body; the others close loops."""
     joints: dict[str, str] = {}
     for name, joint in machine.description.joints.items():
@@ -48,7 +52,7 @@ def _tree(machine: Machine) -> set[str]:
     return set(joints.values())
 
 
-def _path(machine: Machine, body: str) -> set[str]:
+def _joints_to_ground(machine: Machine, body: str) -> set[str]:
     """Return the joints from a body to the ground."""
     first: dict[str, str] = {}
     for name, joint in machine.description.joints.items():
@@ -60,10 +64,10 @@ def _path(machine: Machine, body: str) -> set[str]:
     return path
 
 
-def _bends(machine: Machine, name: str) -> bool:
+def _is_elastic(machine: Machine, name: str) -> bool:
     described = machine.description.bodies.get(name)
-    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC)
+    return described is not None and any(getattr(described, kind) is not None for kind in ELASTIC_KINDS)
 
 
-def _gives(joint: JointDescription) -> bool:
+def _has_springs(joint: JointDescription) -> bool:
     return bool(joint.stiffness or joint.stiffness_matrix is not None or joint.law)

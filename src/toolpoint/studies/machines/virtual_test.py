@@ -1,4 +1,4 @@
-"""A virtual test rig: any machine struck by a virtual hammer, with the imperfections of a real test and a known truth."""
+"""Virtual test rig: any machine struck by a virtual hammer, with the imperfections of a real test and a known truth."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from toolpoint.vibration import Dof, Modes, Record, StateSpace
 from toolpoint.vibration.dof import dofs
 from toolpoint.vibration.simulation import time_response
 
-_OVERSAMPLING = 6
+_FORCE_OVERSAMPLING = 6  # steps of the force in a sample of the record
 MIN_BODY_POINTS = 6  # candidates a body, where all bodies together have so many
-_WAYS = ("+x", "+y", "+z")
+_DIRECTIONS = ("+x", "+y", "+z")
 
 
 @dataclass(frozen=True)
 class Imperfections:
-    """What goes wrong in a test.
+    """Imperfections of a test.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class MeasuringPoints:
     @property
     def coordinates(self) -> dict[str | int, FloatArray]:
         """Position of every point, m."""
-        return {name: at for name, (_, at) in self.places.items()}
+        return {name: position for name, (_, position) in self.places.items()}
 
     @property
     def components(self) -> dict[str, list[str | int]]:
@@ -106,24 +106,24 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
         fail("machine", "elastic bodies alone, none drawn as a box", "must have rigid bodies, or bodies drawn as a box",
              remedy="give points by hand")
     areas = np.array([2 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2]) for _, _, s in boxes.values()])
-    least = min(MIN_BODY_POINTS, number // len(boxes))
-    share = np.maximum(least, np.floor(number * areas / max(areas.sum(), 1e-300))).astype(int)
-    while share.sum() > number:  # many small bodies: the largest give up theirs
-        share[int(np.argmax(share))] -= 1
-    share[int(np.argmax(areas))] += number - share.sum()
+    points_min = min(MIN_BODY_POINTS, number // len(boxes))
+    counts = np.maximum(points_min, np.floor(number * areas / max(areas.sum(), 1e-300))).astype(int)
+    while counts.sum() > number:  # many small bodies: the largest give up theirs
+        counts[int(np.argmax(counts))] -= 1
+    counts[int(np.argmax(areas))] += number - counts.sum()
     places: dict[str | int, tuple[str, FloatArray]] = {}
-    for (name, (centre, axes, size)), many in zip(boxes.items(), share, strict=True):
+    for (name, (centre, axes, size)), point_count in zip(boxes.items(), counts, strict=True):
         frame = machine.body_frames[machine.link(name)]
-        for _ in range(many):
-            at = rng.uniform(-0.5, 0.5, 3)
-            at[rng.integers(3)] = rng.choice([-0.5, 0.5])
-            places[len(places) + 1] = (name, tf.move(frame, (centre + axes @ (at * size))[None])[0])
+        for _ in range(point_count):
+            position = rng.uniform(-0.5, 0.5, 3)
+            # One coordinate is set to a face of the unit cube: the point lies on the surface.
+            position[rng.integers(3)] = rng.choice([-0.5, 0.5])
+            places[len(places) + 1] = (name, tf.move(frame, (centre + axes @ (position * size))[None])[0])
     return MeasuringPoints(places)
 
 
 def _box(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Return centre, axes (columns) and edges of a body's box: as it is drawn or described, else of the inertia of a rigid
-    one."""
+    """Return centre, axes (columns) and edges of a body's box: drawn or described, else that of a rigid body's inertia."""
     shape = body.draw or body.shape
     if shape is not None and shape.size is not None:
         return np.array(body.centre if body.draw_at is None else body.draw_at), np.eye(3), np.array(shape.size)
@@ -131,7 +131,25 @@ def _box(body: BodyDescription) -> tuple[FloatArray, FloatArray, FloatArray] | N
 
 
 def list_points(machine: Machine) -> MeasuringPoints:
-    """Return the points that the machine's file names on its bodies; those of the ground, which does not move, are left out."""
+    """Return the points that the machine's file names on its bodies; those of the ground, which does not move, are left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint},
+    ...                                    points={"tip": PointDescription("head", (0.0, 0.0, -0.2))}))
+    >>> list(list_points(machine).places)
+    ['tip']
+    """
     places: dict[str | int, tuple[str, FloatArray]] = {}
     for name, point in machine.description.points.items():
         if point.body != GROUND:
@@ -143,10 +161,10 @@ def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLi
     """Return the machine's modes at measuring points in x, y, z, mass-normalised, with these damping ratios: the truth."""
     shapes = body_shapes(machine, pose)
     rows, labels = [], []
-    for name, (body, at) in points.places.items():
-        moved = tf.move(shapes.place.displacements[0, machine.link(body)], at[None])[0]
+    for name, (body, position) in points.places.items():
+        moved = tf.move(shapes.place.displacements[0, machine.link(body)], position[None])[0]
         rows.append(tf.point_velocity(moved) @ shapes.twists[machine.link(body)])
-        labels += [Dof(name, way) for way in _WAYS]
+        labels += [Dof(name, way) for way in _DIRECTIONS]
     shape = np.concatenate(rows)
     return Modes(shapes.frequency, np.broadcast_to(ratio, shapes.frequency.shape), shape, tuple(labels))
 
@@ -168,35 +186,35 @@ def hammer_records(
     responses : labels
     rng : numpy.random.Generator
     """
-    hammer, wrong = hammer or Hammer(), imperfections or Imperfections()
+    hammer, faults = hammer or Hammer(), imperfections or Imperfections()
     labels, driven = dofs(responses), dofs([struck])
-    fine = hammer.sample_rate * _OVERSAMPLING
-    force = _force(hammer, wrong, fine, rng)
+    fine = hammer.sample_rate * _FORCE_OVERSAMPLING
+    force = _hammer_force(hammer, faults, fine, rng)
     system = _accelerations(modes, driven, labels)
     # The response to the filtered force is the filtered response: only the samples that are kept are computed.
-    filtered, delay, kept = _filtered(force)
-    motion = time_response.exact(system, filtered[:, None], fine, stride=_OVERSAMPLING)
-    channels = np.concatenate([filtered[::_OVERSAMPLING, None], motion], axis=1)[delay:delay + kept]
-    channels = _spoilt(channels, labels, wrong, rng)
+    filtered, delay, kept = _filter_force(force)
+    motion = time_response.exact(system, filtered[:, None], fine, stride=_FORCE_OVERSAMPLING)
+    channels = np.concatenate([filtered[::_FORCE_OVERSAMPLING, None], motion], axis=1)[delay:delay + kept]
+    channels = _add_imperfections(channels, labels, faults, rng)
     return Record(channels, hammer.sample_rate, (driven[0], *labels), ("force", *("acceleration",) * len(labels)),
                   name=f"virtual hammer at {driven[0]}")
 
 
-def _force(hammer: Hammer, wrong: Imperfections, rate: float, rng: np.random.Generator) -> FloatArray:
+def _hammer_force(hammer: Hammer, faults: Imperfections, rate: float, rng: np.random.Generator) -> FloatArray:
     total = np.zeros(round((hammer.hits * hammer.block + 0.5) * rate))
     for hit in range(hammer.hits):
         start = 0.3 + hit * hammer.block + rng.uniform(-0.02, 0.02)
-        size = hammer.force * (1 + 0.2 * rng.uniform(-1, 1)) * (0.1 if hit in wrong.weak_hits else 1.0)
-        _pulse(total, start, size, hammer.contact, rate)
-        if hit in wrong.double_hits:
-            _pulse(total, start + 6 * hammer.contact, 0.4 * size, hammer.contact, rate)
+        size = hammer.force * (1 + 0.2 * rng.uniform(-1, 1)) * (0.1 if hit in faults.weak_hits else 1.0)
+        _add_pulse(total, start, size, hammer.contact, rate)
+        if hit in faults.double_hits:
+            _add_pulse(total, start + 6 * hammer.contact, 0.4 * size, hammer.contact, rate)
     return total
 
 
-def _pulse(total: FloatArray, start: float, size: float, contact: float, rate: float) -> None:
-    at = np.arange(int(start * rate), int((start + contact) * rate) + 2)
-    phase = (at / rate - start) / contact
-    total[at] += np.where((phase > 0) & (phase < 1), size * np.sin(np.pi * phase), 0.0)
+def _add_pulse(total: FloatArray, start: float, size: float, contact: float, rate: float) -> None:
+    samples = np.arange(int(start * rate), int((start + contact) * rate) + 2)
+    phase = (samples / rate - start) / contact
+    total[samples] += np.where((phase > 0) & (phase < 1), size * np.sin(np.pi * phase), 0.0)
 
 
 def _accelerations(modes: Modes, struck: tuple[Dof, ...], responses: tuple[Dof, ...]) -> StateSpace:
@@ -207,23 +225,24 @@ def _accelerations(modes: Modes, struck: tuple[Dof, ...], responses: tuple[Dof, 
     return StateSpace(a, b, np.concatenate([-left * w**2, -left * 2 * zeta * w], axis=1), left @ right.T)
 
 
-def _filtered(force: FloatArray) -> tuple[FloatArray, int, int]:
+def _filter_force(force: FloatArray) -> tuple[FloatArray, int, int]:
     """Return the force behind the anti-aliasing filter at the fine rate, the filter's delay and the number of kept samples."""
-    taps = firwin(40 * _OVERSAMPLING + 1, 0.8 / _OVERSAMPLING)
+    taps = firwin(40 * _FORCE_OVERSAMPLING + 1, 0.8 / _FORCE_OVERSAMPLING)
     # The filter's delay is a whole number of output samples, so that thinning and shifting can be done at once.
-    return fftconvolve(force, taps), len(taps) // 2 // _OVERSAMPLING, -(-len(force) // _OVERSAMPLING)
+    return fftconvolve(force, taps), len(taps) // 2 // _FORCE_OVERSAMPLING, -(-len(force) // _FORCE_OVERSAMPLING)
 
 
-def _spoilt(channels: FloatArray, labels: tuple[Dof, ...], wrong: Imperfections, rng: np.random.Generator) -> FloatArray:
+def _add_imperfections(channels: FloatArray, labels: tuple[Dof, ...], faults: Imperfections,
+                       rng: np.random.Generator) -> FloatArray:
     result = channels.copy()
-    for dof in dofs(wrong.wrong_sign):
+    for dof in dofs(faults.wrong_sign):
         if dof in labels:
             result[:, 1 + labels.index(dof)] *= -1
-    for dof in dofs(wrong.dead):
+    for dof in dofs(faults.dead):
         if dof in labels:
             result[:, 1 + labels.index(dof)] = 0.0
-    result += wrong.noise * np.sqrt((channels**2).mean(axis=0)) * rng.normal(size=result.shape)
-    if wrong.overload is not None:
-        limit = wrong.overload * np.abs(channels).max(axis=0)
+    result += faults.noise * np.sqrt((channels**2).mean(axis=0)) * rng.normal(size=result.shape)
+    if faults.overload is not None:
+        limit = faults.overload * np.abs(channels).max(axis=0)
         result = np.clip(result, -limit, limit)
     return floats("channels", result)

@@ -1,1 +1,1 @@
-"""Machines beside measurements: correlation, joints, updating."""
+"""Measurements beside machines: correlation, joints, updating."""

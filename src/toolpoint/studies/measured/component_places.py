@@ -1,4 +1,4 @@
-"""Where the points of a test lie beside the bodies of its components: their unit, and the frame in which they were measured.
+"""Places of a test's points beside the bodies of its components: their unit, and the frame in which they were measured.
 
 Looked at before any fit: places in another unit or frame give joints that look like joints.
 """
@@ -19,7 +19,7 @@ from toolpoint.machine.description.frames import frame as frame_transform
 from toolpoint.machine.parts.mass import equivalent_cuboid
 from toolpoint.spatial import registration, rotation
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.measured.point_pairing import ALIKE, axis_turns
+from toolpoint.studies.measured.point_pairing import EQUAL_FIT_RATIO, axis_turns
 from toolpoint.studies.measured.point_registration import unit_slip
 from toolpoint.vibration import Modes
 
@@ -33,14 +33,14 @@ Point = str | int
 
 @dataclass(frozen=True, eq=False)
 class TestPlacement:
-    """The frame of a test in the machine: `transform` (4, 4) from test to machine frame, m, and what speaks against it."""
+    """Frame of a test in the machine: `transform` (4, 4) from test to machine frame, m, with doubts."""
 
     transform: FloatArray
     doubts: tuple[Doubt, ...] = ()
 
     def places(self, points: Mapping[Point, FloatArray]) -> dict[Point, FloatArray]:
         """Return points in the machine frame, m."""
-        return {name: tf.move(self.transform, np.asarray(at, float)[None])[0] for name, at in points.items()}
+        return {name: tf.move(self.transform, np.asarray(position, float)[None])[0] for name, position in points.items()}
 
     def turned(self, modes: Modes) -> Modes:
         """Return modes with their directions in the machine frame."""
@@ -72,7 +72,7 @@ def place_test(points: Mapping[Point, FloatArray], components: Components) -> Te
     """
     used = {name: np.array([points[point] for point in names if point in points], float).reshape(-1, 3)
             for name, names in components.points.items()}
-    used = {name: at for name, at in used.items() if len(at)}
+    used = {name: places for name, places in used.items() if len(places)}
     if not used:
         return TestPlacement(np.eye(4))
     _check_span(np.concatenate(list(used.values())))
@@ -127,11 +127,12 @@ def _distance_doubts(matrix: FloatArray, used: Mapping[str, FloatArray], boxes: 
     if not boxes or _distance(matrix, used, boxes) < MIN_BODY_DISTANCE * _machine_size(boxes):
         return ()
     gaps = {name: _distance(matrix, used, {name: box}) for name, box in boxes.items()}
-    worst = max(gaps, key=lambda name: gaps[name])
-    return (Doubt("frame", f"the points of {worst} lie {1e3 * gaps[worst]:.3g} mm from the box of its body (root mean square "
+    farthest = max(gaps, key=lambda name: gaps[name])
+    return (Doubt("frame",
+                  f"the points of {farthest} lie {1e3 * gaps[farthest]:.3g} mm from the box of its body (root mean square "
                   "of the ends): the test's frame, its points or the body's centre may be wrong",
                   "check centre and points, or say the test's frame with `frame: {at: .., rotation: ..}`",
-                  figure=gaps[worst] / _machine_size(boxes)),)
+                  figure=gaps[farthest] / _machine_size(boxes)),)
 
 
 def _find_frame(points: Mapping[Point, FloatArray], used: Mapping[str, FloatArray], boxes: Mapping[str, FloatArray],
@@ -141,24 +142,26 @@ def _find_frame(points: Mapping[Point, FloatArray], used: Mapping[str, FloatArra
         return TestPlacement(named, _frame_doubts(named, "as the points of the same names say"))
     if not boxes:
         return TestPlacement(np.eye(4))
-    size, stays = _machine_size(boxes), _distance(np.eye(4), used, boxes)
-    if stays < MIN_BODY_DISTANCE * size:
+    size, unmoved_distance = _machine_size(boxes), _distance(np.eye(4), used, boxes)
+    if unmoved_distance < MIN_BODY_DISTANCE * size:
         return TestPlacement(np.eye(4))
     fits = sorted(((_distance(matrix, used, boxes), k, matrix) for k, matrix in enumerate(_placings(used, boxes))),
                   key=lambda fit: fit[:2])
     best, _, matrix = fits[0]
-    if ALIKE * best > stays or best > MIN_BODY_DISTANCE * size:
+    if EQUAL_FIT_RATIO * best > unmoved_distance or best > MIN_BODY_DISTANCE * size:
         return TestPlacement(np.eye(4), _distance_doubts(np.eye(4), used, boxes))
-    alike = [fit for fit in fits if fit[0] < ALIKE * best or fit[0] < TINY_DISTANCE * size]
-    unturned = next((fit for fit in alike if np.allclose(fit[2][:3, :3], np.eye(3))), None)
+    equal_fits = [fit for fit in fits if fit[0] < EQUAL_FIT_RATIO * best or fit[0] < TINY_DISTANCE * size]
+    unturned = next((fit for fit in equal_fits if np.allclose(fit[2][:3, :3], np.eye(3))), None)
     if unturned is not None:  # moved only: of placings that fit alike, the one that turns nothing
         best, _, matrix = unturned
-    elif len(alike) > 1:
+    elif len(equal_fits) > 1:
         raise ToolpointError(
-            f"`frame`: the points lie {1e3 * stays:.3g} mm from the boxes of their bodies, so the test's frame is another than "
+            f"`frame`: the points lie {1e3 * unmoved_distance:.3g} mm from the boxes of their bodies, so the test's frame is "
+            f"another than "
             f"the machine's; {_frame_text(matrix)} ({1e3 * best:.3g} mm) and {_frame_text(fits[1][2])} ({1e3 * fits[1][0]:.3g} "
             "mm) fit alike; write the right one into the component file, or place three points of the test under points:")
-    return TestPlacement(matrix, _frame_doubts(matrix, f"{1e3 * best:.3g} mm from the bodies' boxes, {1e3 * stays:.3g} mm as "
+    return TestPlacement(matrix, _frame_doubts(matrix, f"{1e3 * best:.3g} mm from the bodies' boxes, "
+                                                       f"{1e3 * unmoved_distance:.3g} mm as "
                                                "measured"))
 
 
@@ -173,7 +176,7 @@ def _placings(used: Mapping[str, FloatArray], boxes: Mapping[str, FloatArray]) -
 
 def _named_frame(points: Mapping[Point, FloatArray], components: Components) -> FloatArray | None:
     """Return the frame that points placed by the file and measured under the same name fix, None for fewer than three."""
-    measured = {str(name): np.asarray(at, float) for name, at in points.items()}
+    measured = {str(name): np.asarray(position, float) for name, position in points.items()}
     shared = [name for name in components.places if name in measured]
     try:
         fit = registration.rigid([measured[name] for name in shared], [components.places[name].at for name in shared])
@@ -196,6 +199,6 @@ def _frame_doubts(matrix: FloatArray, why: str) -> tuple[Doubt, ...]:
 def _frame_text(matrix: FloatArray) -> str:
     """Return the key of a component file that says a frame."""
     described = describe_frame(matrix)
-    at = ", ".join(f"{v:.6g}" for v in np.round(described.at, 6) + 0.0)
+    origin = ", ".join(f"{v:.6g}" for v in np.round(described.at, 6) + 0.0)
     angles = ", ".join(f"{v:.6g} deg" for v in np.round(np.degrees(described.rotation), 4) + 0.0)
-    return f"frame: {{at: [{at}], rotation: [{angles}]}}"
+    return f"frame: {{at: [{origin}], rotation: [{angles}]}}"

@@ -1,4 +1,4 @@
-"""A hammer test from its records: every hit judged, responses with coherence and intervals, checks, and what is doubtful."""
+"""Hammer test from its records: verdict on every hit, responses with coherence and intervals, checks, doubts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SetUp = tuple[Dof, tuple[Dof, ...]]
 
 @dataclass(frozen=True)
 class HitVerdict:
-    """What was decided about a hit: its name, where it struck, its peak force (N), its place in its test, whether by hand."""
+    """Verdict on a hit: its name, struck Dof, peak force (N), place in its test, and whether a person decided."""
 
     name: str
     struck: Dof
@@ -45,7 +45,7 @@ class HitVerdict:
 
 @dataclass(frozen=True, eq=False)
 class HammerStudy(NotebookText):
-    """The responses of a hammer test and what they rest on.
+    """Responses of a hammer test with their verdicts, band and checks.
 
     frf : all responses, one column for each struck Dof; tests : the test of each; verdicts : on every hit, in order; band :
     part of the lines that the test can be believed in; doubts : what may be wrong, first; notes : what was assumed and done.
@@ -78,6 +78,7 @@ class HammerStudy(NotebookText):
         if any(radius is None for _, radius in radii):
             return "; one hit tells no scatter"
         shares = []
+        # Only lines near the peaks count: of a response that is nearly zero every scatter is a large share.
         for test, radius in radii:
             size = np.abs(test.frf.values)
             inside = (test.frf.frequency >= self.band.low) & (test.frf.frequency <= self.band.high)
@@ -130,43 +131,48 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     ToolpointError
         Where no hit is usable (with the reasons of each), channels do not fit together, a decided hit is not there.
     """
-    given = records if isinstance(records, RecordSet) else RecordSet(tuple(records), tuple(
+    record_set = records if isinstance(records, RecordSet) else RecordSet(tuple(records), tuple(
         record.name or f"record {k}" for k, record in enumerate(records, 1)))
-    decided = {**given.decisions, **(decisions or {})}
-    groups = _groups(given)
-    tests, more = _tested(given, groups, duration=duration, final=final, estimator=estimator, rules=rules, decided=decided)
-    verdicts = _verdicts(given, tests, decided)
+    # Decisions given here prevail over those that the records bring along.
+    decided = {**record_set.decisions, **(decisions or {})}
+    groups = _groups(record_set)
+    tests, left_out = _test_setups(record_set, groups, duration=duration, final=final, estimator=estimator, rules=rules,
+                                   decided=decided)
+    verdicts = _verdicts(record_set, tests, decided)
     _check_decisions(decided, [verdict.name for verdict in verdicts])
-    frf = _joined([test for _, test in tests])
-    notes = tuple(dict.fromkeys([*given.notes, *(note for _, test in tests for note in test.frf.notes)]))
+    frf = _join_tests([test for _, test in tests])
+    notes = tuple(dict.fromkeys([*record_set.notes, *(note for _, test in tests for note in test.frf.notes)]))
+    # A note that is a doubt is listed with the doubts only.
     doubted = tuple(note for note in notes if isinstance(note, Doubt))
     checks = tuple(driving_points(frf))
-    doubts = (*more, *doubted, *question(frf))
+    doubts = (*left_out, *doubted, *question(frf))
+    # The hit that excites least far up bounds the band of all responses.
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))
 
 
-def _groups(given: RecordSet) -> dict[SetUp, list[int]]:
+def _groups(record_set: RecordSet) -> dict[SetUp, list[int]]:
     """Return the records of every set-up (a struck Dof with its sensors), in their order."""
     groups: dict[SetUp, list[int]] = {}
-    for k, record in enumerate(given.records):
+    for k, record in enumerate(record_set.records):
         forces = [dof for dof, kind in zip(record.channels, record.quantities, strict=True) if kind == "force"]
         if len(forces) != 1 or len(record.quantities) < 2:
-            raise ToolpointError(f"{given.names[k]}: {len(forces)} force channels and {len(record.quantities) - len(forces)} "
+            raise ToolpointError(f"{record_set.names[k]}: {len(forces)} force channels and "
+                                 f"{len(record.quantities) - len(forces)} "
                                  f"responses ({', '.join(map(str, record.quantities))}); must hold one force and some "
                                  "responses; say what each channel is with `channel`")
         groups.setdefault((forces[0], record.channels), []).append(k)
     return groups
 
 
-def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None, estimator: str,
-            rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt]]:
-    """Return the test of every set-up that has a usable hit, all with one block and one window, and doubts on the
-    others."""
+def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None,
+                 estimator: str,
+                 rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt]]:
+    """Return the test of every set-up with a usable hit, all with one block and window, and doubts about the others."""
     def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
-        records = [given.records[k] for k in places]
-        numbers = _numbers([given.names[k] for k in places], records, block, rules, decided)
+        records = [record_set.records[k] for k in places]
+        numbers = _numbers([record_set.names[k] for k in places], records, block, rules, decided)
         return hammer_test(records, block, estimator=estimator, final=end, rules=rules, decisions=numbers)
 
     tests, doubts = [], list[Doubt]()
@@ -174,12 +180,14 @@ def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: fl
         try:
             tests.append((places, test(places, duration, final)))
         except ToolpointError as error:
-            words = f"struck at {struck}: {_by_name(str(error), [given.names[k] for k in places])}"
+            words = f"struck at {struck}: {_name_hits(str(error), [record_set.names[k] for k in places])}"
+            # Without another set-up there is nothing left to study.
             if len(groups) == 1:
                 raise ToolpointError(words) from None
             doubts.append(Doubt("left out", words))
     if not tests:
         raise ToolpointError("; ".join(doubts))
+    # All set-ups share the shortest block and the strongest window: the same lines, the same added damping.
     block = min(result.duration for _, result in tests)
     ends = [float(np.exp(-result.frf.decay * result.duration)) for _, result in tests]
     if any(result.duration > block * (1 + 1e-9) for _, result in tests) or max(ends) - min(ends) > 1e-9:
@@ -199,28 +207,29 @@ def _numbers(names: Sequence[str], records: Sequence[Record], block: float | Non
 def _hit_names(names: Sequence[str], hits: Sequence[Hit]) -> list[str]:
     """Return the names of hits: that of their record, with a number where it holds several."""
     counts = [sum(hit.record == k for hit in hits) for k in range(len(names))]
-    seen = [0] * len(names)
+    numbers = [0] * len(names)
     labels = []
     for hit in hits:
-        seen[hit.record] += 1
-        labels.append(names[hit.record] + (f"#{seen[hit.record]}" if counts[hit.record] > 1 else ""))
+        numbers[hit.record] += 1
+        labels.append(names[hit.record] + (f"#{numbers[hit.record]}" if counts[hit.record] > 1 else ""))
     return labels
 
 
-def _by_name(error: str, names: Sequence[str]) -> str:
+def _name_hits(error: str, names: Sequence[str]) -> str:
     """Return an error with the names of records for the numbers of hits, where every record holds one."""
     count = re.search(r"none of (\d+) hits", error)
+    # Where a record holds several hits their numbers are not those of records: the message stays as it is.
     if count is None or int(count[1]) != len(names):
         return error
     return re.sub(r"\bhit (\d+):", lambda number: f"{names[int(number[1]) - 1]}:", error)
 
 
-def _verdicts(given: RecordSet, tests: Sequence[tuple[list[int], HammerTest]], decided: Mapping[str, bool]
+def _verdicts(record_set: RecordSet, tests: Sequence[tuple[list[int], HammerTest]], decided: Mapping[str, bool]
               ) -> tuple[HitVerdict, ...]:
     verdicts = []
     for places, test in tests:
-        labels = _hit_names([given.names[k] for k in places], test.hits)
-        verdicts += [HitVerdict(label, test.frf.inputs[0], hit, given.records[places[hit.record]], label in decided)
+        labels = _hit_names([record_set.names[k] for k in places], test.hits)
+        verdicts += [HitVerdict(label, test.frf.inputs[0], hit, record_set.records[places[hit.record]], label in decided)
                      for label, hit in zip(labels, test.hits, strict=True)]
     return tuple(verdicts)
 
@@ -232,7 +241,7 @@ def _check_decisions(decided: Mapping[str, bool], names: Sequence[str]) -> None:
                                  + ("" if suggestion(name, names) else ", ".join(names[:6])))
 
 
-def _joined(tests: Sequence[HammerTest]) -> Frf:
+def _join_tests(tests: Sequence[HammerTest]) -> Frf:
     if len(tests) == 1:
         return replace(tests[0].frf, notes=())
     try:

@@ -1,4 +1,4 @@
-"""Modes of measured responses, with the responses questioned first: signs, delays, scales, labels."""
+"""Modes of measured responses with doubts about these responses: signs, delays, scales, labels."""
 
 from __future__ import annotations
 
@@ -20,6 +20,14 @@ def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] 
     lines were left out and why. The doubts are looked for within it.
     choice : poles added and modes removed by hand; sensor_mass : kg, of a sensor that was moved between set-ups; see
     `modal_identification.identify`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.vibration import frequency_response
+    >>> true_modes = Modes([80.0], [0.02], [[0.1]], ["tool:+x"])
+    >>> identify_modes(frequency_response.modal(true_modes, np.linspace(60, 100, 60))).modes.frequency.round(3).tolist()
+    [80.0]
     """
     if band is not None:
         result = identify(frf, method, band, choice=choice, sensor_mass=sensor_mass)
@@ -38,6 +46,12 @@ def modes_of_test(modes: Modes | None, frf: Frf | None, *, band: tuple[float, fl
     band : (low, high), Hz; all lines where left out: what a tester of joints leaves out, he says himself.
 
     Raises ToolpointError unless there is one of both.
+
+    Examples
+    --------
+    >>> modes, doubts = modes_of_test(Modes([80.0], [0.02], [[0.1]], ["tool:+x"]), None)
+    >>> modes.count, doubts
+    (1, ())
     """
     if modes is not None and frf is None:
         return modes, ()

@@ -1,4 +1,4 @@
-"""Identified joints as a machine file holds them: directions of a frame where they can be, screws where they cannot; axes."""
+"""Identified joints as a machine file holds them: directions of a frame where possible, else screws; and their axes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ from toolpoint.machine.description import AxisDescription, FrameDescription, Joi
 from toolpoint.spatial import transform as tf
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-# Sine of the angle, and length (m), up to which an axis as told and a direction as identified count as one.
-_NEAR_ANGLE, _NEAR_PLACE = 4e-3, 2e-3
+# Sine of the angle, and length (m), up to which an axis as given and a direction as identified count as one.
+_AXIS_ANGLE_TOLERANCE, _AXIS_PLACE_TOLERANCE = 4e-3, 2e-3
 
 
 @dataclass(frozen=True, eq=False)
 class JointLayout:
-    """How a joint is written: the directions (empty: screws), the fixed motion (4, 4) from the identified frame to that which
-    is written, and the axes of the joint with their direction in the written frame."""
+    """Layout of a joint in a file.
+
+    ways : the directions, empty for screws; turn : fixed motion (4, 4) from the identified frame to the written one; axes :
+    axes of the joint with their direction in the written frame.
+    """
 
     ways: tuple[str, ...]
     turn: FloatArray
@@ -59,15 +62,17 @@ def _names_in(frame: FloatArray, axes: Mapping[str, DrivenAxis]) -> dict[str, st
 
 
 def _frames_of(frame: FloatArray, ways: tuple[str, ...], directions: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the frame, and where all its ways lie on one axis those turned about it that have a direction told."""
+    """Return the frame, and where all its ways lie on one axis those turned about it that have a given direction."""
     result, letters = [frame], {way[-1] for way in ways}
+    # Springs along several axes fix the frame; about a single axis it may be turned.
     if len(letters) > 1:
         return result
     i = "xyz".index(letters.pop()) if letters else 0
     for direction in directions:
         axis = frame[:3, i]
         across = direction - axis * (axis @ direction)
-        if abs(axis @ direction) > _NEAR_ANGLE:
+        # Only a direction square to that axis can be reached by turning about it.
+        if abs(axis @ direction) > _AXIS_ANGLE_TOLERANCE:
             continue
         axes = np.zeros((3, 3))
         axes[:, i], axes[:, (i + 1) % 3] = axis, across / np.linalg.norm(across)
@@ -78,15 +83,16 @@ def _frames_of(frame: FloatArray, ways: tuple[str, ...], directions: Sequence[Fl
 
 def _direction_in(frame: FloatArray, axis: DrivenAxis) -> str | None:
     """Return the direction of a frame that an axis goes along or about, None where it has none."""
-    share = frame[:3, :3].T @ np.asarray(axis.direction)
-    i = int(np.argmax(np.abs(share)))
-    if np.linalg.norm(np.delete(share, i)) > _NEAR_ANGLE:
+    components = frame[:3, :3].T @ np.asarray(axis.direction)
+    i = int(np.argmax(np.abs(components)))
+    if np.linalg.norm(np.delete(components, i)) > _AXIS_ANGLE_TOLERANCE:
         return None
     if axis.turns and axis.at is not None:
-        away = np.cross(np.asarray(axis.at) - frame[:3, 3], np.asarray(axis.direction))
-        if np.linalg.norm(away) > _NEAR_PLACE:
+        # Distance of the frame's origin from the line that the axis turns about.
+        offset = np.cross(np.asarray(axis.at) - frame[:3, 3], np.asarray(axis.direction))
+        if np.linalg.norm(offset) > _AXIS_PLACE_TOLERANCE:
             return None
-    return ("-" if share[i] < 0 else "") + ("r" if axis.turns else "") + "xyz"[i]
+    return ("-" if components[i] < 0 else "") + ("r" if axis.turns else "") + "xyz"[i]
 
 
 def _axis_frame(axes: Sequence[DrivenAxis], place: FloatArray) -> FloatArray:
@@ -110,10 +116,12 @@ def describe_joint(parent: str, child: str, joint: ElasticJoint, *, layout: Join
                    is_viscous: bool = False) -> JointDescription:
     """Return the description of a joint in its layout."""
     frame = joint.frame @ layout.turn
-    at, rotation = frame[:3, 3].tolist(), Rotation.from_matrix(frame[:3, :3]).as_euler("ZYX").tolist()
-    base = JointDescription(parent, child, FrameDescription((at[0], at[1], at[2]), (rotation[0], rotation[1], rotation[2])),
+    origin, rotation = frame[:3, 3].tolist(), Rotation.from_matrix(frame[:3, :3]).as_euler("ZYX").tolist()
+    base = JointDescription(parent, child, FrameDescription((origin[0], origin[1], origin[2]),
+                                                            (rotation[0], rotation[1], rotation[2])),
                             loss_factor=joint.loss_factor, elastic_at=elastic_at, source="measured")
     relaxation = joint.relaxation
+    # A joint without free directions dissipates nothing.
     if not joint.twists.shape[1]:
         return replace(base, loss_factor=0.0)
     stiffness = (joint.stiffness + joint.stiffness.T) / 2
@@ -124,10 +132,10 @@ def describe_joint(parent: str, child: str, joint: ElasticJoint, *, layout: Join
     if (stiffness == np.diag(np.diag(stiffness))).all():
         values = dict(zip(layout.ways, np.diag(stiffness).tolist(), strict=True))
         return replace(base, stiffness=values, damping={w: relaxation * k for w, k in values.items()} if is_viscous else {})
-    whole = np.zeros((6, 6))
-    at_ways = [DIRECTIONS.index(way) for way in layout.ways]
-    whole[np.ix_(at_ways, at_ways)] = stiffness
-    return replace(base, stiffness_matrix=_rows(whole), damping_matrix=_rows(relaxation * whole) if is_viscous else None)
+    matrix = np.zeros((6, 6))
+    indices = [DIRECTIONS.index(way) for way in layout.ways]
+    matrix[np.ix_(indices, indices)] = stiffness
+    return replace(base, stiffness_matrix=_rows(matrix), damping_matrix=_rows(relaxation * matrix) if is_viscous else None)
 
 
 def describe_axes(joint: str, axes: Mapping[str, DrivenAxis], layout: JointLayout) -> dict[str, AxisDescription]:

@@ -26,16 +26,16 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 from toolpoint.vibration.geometry import Geometry
 
-_MOSTLY = 0.5  # share of a mode's strain energy that makes it a joint's own
+_MIN_ENERGY_FRACTION = 0.5  # of a mode's strain energy, from which it is a joint's own
 
 
 @dataclass(frozen=True, eq=False)
 class JointStudy(NotebookText):
     """Joints, the modes, points and components that they came from, and the machine where masses were known.
 
-    machine : its description, None where there is none, for the reason in `missing`; checked : the machine as it runs beside
-    the measured modes; channel_doubts : what the responses that the modes came from betray of their channels; law_doubts : what
-    laws of damping that the test does not tell apart differ by.
+    machine : its description, None for the reason in `no_machine_reason`; checked : the machine as it runs beside the measured
+    modes; channel_doubts : of the responses that the modes were identified from; law_doubts : differences between laws of
+    damping that the test does not separate.
     """
 
     joints: JointIdentification
@@ -43,14 +43,14 @@ class JointStudy(NotebookText):
     geometry: Geometry
     components: Components
     machine: MachineDescription | None
-    missing: str = ""
+    no_machine_reason: str = ""
     checked: MachineCheck | None = None
     channel_doubts: tuple[Doubt, ...] = ()
     law_doubts: tuple[Doubt, ...] = ()
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What speaks against the result, each once: of the channels, the joints, the whole, the machine that was run."""
+        """Doubts about the result, each once: of the channels, the joints, the whole, the machine that was run."""
         lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
         checked = self.checked.doubts if self.checked else ()
         return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *self.law_doubts, *lines, *checked]))
@@ -62,7 +62,7 @@ class JointStudy(NotebookText):
 
     @property
     def status(self) -> str:
-        """What the result is worth: established only where nothing speaks against the joints or their machine."""
+        """Reliability of the result: established only without doubts about the joints and their machine."""
         if self.doubts and self.joints.certain:
             return f"doubtful: {len(self.doubts)} doubt{'s' if len(self.doubts) > 1 else ''} on the test or the machine of it"
         return self.joints.status
@@ -74,19 +74,19 @@ class JointStudy(NotebookText):
         if self.checked is not None:
             lines.append(text_table("The machine of these joints", HEADER, self.checked.rows()))
             lines.append(self.checked.status)
-        elif self.missing:
-            lines.append(f"no machine: {self.missing}")
+        elif self.no_machine_reason:
+            lines.append(f"no machine: {self.no_machine_reason}")
         lines.append(self.status.split(";")[0])
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the page shows as plain data, SI: joints with covariance, doubts, modes, the machine or why not."""
-        whole = self.joints.machine
+        whole_machine = self.joints.machine
         return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.status,
                 "doubts": list(self.doubts), "notes": list(self.joints.notes),
-                "damping": None if whole is None or whole.law is None else whole.law.to_dict(),
+                "damping": None if whole_machine is None or whole_machine.law is None else whole_machine.law.to_dict(),
                 "machine": None if self.machine is None else "described",
-                "missing": self.missing, "modes": None if self.checked is None else self.checked.to_dict()}
+                "missing": self.no_machine_reason, "modes": None if self.checked is None else self.checked.to_dict()}
 
 
 def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float | None = None,
@@ -121,14 +121,14 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
                              calibration_deviation=components.calibration_deviation)
     study = JointStudy(joints, modes, geometry, components, None, channel_doubts=(*placement.doubts, *channel_doubts))
     if not bodies:
-        return replace(study, missing="no mass properties; a machine needs the body of every component")
+        return replace(study, no_machine_reason="no mass properties; a machine needs the body of every component")
     try:
         machine = machine_of(joints, components, modes=modes, points=geometry.points)
         machine, law_doubts = _with_rival_laws(machine, joints, components)
         study = replace(study, law_doubts=law_doubts)
         built = build(machine)
     except (ToolpointError, np.linalg.LinAlgError) as error:
-        return replace(study, missing=str(error))
+        return replace(study, no_machine_reason=str(error))
     study = replace(study, machine=machine).compared(built)
     # What is doubted goes with the machine, so that every use of its file repeats it.
     return replace(study, machine=replace(machine, doubts=study.doubts))
@@ -136,14 +136,16 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
 
 def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, components: Components
                      ) -> tuple[MachineDescription, tuple[Doubt, ...]]:
-    """Return the machine with intervals that cover the laws of damping that the test does not tell from its own, and a doubt
-    where their answers differ."""
-    whole = joints.machine
-    if whole is None or whole.law is None or not whole.law.rivals:
+    """Return the machine with intervals that cover rival laws of damping, and a doubt where their answers differ.
+
+    Rivals are the laws that the test does not separate from the machine's own.
+    """
+    whole_machine = joints.machine
+    if whole_machine is None or whole_machine.law is None or not whole_machine.law.rivals:
         return machine, ()
     rivals = []
-    for fit in whole.law.rivals:
-        other = replace(whole, fit=fit)
+    for fit in whole_machine.law.rivals:
+        other = replace(whole_machine, fit=fit)
         described = describe_fit(other, fit.x, components, layouts=layouts_of(other, components))
         rivals.append((name_of(fit.model), replace(described, points=machine.points)))
     covered, spread = cover_rivals(machine, rivals)
@@ -164,7 +166,7 @@ def _doubted_by_modes(joints: JointIdentification, machine: Machine, checked: Ma
         vector = shapes.vectors[:, mode]
         work = vector * (stiffness @ vector)
         for name, columns in zip(machine.body_names, machine.joint_columns, strict=True):
-            if work[list(columns)].sum() > _MOSTLY * work.sum():
+            if work[list(columns)].sum() > _MIN_ENERGY_FRACTION * work.sum():
                 held.setdefault(name, []).append(f"{checked.frequency[mode]:.4g} Hz")
     changed = []
     for joint in joints.joints:

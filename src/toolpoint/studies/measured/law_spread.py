@@ -1,4 +1,4 @@
-"""What laws of damping that a test does not tell apart differ by in the machine's own answers, and intervals that cover it."""
+"""Difference in a machine's answers between damping laws that a test does not separate, and intervals that cover it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, MachineDescription, assemble, build
+from toolpoint.studies.machines.machine_uncertainty import STANDARD_NORMAL_95
 from toolpoint.studies.measured.machine_check import solve_poles
 from toolpoint.vibration import frequency_response
 
-# Share by which limits of alike laws may differ before the user must read it first.
-_DOUBTED = 0.05
-_Z95 = 1.959964
+_MAX_LAW_DIFFERENCE = 0.05  # of limits by laws that the test does not separate: a larger one is a doubt
 _LINES_PER_HALF_WIDTH = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
 _DAMPING = ("loss_factor", "damping", "damping_matrix")
-_AXES_ASKED = 3  # whose ends are looked at, all combinations
+_MAX_TRAVEL_AXES = 3  # axes whose ends are combined
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class LawSpread:
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """A doubt where the difference is one that a user must know."""
-        if self.difference < _DOUBTED:
+        if self.difference < _MAX_LAW_DIFFERENCE:
             return ()
         return (Doubt("damping", f"the test does not tell the law of damping from {self.rival}, by which limits and damping "
                       f"ratios differ by up to {100 * self.difference:.2g} %: the intervals cover it",
@@ -54,21 +53,23 @@ def cover_rivals(machine: MachineDescription, rivals: Sequence[tuple[str, Machin
         except (ToolpointError, np.linalg.LinAlgError):
             continue
         if other.shape == chosen.shape and chosen.size:
-            away = float(np.abs(np.log(np.maximum(other, 1e-300) / np.maximum(chosen, 1e-300))).max())
-            spread = LawSpread(away, name) if away > spread.difference else spread
+            difference = float(np.abs(np.log(np.maximum(other, 1e-300) / np.maximum(chosen, 1e-300))).max())
+            spread = LawSpread(difference, name) if difference > spread.difference else spread
     identified = machine.identified
     if identified is None or spread.difference == 0.0:
         return machine, spread
     direction = np.array([machine.value(path) if set(path.split(".")) & {*_DAMPING, "modal_damping"} else 0.0
                           for path in identified.parameters])
-    covariance = identified.matrix + (spread.difference / _Z95) ** 2 * np.outer(direction, direction)
+    covariance = identified.matrix + (spread.difference / STANDARD_NORMAL_95) ** 2 * np.outer(direction, direction)
     rows = tuple(tuple(float(f"{v:.9g}") for v in row[:n + 1]) for n, row in enumerate(covariance))
     return replace(machine, identified=replace(identified, covariance=rows)), spread
 
 
 def _answers(machine: Machine) -> FloatArray:
-    """Return the damping ratios and the most negative real parts of the tool's receptance (its depth limit goes with their
-    inverse), at the reference pose and where the axes end."""
+    """Return the answers by which laws of damping are compared, at the reference pose and at the ends of the axes.
+
+    Damping ratios, and the most negative real parts of the tool's receptance, whose inverse the depth limit follows.
+    """
     description = machine.description
     point = description.tool
     label = point if description.table is None else f"{point}-{description.table}"
@@ -89,5 +90,5 @@ def _answers(machine: Machine) -> FloatArray:
 
 def _poses(description: MachineDescription) -> list[dict[str, float]]:
     ends = {name: axis.limits for name, axis in description.axes.items() if np.isfinite(axis.limits).all()}
-    names = list(ends)[:_AXES_ASKED]
+    names = list(ends)[:_MAX_TRAVEL_AXES]
     return [{}, *(dict(zip(names, corner, strict=True)) for corner in product(*(ends[name] for name in names)) if names)]

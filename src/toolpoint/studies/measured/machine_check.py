@@ -1,4 +1,4 @@
-"""A machine that was identified, run as it stands in its file, beside the measured modes: frequencies, damping, MAC."""
+"""Identified machine, run as it stands in its file, beside the measured modes: frequencies, damping, MAC."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from toolpoint.vibration.damped_modes import solve_as_damped, upper_poles
 
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
 # A machine that is farther from its own test than this is not the machine of the test.
-_FREQUENCY, _DAMPING = 0.005, 0.15
+_MAX_FREQUENCY_DIFFERENCE, _MAX_DAMPING_DIFFERENCE = 0.005, 0.15
 # MAC that is left of two equal shapes when noise is taken off, and the chance of more noise than is taken off.
-_ALIKE, _RARE = 0.95, 1e-3
+_MIN_MODE_MAC, _MAX_NOISE_EXCESS_PROBABILITY = 0.95, 1e-3
 # Distance from the measured band (share of the frequency) within which the test should have shown a mode.
-_BESIDE = 0.03
+_BAND_MARGIN_FRACTION = 0.03
 # A driving point that moves less than this share of the largest motion hardly drives a mode.
-_WEAK = 0.1
+_MIN_DRIVING_MOTION = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,9 @@ class MachineCheck:
     @property
     def unseen(self) -> IndexArray:
         """Modes of the machine (indices) in the measured band or just beside it that the test did not show."""
-        low, high = self.measured.frequency.min(), self.measured.frequency.max()
-        inside = (self.frequency > (1 - _BESIDE) * low) & (self.frequency < (1 + _BESIDE) * high)
+        frequency_min, frequency_max = self.measured.frequency.min(), self.measured.frequency.max()
+        inside = (self.frequency > (1 - _BAND_MARGIN_FRACTION) * frequency_min) & (self.frequency <
+                                                                                   (1 + _BAND_MARGIN_FRACTION) * frequency_max)
         return np.flatnonzero(inside & (self.partner < 0))
 
     @property
@@ -57,11 +58,11 @@ class MachineCheck:
         lines = []
         for j in self.unseen:
             width = self.ratio[j] * self.frequency[j]
-            near = np.delete(self.frequency, j)
-            close = float(near[int(np.argmin(np.abs(near - self.frequency[j])))])
-            away = abs(close - self.frequency[j]) / max(width, 1e-9)
-            why = f"lies {away:.2g} half widths beside that at {close:.4g} Hz"
-            if self.driven[j] < _WEAK:
+            others = np.delete(self.frequency, j)
+            neighbour = float(others[int(np.argmin(np.abs(others - self.frequency[j])))])
+            half_widths = abs(neighbour - self.frequency[j]) / max(width, 1e-9)
+            why = f"lies {half_widths:.2g} half widths beside that at {neighbour:.4g} Hz"
+            if self.driven[j] < _MIN_DRIVING_MOTION:
                 why = f"moves the driving points by {100 * self.driven[j]:.2g} % of its largest motion"
             lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz", f"the test does not show it: it {why}",
                                "another driving point would"))
@@ -74,16 +75,19 @@ class MachineCheck:
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """Where the machine does not give back its own test."""
+        """Doubts where the machine does not reproduce its own test."""
         lines = []
         for j, i in enumerate(self.partner):
             if i < 0:
                 continue
-            away = self.frequency[j] / self.measured.frequency[i] - 1
-            lost = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
-            if abs(away) > _FREQUENCY or lost > _DAMPING or self.mac[j] + self.noise[i] < _ALIKE:
-                lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz", f"is {100 * away:+.2g} % off the "
-                                   f"measured one, its damping {100 * lost:.2g} %, MAC {self.mac[j]:.3f}", figure=abs(away)))
+            frequency_difference = self.frequency[j] / self.measured.frequency[i] - 1
+            damping_difference = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
+            if (abs(frequency_difference) > _MAX_FREQUENCY_DIFFERENCE or damping_difference > _MAX_DAMPING_DIFFERENCE
+                or self.mac[j] + self.noise[i] < _MIN_MODE_MAC):
+                lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz",
+                                   f"is {100 * frequency_difference:+.2g} % off the "
+                                   f"measured one, its damping {100 * damping_difference:.2g} %, MAC {self.mac[j]:.3f}",
+                                   figure=abs(frequency_difference)))
         if self.single:
             lines.append(Doubt("measured without a partner among the machine's modes", ", ".join(
                 f"{self.measured.frequency[i]:.4g} Hz" for i in self.single)))
@@ -97,7 +101,7 @@ class MachineCheck:
         return f"the machine was run and gives back the {int((self.partner >= 0).sum())} measured modes"
 
     def rows(self) -> list[list[str]]:
-        """Return the computed modes beside the measured ones that look like them, then the measured ones without a partner."""
+        """Return the computed modes beside their measured partners, then the measured ones without a partner."""
         rows = []
         for j, i in enumerate(self.partner):
             row = [str(j + 1), f"{self.frequency[j]:.3f}", "", "", f"{100 * self.ratio[j]:.3f}", "", ""]
@@ -111,50 +115,53 @@ class MachineCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """Return computed and measured frequencies (Hz), damping ratios and MAC as plain lists."""
-        at = self.partner
+        partner = self.partner
         return {"frequency_hz": self.frequency.tolist(), "damping_ratio": self.ratio.tolist(),
-                "measured_hz": [float(self.measured.frequency[i]) if i >= 0 else None for i in at],
-                "measured_damping_ratio": [float(self.measured.damping_ratio[i]) if i >= 0 else None for i in at],
-                "mac": [float(m) if i >= 0 else None for m, i in zip(self.mac, at, strict=True)],
+                "measured_hz": [float(self.measured.frequency[i]) if i >= 0 else None for i in partner],
+                "measured_damping_ratio": [float(self.measured.damping_ratio[i]) if i >= 0 else None for i in partner],
+                "mac": [float(m) if i >= 0 else None for m, i in zip(self.mac, partner, strict=True)],
                 "without_partner_hz": [float(self.measured.frequency[i]) for i in self.single], "status": self.status}
 
 
 def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
     """Return the modes of a machine that has the measured points, beside the measured ones (at the pose of the test)."""
-    known = machine.description.points
-    rows = [i for i, dof in enumerate(modes.dofs) if str(dof.point) in known]
+    points = machine.description.points
+    rows = [i for i, dof in enumerate(modes.dofs) if str(dof.point) in points]
     system = assemble(machine, outputs=[modes.dofs[i] for i in rows])
     computed = solve_poles(system)
-    alike = mac(modes.shape[rows], computed.shape)
+    macs = mac(modes.shape[rows], computed.shape)
     poles = upper_poles(computed)
     frequency = np.abs(poles) / (2 * np.pi)
-    away = np.minimum(np.abs(np.log(np.outer(modes.frequency, 1 / np.maximum(frequency, 1e-9)))), 2.0)
-    pairs = zip(*linear_sum_assignment(0.2 * away - alike), strict=True)
+    log_distance = np.minimum(np.abs(np.log(np.outer(modes.frequency, 1 / np.maximum(frequency, 1e-9)))), 2.0)
+    # Frequency decides only between shapes that are nearly alike: its weight is a fifth of a MAC of 1.
+    pairs = zip(*linear_sum_assignment(0.2 * log_distance - macs), strict=True)
     partner, score = np.full(len(frequency), -1), np.zeros(len(frequency))
     for i, j in pairs:
-        if alike[i, j] >= 0.3:
-            partner[j], score[j] = i, alike[i, j]
+        if macs[i, j] >= 0.3:
+            partner[j], score[j] = i, macs[i, j]
     return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score,
-                        _driven(machine, modes, computed), _mac_noise(modes, rows))
+                        _driving_motion(machine, modes, computed), _mac_noise(modes, rows))
 
 
 def _mac_noise(modes: Modes, rows: list[int]) -> FloatArray:
-    """Return how far (k,) the stated noise of measured shapes lowers a MAC with the true shape: its share of their power, with
-    the scatter of so many numbers."""
+    """Return the decrease (k,) of a MAC with the true shape by the stated noise of measured shapes.
+
+    The share of the noise in their power, with the scatter of so many numbers.
+    """
     if modes.shape_variance is None:
         return np.zeros(modes.count)
     share = modes.shape_variance[rows].sum(axis=0) / np.maximum((np.abs(modes.shape[rows]) ** 2).sum(axis=0), 1e-300)
     freedom = len(rows) * (2 if np.iscomplexobj(modes.shape) else 1)
-    return np.asarray(share * chi2.isf(_RARE, freedom) / freedom)
+    return np.asarray(share * chi2.isf(_MAX_NOISE_EXCESS_PROBABILITY, freedom) / freedom)
 
 
-def _driven(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
-    """Return how far the driving points move in every computed mode, over its largest motion."""
+def _driving_motion(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
+    """Return the motion of the driving points in every computed mode, over its largest motion."""
     driven = [dof for dof in modes.input_dofs if str(dof.point) in machine.description.points]
     if not driven or modes.participation is None:
         return np.ones(computed.count)
-    moves = np.abs(solve_poles(assemble(machine, outputs=driven)).shape).max(axis=0)
-    return np.asarray(moves / np.maximum(np.abs(computed.shape).max(axis=0), 1e-300))
+    motion = np.abs(solve_poles(assemble(machine, outputs=driven)).shape).max(axis=0)
+    return np.asarray(motion / np.maximum(np.abs(computed.shape).max(axis=0), 1e-300))
 
 
 def solve_poles(system: Any) -> Modes:

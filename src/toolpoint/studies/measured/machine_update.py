@@ -1,4 +1,4 @@
-"""Updating a machine: its parameters moved, by path, until it agrees with measured modes and frequency responses."""
+"""Updating of a machine: its parameters, by path, fitted to measured modes and frequency responses."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from toolpoint.updating.residuals import silent_responses, track_modes
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
-_RANGE = 1e3
-_MOST_LOSS = 2.0  # as `JointDescription.loss_factor`
-_MOST_RATIO = 0.99  # below critical damping, as `MachineDescription.damping_ratio`
-_SPARE_MODES = 6
-_AFFINE = 1e-9
+_VALUE_RANGE_FACTOR = 1e3  # from the start of a parameter to either bound
+_MAX_LOSS_FACTOR = 2.0  # as `JointDescription.loss_factor`
+_MAX_DAMPING_RATIO = 0.99  # below critical damping, as `MachineDescription.damping_ratio`
+_SPARE_MODE_COUNT = 6  # modes predicted beyond the measured ones, from which partners are taken
+_AFFINE_TOLERANCE = 1e-9  # of a matrix, between an affine machine and one that is assembled
 
 # Mean power of a response over that of its noise above which the structure moves there.
-_MOVES = 2.0
+_MIN_POWER_TO_NOISE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class MachineSystems:
 def systems(
     machine: Machine, names: Sequence[str], pose: Pose | None, *, outputs: tuple[Dof, ...], inputs: tuple[Dof, ...]
 ) -> Systems:
-    """Return the machine as a function of these parameters: affine where it is (checked at one other point), else assembled."""
+    """Return the equations of a machine as a function of parameters: affine where they are, else assembled."""
     general = MachineSystems(machine, pose, outputs, inputs)
     values = {name: machine.value(name) for name in names}
     slopes = matrix_derivatives(machine, names, pose)
@@ -79,22 +79,23 @@ def systems(
         fail("parameters", "the density or a section of an elastic body that spins", "must be of a machine at standstill",
              remedy="take spin from the body while it is updated: its gyroscopic matrix has no place in a fit")
     affine = AffineSystem(general.system(values), slopes, tuple(values.values()))
+    # Values apart from the start, by other factors for neighbours: an affine machine must agree there too.
     other = {n: v * (1.1 + 0.4 * (k % 3)) if v else 1e-3 for k, (n, v) in enumerate(values.items())}
-    return affine if _equal(affine.system(other), general.system(other)) else general
+    return affine if _are_equal(affine.system(other), general.system(other)) else general
 
 
-def _equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
+def _are_equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
     for term in ("mass", "damping", "stiffness", "structural_damping"):
         a, b = getattr(first, term), getattr(second, term)
         a, b = (0.0 if m is None else m for m in (a, b))
-        if np.abs(a - b).max() > _AFFINE * max(float(np.abs(b).max()), 1e-300):
+        if np.abs(a - b).max() > _AFFINE_TOLERANCE * max(float(np.abs(b).max()), 1e-300):
             return False
     return True
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement(NotebookText):
-    """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
+    """Agreement of a machine with a measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC.
 
     candidates : all predicted modes, or None; modes : (n_measured,) which of them are paired with the measured ones;
     frac : (n_outputs, n_inputs) or None; nan where neither holds more than the measurement's noise: nothing to compare.
@@ -129,7 +130,7 @@ class Agreement(NotebookText):
 
     @property
     def silent(self) -> int:
-        """How many responses hold no more than noise."""
+        """Number of responses that hold no more than noise."""
         return 0 if self.frac is None else int(np.isnan(self.frac).sum())
 
     def __repr__(self) -> str:
@@ -166,7 +167,7 @@ class MachineUpdate(NotebookText):
         """Return frequencies and MAC before and after, FRAC, as text, one table for every set of targets."""
         several = len(self.all_before) > 1
         return "\n".join(line for k, pair in enumerate(zip(self.all_before, self.all_after, strict=True))
-                         for line in ([f"set {k + 1}"] if several else []) + _compared(*pair))
+                         for line in ([f"set {k + 1}"] if several else []) + _comparison_lines(*pair))
 
     def report(self) -> str:
         """Return identifiability, fit report and agreement as text."""
@@ -177,7 +178,7 @@ class MachineUpdate(NotebookText):
         return f"MachineUpdate({self.machine.name!r}, {self.fit.status}, {self.after!r})"
 
 
-def _compared(b: Agreement, a: Agreement) -> list[str]:
+def _comparison_lines(b: Agreement, a: Agreement) -> list[str]:
     lines = [" mode  measured Hz    before      %    MAC     after      %    MAC"] if b.measured.size else []
     for r in range(b.measured.size):
         lines.append(f"{r + 1:5d} {b.measured[r]:12.4f} {b.predicted[r]:9.4f} {100 * b.frequency_error[r]:6.2f} "
@@ -195,11 +196,11 @@ def parameter(machine: Machine, path: str, **options: Any) -> Parameter:
     """
     value = machine.value(path)
     log = bool(options.pop("log", value > 0))
-    bounds = {"low": value / _RANGE, "high": value * _RANGE} if log else {}
+    bounds = {"low": value / _VALUE_RANGE_FACTOR, "high": value * _VALUE_RANGE_FACTOR} if log else {}
     if not log and ".loss_factor" in path:
-        bounds = {"low": 0.0, "high": _MOST_LOSS}
+        bounds = {"low": 0.0, "high": _MAX_LOSS_FACTOR}
     elif path == DAMPING_RATIO:
-        bounds = {"low": bounds.get("low", 0.0), "high": min(bounds.get("high", _MOST_RATIO), _MOST_RATIO)}
+        bounds = {"low": bounds.get("low", 0.0), "high": min(bounds.get("high", _MAX_DAMPING_RATIO), _MAX_DAMPING_RATIO)}
     return Parameter(path, value, log=log, **{**bounds, **options})
 
 
@@ -216,38 +217,40 @@ def problem(
     ToolpointError
         For unknown paths or points, a parameter whose value is not the machine's, and gravity or loads.
     """
-    given = [parameter(machine, p) if isinstance(p, str) else p for p in parameters]
-    if not given:
+    chosen = [parameter(machine, p) if isinstance(p, str) else p for p in parameters]
+    if not chosen:
         fail("parameters", "none", "must be at least one path")
-    for p in given:
+    for p in chosen:
         for name, factor in (("", 1.0), *p.links.items()):
+            # A link that does not fit the machine would move its parameter at the first step.
             have, want = machine.value(name or p.name), factor * p.value
             if abs(have - want) > 1e-6 * max(abs(have), abs(want)):
                 fail("parameters", f"{name or p.name} is {have:.8g} in the machine, {want:.8g} by the parameter",
                      "must agree at the start",
                      remedy="start from machine.with_values, or correct the value or the link's factor")
-    names = [n for p in given for n in (p.name, *p.links)]
+    names = [n for p in chosen for n in (p.name, *p.links)]
     sets = (targets,) if isinstance(targets, Targets) else tuple(targets)
     poses = (pose,) * len(sets) if pose is None or isinstance(pose, Mapping) else tuple(pose)
     if len(poses) != len(sets):
         fail("pose", f"{len(poses)} poses for {len(sets)} sets of targets", "must be one for all, or one for each")
-    names = [n for p in given for n in (p.name, *p.links)]
-    models = [_model(machine, names, part, at) for part, at in zip(sets, poses, strict=True)]
-    return Problem(models, given, sets, sensitivities)
+    names = [n for p in chosen for n in (p.name, *p.links)]
+    models = [_model(machine, names, part, pose_of_set) for part, pose_of_set in zip(sets, poses, strict=True)]
+    return Problem(models, chosen, sets, sensitivities)
 
 
 def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose | None) -> SystemModel:
     frf = targets.frf
-    seen = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
-    driven = frf.inputs if frf else seen[:1]
-    held = systems(machine, names, pose, outputs=seen, inputs=driven)
-    count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODES
+    outputs = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
+    # Modes alone need no input; the assembly asks for one.
+    driven = frf.inputs if frf else outputs[:1]
+    held = systems(machine, names, pose, outputs=outputs, inputs=driven)
+    count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODE_COUNT
     return SystemModel(held, count, None if frf is None else frf.frequency, frf.outputs if frf else (),
                        driven if frf else (), machine.description.damping_ratio)
 
 
 def default_targets(names: Sequence[str], modes: Modes | None, frf: Frf | None) -> Targets:
-    """Return what counts where nothing else is asked for: frequencies and MAC, and damping where `names` hold a damper."""
+    """Return the targets where none are given: frequencies and MAC, and damping where `names` hold a damper."""
     damped = any(n == DAMPING_RATIO or ".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
     return Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
 
@@ -291,16 +294,18 @@ def update(
         fail("targets", "given beside modes or frf", "must hold them itself", remedy="Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose=pose)
     warn_of_energy_law(machine, None if not isinstance(pose, Mapping) else pose)
-    _say_silent(task)
-    start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
-    few = _on_few_lines(machine, parameters, task, pose)
-    result = fit_on_all_lines(task, few, method, limit=limit, least=least_influence, restarts=restarts, start=start)
-    result = look_again(task, result, method, sparse_problem=few)
+    _warn_of_silent_responses(task)
+    start = _fit_leading_modes(machine, parameters, lead, pose, method, limit=limit, least_influence=least_influence,
+                               restarts=restarts)
+    thinned = _thin_lines(machine, parameters, task, pose)
+    result = fit_on_all_lines(task, thinned, method, limit=limit, least_influence=least_influence, restarts=restarts,
+                              start=start)
+    result = look_again(task, result, method, sparse_problem=thinned)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
 
 
-def _say_silent(task: Problem) -> None:
+def _warn_of_silent_responses(task: Problem) -> None:
     """Warn of measured responses that the model makes zero: they are left out of the fit.
 
     Where the measurement holds no more than its noise there, model and measurement agree, and nothing is said.
@@ -309,43 +314,45 @@ def _say_silent(task: Problem) -> None:
     for prediction, targets in zip(task.predictions(task.start), task.targets, strict=True):
         if prediction.frf is None or targets.frf is None:
             continue
-        lost = silent_responses(prediction.frf) & _rises(targets.frf, targets)
-        names += [f"{targets.frf.outputs[o]} to {targets.frf.inputs[i]}" for o, i in np.argwhere(lost)]
+        silent = silent_responses(prediction.frf) & _exceeds_noise(targets.frf, targets)
+        names += [f"{targets.frf.outputs[o]} to {targets.frf.inputs[i]}" for o, i in np.argwhere(silent)]
     if names:
         warnings.warn(f"responses of {', '.join(names[:6])}{' and others' if len(names) > 6 else ''}: the model does not move "
                       "there at all, so they are left out of the fit; a direction or a joint may be missing in the model",
                       ToolpointWarning, stacklevel=3)
 
 
-def _rises(frf: Frf, targets: Targets) -> BoolArray:
-    """Return which responses (n_outputs, n_inputs), measured or predicted, hold more than the noise of the measured ones."""
-    return np.asarray((np.abs(frf.values) ** 2 / (2 * targets.frf_deviation() ** 2)).mean(axis=0) > _MOVES)
+def _exceeds_noise(frf: Frf, targets: Targets) -> BoolArray:
+    """Return the mask of responses (n_outputs, n_inputs), measured or predicted, above the noise of the measured ones."""
+    return np.asarray((np.abs(frf.values) ** 2 / (2 * targets.frf_deviation() ** 2)).mean(axis=0) > _MIN_POWER_TO_NOISE)
 
 
-def _on_few_lines(machine: Machine, parameters: Sequence[Parameter | str], task: Problem,
-                  pose: Pose | Sequence[Pose | None] | None) -> Problem:
+def _thin_lines(machine: Machine, parameters: Sequence[Parameter | str], task: Problem,
+                pose: Pose | Sequence[Pose | None] | None) -> Problem:
     """Return the problem with many lines of responses thinned where nothing resonates; itself where they are few."""
-    few = [on_chosen_lines(targets) for targets in task.targets]
-    if all(a is b for a, b in zip(few, task.targets, strict=True)):
+    thinned = [on_chosen_lines(targets) for targets in task.targets]
+    if all(a is b for a, b in zip(thinned, task.targets, strict=True)):
         return task
-    return problem(machine, parameters, few, pose=pose)
+    return problem(machine, parameters, thinned, pose=pose)
 
 
-def _led_by(machine: Machine, parameters: Sequence[Parameter | str], lead: Sequence[Modes | None],
-            pose: Pose | Sequence[Pose | None] | None, method: LeastSquares | None, *, limit: float | None, least: float,
-            restarts: int) -> FloatArray | None:
-    """Return the coordinates to which modes lead, None where there are none."""
-    at = [k for k, modes in enumerate(lead) if modes is not None and modes.count]
-    if not at:
+def _fit_leading_modes(machine: Machine, parameters: Sequence[Parameter | str], lead: Sequence[Modes | None],
+                       pose: Pose | Sequence[Pose | None] | None, method: LeastSquares | None, *, limit: float | None,
+                       least_influence: float,
+                       restarts: int) -> FloatArray | None:
+    """Return the coordinates of a fit to the leading modes, None where there are none."""
+    leading = [k for k, modes in enumerate(lead) if modes is not None and modes.count]
+    if not leading:
         return None
     targets = [Targets(modes, mac=len(modes.dofs) > 2) for modes in lead if modes is not None and modes.count]
-    poses = [pose[k] for k in at] if isinstance(pose, Sequence) else pose
-    result = fit_in_stages(problem(machine, parameters, targets, pose=poses), method, limit, least=least, restarts=restarts)
+    poses = [pose[k] for k in leading] if isinstance(pose, Sequence) else pose
+    result = fit_in_stages(problem(machine, parameters, targets, pose=poses), method, limit, least_influence=least_influence,
+                           restarts=restarts)
     return result.x if result.free else None
 
 
 def agreements(task: Problem, x: FloatArray) -> tuple[Agreement, ...]:
-    """Return how the model at coordinates x agrees with every set of targets of a problem."""
+    """Return the agreement of the model at coordinates x with every set of targets of a problem."""
     return tuple(_agreement(t, p) for t, p in zip(task.targets, task.predictions(x), strict=True))
 
 
@@ -355,7 +362,7 @@ def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
         # In the quantity that was measured: noise of accelerometers would fill the lowest lines of the receptance.
         both = targets.frf, predicted.frf
         frac = correlation.frac(*(frf.converted_to(targets.frf_quantity) for frf in both))
-        frac = np.where(np.any([_rises(frf, targets) for frf in both], axis=0), frac, np.nan)
+        frac = np.where(np.any([_exceeds_noise(frf, targets) for frf in both], axis=0), frac, np.nan)
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)
         return Agreement(none, none, None, np.zeros(0, int), none, none, none, frac, predicted.frf)

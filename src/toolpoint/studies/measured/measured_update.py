@@ -1,4 +1,4 @@
-"""A machine brought to agree with measurements at one pose or several; the posterior of its parameters where asked for."""
+"""Update of a machine to measurements at one pose or several, with the posterior of its parameters where requested."""
 
 from __future__ import annotations
 
@@ -27,13 +27,20 @@ from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
 from toolpoint.updating.models.system_model import DAMPING_RATIO
 from toolpoint.vibration import Frf, Modes
 
-SCALE = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no interval "
-         "holds that; measured responses tell both")
+SCALE_REMARK = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no "
+                "interval "
+                "holds that; measured responses tell both")
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What was measured at one pose: modes, responses or both; `pose` None is the reference pose."""
+    """Measurement at one pose: modes, responses or both; `pose` None is the reference pose.
+
+    Examples
+    --------
+    >>> Measurement(pose={"X": 0.2}).label
+    'X = 0.2'
+    """
 
     modes: Modes | None = None
     frf: Frf | None = None
@@ -47,10 +54,13 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUpdate(NotebookText):
-    """The machine before, its update to the measurements, samples of the posterior where they were asked for, and what the
-    updated machine makes doubtful about channels of the test; `notes` : what the intervals do not hold."""
+    """Update of a machine to measurements, with the machine before it.
 
-    before: Machine
+    samples : of the posterior, None where none were requested; doubts : about channels of the test, beside the updated machine;
+    notes : what the intervals do not cover.
+    """
+
+    start_machine: Machine
     update: MachineUpdate
     measured: tuple[Measurement, ...]
     samples: Samples | None = None
@@ -91,6 +101,12 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
     ------
     ToolpointError
         Without any measurement, and where modes or responses are not as many as the poses.
+
+    Examples
+    --------
+    >>> modes = Modes([80.0], [0.02], [[0.1]], ["tool:+x"])
+    >>> [part.label for part in pair_measurements([modes, modes], [], [{"X": 0.0}, {"X": 0.2}])]
+    ['X = 0', 'X = 0.2']
     """
     if not modes and not responses:
         raise ToolpointError("update: neither `modes` nor `frf` given; needs at least one measurement")
@@ -99,9 +115,11 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
         if several and parts and len(parts) != len(poses):
             raise ToolpointError(f"`{name}`: {len(parts)} files for {len(poses)} poses; must be one for each, in their order, "
                                  f"or none (`{name}` a.h5 `pose` X=0 `{name}` b.h5 `pose` X=0.2)")
+    # Several poses: one measurement for each, of modes, responses or both.
     if several:
         return [Measurement(*parts) for parts in itertools.zip_longest(modes, responses, poses)]
     pose = poses[0] if poses else None
+    # One of each belongs together, as two views of one test.
     if len(modes) == len(responses) == 1:
         return [Measurement(modes[0], responses[0], pose)]
     return [*(Measurement(part, None, pose) for part in modes), *(Measurement(None, part, pose) for part in responses)]
@@ -109,7 +127,7 @@ def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: S
 
 def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
                     seed: int = 1, what: str = "measurement") -> MeasuredUpdate:
-    """Update a machine to measurements; parameters that the data cannot tell stay where they were.
+    """Update a machine to measurements; parameters that the data do not determine stay as they are.
 
     Parameters
     ----------
@@ -130,44 +148,50 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     if samples:
         require_emcee()
     _check_points(machine, measured, what)
-    known = tuple(_with_partners(machine, part) for part in measured)
+    paired = tuple(_drop_lonely_modes(machine, part) for part in measured)
     names = list(paths) or default_paths(machine, responses=any(part.frf is not None for part in measured))
-    targets = [default_targets(names, part.modes, part.frf) for part in known]
-    result = update(machine, names, targets=targets, pose=[part.pose for part in known],
-                    lead=[_leading(machine, part) for part in known])
+    targets = [default_targets(names, part.modes, part.frf) for part in paired]
+    result = update(machine, names, targets=targets, pose=[part.pose for part in paired],
+                    lead=[_leading_modes(machine, part) for part in paired])
     notes = name_effects(result.problem, result.fit)
-    if result.fit.free and not any(part.frf is not None for part in known):
-        notes += (SCALE,)
-    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known),
+    if result.fit.free and not any(part.frf is not None for part in paired):
+        notes += (SCALE_REMARK,)
+    return MeasuredUpdate(machine, result, paired, _samples(result, samples, seed) if samples else None,
+                          _doubts(result, paired),
                          notes)
 
 
 def default_paths(machine: Machine, *, responses: bool) -> list[str]:
-    """Return what is updated where nothing is named: stiffnesses of the joints; by responses every damper that is there and
-    every loss factor, also of joints that have none yet, or the damping ratio that stands in their place for all modes."""
-    every = list(parameters(machine.description))
-    joints = [path for path in every if path.startswith("joints.")]
+    """Return the parameters updated where none is named.
+
+    Stiffnesses of the joints; by responses also every damper that is there and every loss factor, also of joints that have
+    none yet, or the damping ratio that stands in their place for all modes.
+    """
+    paths = list(parameters(machine.description))
+    joints = [path for path in paths if path.startswith("joints.")]
     damping = [path for path in joints if ".loss_factor" in path or (".damping." in path and machine.value(path) > 0)]
     if machine.description.damping_ratio is not None:
         damping = [DAMPING_RATIO]
-    return [path for path in every if ".stiffness." in path] + (damping if responses else [])
+    return [path for path in paths if ".stiffness." in path] + (damping if responses else [])
 
 
 def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Doubt, ...]:
-    """Return what the channels are doubted for, each once: responses by themselves, all beside the updated machine.
+    """Return the doubts about the channels, each once: responses by themselves, all beside the updated machine.
 
-    Beside the machine before it would be unfair: what is wrong with the machine is what the update is for.
+    The machine before its update is no reference: its errors are what the update removes.
     """
     lines: list[Doubt] = []
-    for part, before in zip(measured, result.all_before, strict=True):
-        if part.frf is not None and before.frf is not None:
-            lines += question_unit(part.frf, before.frf)
+    for part, start_agreement in zip(measured, result.all_before, strict=True):
+        if part.frf is not None and start_agreement.frf is not None:
+            lines += question_unit(part.frf, start_agreement.frf)
     for part, agreement, targets in zip(measured, result.all_after, result.problem.targets, strict=True):
         if part.modes is not None and agreement.partners is not None:
+            # Only the measured directions of the predicted shapes can be compared.
             partners = replace(agreement.partners, shape=agreement.partners.shape_at(part.modes.dofs), dofs=part.modes.dofs)
             lines += question_shapes(part.modes, partners)
         if part.frf is not None and agreement.frf is not None:
             missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
+            # One ratio for all modes is the likely reason of a misfit, and joints with loss factors the remedy.
             if missed and ratio:
                 missed += (Doubt("damping_ratio", f"one ratio, {100 * ratio:.3g} %, stands for the damping of all modes",
                                  f"give the joints a loss_factor ({2 * ratio:.2g} to begin with) in its place: it is updated "
@@ -176,7 +200,7 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
     return tuple(dict.fromkeys(lines))
 
 
-def _leading(machine: Machine, part: Measurement) -> Modes | None:
+def _leading_modes(machine: Machine, part: Measurement) -> Modes | None:
     """Return the modes of responses that came without any: narrow peaks alone have many local minima, modes lead past them."""
     if part.modes is not None or part.frf is None:
         return None
@@ -184,12 +208,12 @@ def _leading(machine: Machine, part: Measurement) -> Modes | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ToolpointWarning)  # they lead only; what they are worth shows in the fit
             modes = identify(part.frf).modes
-            return _with_partners(machine, replace(part, modes=modes)).modes
+            return _drop_lonely_modes(machine, replace(part, modes=modes)).modes
     except ToolpointError:
         return None  # without modes the responses find their own way, with restarts
 
 
-def as_assumed(fit: ParameterFit) -> ParameterFit:
+def unscale_covariance(fit: ParameterFit) -> ParameterFit:
     """Return a fit with the covariance that the assumed deviations give, as samples see it, not scaled by the misfit."""
     if not fit.scaled or not fit.reduced_chi_square > 0:
         return fit
@@ -200,26 +224,28 @@ def _check_points(machine: Machine, measured: Sequence[Measurement], what: str) 
     """Refuse measured points that the machine does not have, with the place where they can be written."""
     labels = [dof for part in measured for noun in (part.modes, part.frf) if noun is not None
               for dof in (noun.dofs if isinstance(noun, Modes) else (*noun.outputs, *noun.inputs))]
-    known = set(machine.description.points)
-    lost = list(dict.fromkeys(str(dof.point) for dof in labels if str(dof.point) not in known))
-    if lost:
-        names = ", ".join(lost[:6]) + (f" and {len(lost) - 6} more" if len(lost) > 6 else "")
+    machine_points = set(machine.description.points)
+    missing_points = list(dict.fromkeys(str(dof.point) for dof in labels if str(dof.point) not in machine_points))
+    if missing_points:
+        names = ", ".join(missing_points[:6]) + (f" and {len(missing_points) - 6} more" if len(missing_points) > 6 else "")
         raise ToolpointError(
             f"{what}: measured at {names}; {machine.name} has no such points in its "
             f"section 'points:' (it has {', '.join(machine.description.points) or 'none'}). Write them there, each with its "
-            f"body and place, for example  {lost[0]}: {{body: {next(iter(machine.description.bodies))}, at: [0, 0, 0]}}, or "
+            f"body and place, for example  {missing_points[0]}: {{body: {next(iter(machine.description.bodies))}, at: [0, 0, "
+            f"0]}}, or "
             "start from the machine file of 'toolpoint joints --machine', which holds all measured points; "
             "'toolpoint correlate --geometry' tells which measured point is which of the machine's")
 
 
-def _with_partners(machine: Machine, measured: Measurement) -> Measurement:
+def _drop_lonely_modes(machine: Machine, measured: Measurement) -> Measurement:
     """Leave out, with a warning, the measured modes that a machine of fewer modes has no partner for."""
     if measured.modes is None or measured.modes.count <= machine.size:
         return measured
+    # Every measured mode is paired with its likeliest, however unlike: those left over are the ones to leave out.
     pairs = correlate(machine, real_modes(measured.modes), pose=measured.pose, lowest_mac=0.0, frequency_shift=np.inf).pairs
     kept = sorted(int(i) for i, _ in pairs.pairs)
-    lost = ", ".join(f"{measured.modes.frequency[i]:.5g}" for i in range(measured.modes.count) if i not in kept)
-    warnings.warn(f"{measured.modes.count} measured modes for a machine of {machine.size}: the measured modes at {lost} Hz "
+    left_out = ", ".join(f"{measured.modes.frequency[i]:.5g}" for i in range(measured.modes.count) if i not in kept)
+    warnings.warn(f"{measured.modes.count} measured modes for a machine of {machine.size}: the measured modes at {left_out} Hz "
                   "look least like any of the machine's and are left out", ToolpointWarning, stacklevel=2)
     return replace(measured, modes=measured.modes.selected(kept))
 
@@ -228,4 +254,4 @@ def _samples(result: MachineUpdate, steps: int, seed: int) -> Samples:
     if not result.fit.free:
         raise ToolpointError("--samples: no parameter was moved; a posterior needs at least one that the data can tell "
                              "(measure more, or name other parameters)")
-    return sample(result.problem, as_assumed(result.fit), np.random.default_rng(seed), steps=steps)
+    return sample(result.problem, unscale_covariance(result.fit), np.random.default_rng(seed), steps=steps)

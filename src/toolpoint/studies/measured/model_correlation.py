@@ -1,4 +1,4 @@
-"""Correlation of a test with a machine: points paired, modes paired, and where, in which band and by how much they differ."""
+"""Correlation of a test with a machine: points paired, modes paired, and their differences by place, band and size."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from toolpoint.updating.measured.correlation_coefficients import CorrelationCoef
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
 Point = str | int
-_BANDS = 4
-MANY_SINGLE = 0.34  # share of measured points without a point of the machine that is doubted
-CHANCE = 0.05  # pairs expected among random shapes above which MAC says little
-FAR = 1.4  # ratio of paired frequencies
+_FRAC_BAND_COUNT = 4  # where fewer than two measured modes part the lines
+MAX_SINGLE_FRACTION = 0.34  # of measured points without a point of the machine
+MAX_RANDOM_PAIRS = 0.05  # pairs expected among random shapes above which MAC says little
+MAX_PAIRED_FREQUENCY_RATIO = 1.4  # ratio of paired frequencies
 
 
 @dataclass(frozen=True, eq=False)
 class ModelCorrelation(NotebookText):
-    """A test beside a machine.
+    """Correlation of a test with a machine.
 
     points : pairing of the points; measured, predicted : Modes at the paired Dofs; mac : (n_measured, n_predicted);
     pairs : of the modes; coefficients : of the paired modes, None without any; comac, ecomac : point of the model to value;
@@ -63,11 +63,12 @@ class ModelCorrelation(NotebookText):
         lines += [f"{self.measured.frequency[i]:12.4f}        single" for i in self.pairs.single_first]
         if self.coefficients is not None:
             lines.append(self.coefficients.table())
-            worst = sorted(self.comac, key=lambda p: self.comac[p])[:5]
-            lines.append("lowest COMAC: " + ", ".join(f"{p} {self.comac[p]:.3f} (ECOMAC {self.ecomac[p]:.3f})" for p in worst))
+            least_comac = sorted(self.comac, key=lambda p: self.comac[p])[:5]
+            lines.append("lowest COMAC: " + ", ".join(f"{p} {self.comac[p]:.3f} (ECOMAC {self.ecomac[p]:.3f})"
+                                                      for p in least_comac))
         if self.frac is not None:
-            lines += [f"FRAC {low:8.2f} .. {high:8.2f} Hz: lowest {part.min():.3f}, mean {part.mean():.3f}"
-                      for (low, high), part in zip(self.bands, self.frac, strict=True)]
+            lines += [f"FRAC {frequency_min:8.2f} .. {frequency_max:8.2f} Hz: lowest {part.min():.3f}, mean {part.mean():.3f}"
+                      for (frequency_min, frequency_max), part in zip(self.bands, self.frac, strict=True)]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -108,7 +109,7 @@ def correlate(
     machine: Machine, modes: Modes, points: PointPairing | None = None, *, frf: Frf | None = None, pose: Pose | None = None,
     lowest_mac: float = 0.5, frequency_shift: float = np.inf, bands: Sequence[tuple[float, float]] | None = None,
 ) -> ModelCorrelation:
-    """Return how a machine agrees with measured modes and responses.
+    """Return the agreement of a machine with measured modes and responses.
 
     Parameters
     ----------
@@ -138,24 +139,24 @@ def correlate(
 
 def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, *, mass: Callable[[], FloatArray],
                     lowest_mac: float = 0.5, frequency_shift: float = np.inf) -> ModelCorrelation:
-    """Return how modes agree with measured ones at the same Dofs, without responses.
+    """Return the agreement of modes with measured ones at the same Dofs, without responses.
 
     mass : called for the effective modal mass of every predicted mode, kg, (n_predicted,), where pairs are there to weigh;
     points, lowest_mac, frequency_shift : see `correlate`. Modes above 1.5 times the highest measured one are left out.
     """
-    top = 1.5 * float(measured.frequency.max())
-    kept = [i for i, f in enumerate(predicted.frequency) if f <= top] or [0]
+    frequency_max = 1.5 * float(measured.frequency.max())
+    kept = [i for i, f in enumerate(predicted.frequency) if f <= frequency_max] or [0]
     inside = predicted.selected(kept)
     pairs = correlation.pair_modes(measured, inside, lowest_mac, frequency_shift=frequency_shift)
     values = correlation.mac(measured.shape, inside.shape)
     result = ModelCorrelation(points, measured, inside, values, pairs, None, {}, {}, _bands(measured.frequency, None),
                               doubts=(*points.doubts, *_single_doubt(points), *_pair_doubts(measured, inside, pairs)))
-    return _compared(result, mass()[kept]) if len(pairs.pairs) else result
+    return _weigh_pairs(result, mass()[kept]) if len(pairs.pairs) else result
 
 
 def _single_doubt(points: PointPairing) -> list[Doubt]:
     share = len(points.single) / max(len(points.single) + len(points.pairs), 1)
-    if share < MANY_SINGLE:
+    if share < MAX_SINGLE_FRACTION:
         return []
     return [Doubt("points", f"{len(points.single)} of {len(points.single) + len(points.pairs)} have no point of the machine "
                   "near: the frame may be wrong, or the geometry's unit", "give three known pairs", figure=share)]
@@ -170,20 +171,22 @@ def _pair_doubts(measured: Modes, predicted: Modes, pairs: correlation.Pairing) 
     n = len(measured.dofs)
     tries = measured.count * predicted.count
     weak = [k for k, value in enumerate(pairs.values)
-            if n < 2 or tries * float(scipy.stats.beta.sf(min(value, 1.0), 0.5, (n - 1) / 2)) > CHANCE]
+            if n < 2 or tries * float(scipy.stats.beta.sf(min(value, 1.0), 0.5, (n - 1) / 2)) > MAX_RANDOM_PAIRS]
     if weak:
         doubts.append(Doubt("modes", f"{len(weak)} of {len(pairs.pairs)} pairs (MAC from {pairs.values[weak].min():.2f}) would "
                             f"be found among random shapes too: {n} Dofs are too few", "measure more points"))
     first, second = (modes.frequency[pairs.pairs[:, k]] for k, modes in ((0, measured), (1, predicted)))
-    far = np.abs(np.log(np.maximum(second, 1e-12) / np.maximum(first, 1e-12))) > np.log(FAR)
-    if far.any():
-        doubts.append(Doubt("modes", f"{int(far.sum())} of {far.size} pairs differ by more than {100 * (FAR - 1):.0f} % in "
+    is_far = np.abs(np.log(np.maximum(second, 1e-12) / np.maximum(first, 1e-12))) > np.log(MAX_PAIRED_FREQUENCY_RATIO)
+    if is_far.any():
+        doubts.append(Doubt("modes",
+                            f"{int(is_far.sum())} of {is_far.size} pairs differ by more than "
+                            f"{100 * (MAX_PAIRED_FREQUENCY_RATIO - 1):.0f} % in "
                             "frequency: alike in shape at these points only, or the machine is another",
                             "look at the shapes, add points"))
     return doubts
 
 
-def _compared(result: ModelCorrelation, mass: FloatArray) -> ModelCorrelation:
+def _weigh_pairs(result: ModelCorrelation, mass: FloatArray) -> ModelCorrelation:
     first, second = result.measured.selected(result.pairs.pairs[:, 0]), result.predicted.selected(result.pairs.pairs[:, 1])
     weight = mass[result.pairs.pairs[:, 1]]
     weights = coefficients(first, second, weight if weight.sum() > 0 else None)
@@ -191,7 +194,7 @@ def _compared(result: ModelCorrelation, mass: FloatArray) -> ModelCorrelation:
     scaled = first.shape * np.diag(correlation.modal_scale_factor(first.shape, second.shape))
     rows = _rows(result.measured)
     doubts = (*result.doubts, *question_shapes(first, second))
-    comac, ecomac = _coordinate_mac(scaled, second.shape, rows), _enhanced(scaled, second.shape, rows)
+    comac, ecomac = _coordinate_mac(scaled, second.shape, rows), _enhanced_mac(scaled, second.shape, rows)
     return replace(result, coefficients=weights, comac=comac, ecomac=ecomac, doubts=doubts)
 
 
@@ -203,20 +206,21 @@ def _rows(modes: Modes) -> dict[Point, list[int]]:
 
 
 def _coordinate_mac(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
-    """COMAC (Lieven, Ewins, 1988) of every point, its sums taken over the point's directions as well."""
+    """Return the COMAC (Lieven, Ewins, 1988) of every point, its sums taken over the point's directions as well."""
     result = {}
-    for point, at in rows.items():
-        top = np.abs(a[at] * b[at].conj()).sum() ** 2
-        bottom = (np.abs(a[at]) ** 2).sum() * (np.abs(b[at]) ** 2).sum()
-        result[point] = float(top / bottom) if bottom > 0 else float((np.abs(a[at]) + np.abs(b[at])).sum() == 0)
+    for point, indices in rows.items():
+        numerator = np.abs(a[indices] * b[indices].conj()).sum() ** 2
+        denominator = (np.abs(a[indices]) ** 2).sum() * (np.abs(b[indices]) ** 2).sum()
+        result[point] = float(numerator / denominator) if denominator > 0 else float((np.abs(a[indices]) +
+                                                                                      np.abs(b[indices])).sum() == 0)
     return result
 
 
-def _enhanced(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
-    """ECOMAC (Hunt, 1992) of every point: mean over modes of half the length of the difference, largest entries scaled to 1."""
+def _enhanced_mac(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
+    """Return the ECOMAC (Hunt, 1992) of every point: mean over modes of half the length of the scaled difference."""
     largest = np.abs(b).max(axis=0)
     difference = (a - b) / largest
-    return {point: float(np.linalg.norm(difference[at], axis=0).mean() / 2) for point, at in rows.items()}
+    return {point: float(np.linalg.norm(difference[indices], axis=0).mean() / 2) for point, indices in rows.items()}
 
 
 def effective_mass(machine: Machine, pose: Pose | None = None) -> FloatArray:
@@ -229,15 +233,18 @@ def effective_mass(machine: Machine, pose: Pose | None = None) -> FloatArray:
     for link, body in enumerate(machine.bodies):
         first = body.mass[3:6, :3] / body.mass[0, 0]
         centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
-        at = tf.move(shapes.place.frames[0, link], centre[None])[0]
-        momentum += body.mass[0, 0] * tf.point_velocity(at) @ shapes.twists[link]
+        centre_of_mass = tf.move(shapes.place.frames[0, link], centre[None])[0]
+        momentum += body.mass[0, 0] * tf.point_velocity(centre_of_mass) @ shapes.twists[link]
     return np.asarray((momentum**2).sum(axis=0))
 
 
 def _bands(frequency: FloatArray, frf: Frf | None) -> FloatArray:
-    low, high = (0.0, 1.2 * float(frequency[-1])) if frf is None else (float(frf.frequency[0]), float(frf.frequency[-1]))
-    inner = np.sort(frequency[(frequency > low) & (frequency < high)])
-    edges = np.linspace(low, high, _BANDS + 1) if inner.size < 2 else np.array([low, *(inner[1:] + inner[:-1]) / 2, high])
+    frequency_min, frequency_max = (0.0, 1.2 * float(frequency[-1])) if frf is None else (float(frf.frequency[0]),
+                                                                                          float(frf.frequency[-1]))
+    inner_modes = np.sort(frequency[(frequency > frequency_min) & (frequency < frequency_max)])
+    edges = np.linspace(frequency_min, frequency_max, _FRAC_BAND_COUNT +
+                        1) if inner_modes.size < 2 else np.array([frequency_min, *(inner_modes[1:] + inner_modes[:-1]) / 2,
+                                                                  frequency_max])
     return np.stack([edges[:-1], edges[1:]], axis=1)
 
 
@@ -248,11 +255,12 @@ def _with_responses(result: ModelCorrelation, machine: Machine, frf: Frf, pose: 
     # In the quantity that was measured: receptance would blow up the noise of accelerations at low frequency.
     predicted = frequency_response.direct(system, measured.frequency).converted_to(measured.quantity)
     used, values = [], []
-    for low, high in result.bands:
-        inside = (measured.frequency >= low) & (measured.frequency <= high)
+    for frequency_min, frequency_max in result.bands:
+        inside = (measured.frequency >= frequency_min) & (measured.frequency <= frequency_max)
         if inside.sum() >= 3:
-            used.append((low, high))
-            values.append(correlation.frac(measured.between(low, high), predicted.between(low, high)))
+            used.append((frequency_min, frequency_max))
+            values.append(correlation.frac(measured.between(frequency_min, frequency_max),
+                                           predicted.between(frequency_min, frequency_max)))
     if not used:
         fail("bands", "none with three measured lines", "must hold some", remedy="give bands within the measured lines")
     return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted,

@@ -1,4 +1,4 @@
-"""Point pairing: which measured point is which point of a machine, with the transform between their frames found."""
+"""Pairing of measured points with points of a machine, and the transform between their frames."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ from toolpoint.spatial import registration
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Frf, Modes
 
-# A second placing whose residual is below so many times the best one leaves a doubt.
-ALIKE = 2.0
+EQUAL_FIT_RATIO = 2.0  # residual of another placing over the best one, below which both fit
 
 
 @dataclass(frozen=True, eq=False)
 class PointPairing:
-    """Measured to model point, `distance` (m) of each, `transform` (4, 4) from test to model frame, points left single;
-    doubts of the registration."""
+    """Pairs of measured and model points.
+
+    pairs : measured to model point; distance : of each, m; transform : (4, 4) from test to model frame; single : points without
+    a partner; doubts : of the registration.
+    """
 
     pairs: Mapping[str | int, str | int]
     distance: Mapping[str | int, float]
@@ -65,7 +67,7 @@ class PointPairing:
 
 def pair_points(
     test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike], furthest: float,
-    *, known: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
+    *, known_pairs: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
 ) -> PointPairing:
     """Return the one-to-one pairing with the least sum of squared distances after registration.
 
@@ -75,34 +77,35 @@ def pair_points(
         Each in its own frame.
     furthest : float
         Pairs further apart after registration are left single, m.
-    known : mapping of test to model point, optional
+    known_pairs : mapping of test to model point, optional
         At least three pairs that fix the transform; otherwise ICP from `start`, which must be near.
     """
     positive("furthest", furthest)
     a = np.array([floats(f"test[{n!r}]", p, (3,)) for n, p in test.items()])
     b = np.array([floats(f"model[{n!r}]", p, (3,)) for n, p in model.items()])
     names, others = list(test), list(model)
-    if known is not None:
-        lost = [str(n) for n in (*known, *known.values()) if n not in (*names, *others)]
-        if lost:
-            fail("known", f"no point {', '.join(lost)}", "must be points of test and model")
-        fit = registration.rigid(a[[names.index(k) for k in known]], b[[others.index(v) for v in known.values()]])
+    if known_pairs is not None:
+        missing_points = [str(n) for n in (*known_pairs, *known_pairs.values()) if n not in (*names, *others)]
+        if missing_points:
+            fail("known_pairs", f"no point {', '.join(missing_points)}", "must be points of test and model")
+        fit = registration.rigid(a[[names.index(k) for k in known_pairs]], b[[others.index(v) for v in known_pairs.values()]])
     else:
         fit = registration.iterative_closest_point(a, b, start)
     distance = cdist(tf.move(fit.transform, a), b)
+    # The best pairing of all at once: nearest neighbours may both want the same point.
     rows, columns = linear_sum_assignment(distance**2)
-    near = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
-    pairs = {names[i]: others[j] for i, j in near}
+    close_pairs = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
+    pairs = {names[i]: others[j] for i, j in close_pairs}
     single = tuple(n for n in names if n not in pairs)
     status = fit.status if not single else (
         f"{fit.status}; {len(single)} of {len(names)} test points have no model point within {furthest:g} m: check units, "
         "give known pairs, or a nearer start")
-    return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, fit.transform, single, status)
+    return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in close_pairs}, fit.transform, single, status)
 
 
 def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike]
                     ) -> tuple[FloatArray, Doubt | None]:
-    """Return a start for `pair_points` without any known pair, (4, 4), and a doubt where another start fits nearly as well.
+    """Return a start (4, 4) for `pair_points` without known pairs, and a doubt where another start fits nearly as well.
 
     The 24 turns that carry axes onto axes, the middles of both boxes on each other, each followed by ICP; the least distance
     wins. It needs a frame of the test whose axes lie within about 20 degrees of axes of the model, in either order, points
@@ -116,9 +119,10 @@ def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | in
         fits.append(registration.iterative_closest_point(a, b, start))
     fits.sort(key=lambda fit: fit.residual)
     best = fits[0]
+    # Starts that end at the same transform are no rivals.
     others = [fit.residual for fit in fits[1:] if np.abs(fit.transform - best.transform).max() > 0.05]
     doubt = None
-    if others and others[0] < ALIKE * best.residual:
+    if others and others[0] < EQUAL_FIT_RATIO * best.residual:
         doubt = Doubt("registration", f"another placing of the test's frame fits nearly as well ({1e3 * others[0]:.3g} mm "
                       f"against {1e3 * best.residual:.3g} mm)", "give three known pairs", figure=best.residual / others[0])
     return best.transform, doubt
@@ -130,6 +134,7 @@ def axis_turns() -> list[FloatArray]:
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+            # A mirrored set of axes is no turn.
             if np.linalg.det(turn) > 0:
                 turns.append(turn)
     return turns

@@ -1,4 +1,4 @@
-"""The stages of an update: modes lead, responses on few lines follow, all lines end it; what is free is asked on the way."""
+"""Stages of an update: modes lead, responses on few lines follow, all lines end it; identifiability is judged in between."""
 
 from __future__ import annotations
 
@@ -12,79 +12,84 @@ from toolpoint.updating import LeastSquares, ParameterFit, Problem, fit, fit_wit
 from toolpoint.updating.fits.fit import is_explained
 from toolpoint.updating.identifiability import Identifiability
 
-_ROUNDS = 3
+_MAX_STAGE_ROUNDS = 3  # repeats of the stages until the set of free parameters stays
 
 
-def fit_on_all_lines(task: Problem, few: Problem, method: LeastSquares | None, *, limit: float | None, least: float,
+def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | None, *, limit: float | None,
+                     least_influence: float,
                      restarts: int, start: FloatArray | None) -> ParameterFit:
-    """Return the fit of a problem, led to its end by `few`, the same problem on fewer lines (or itself).
+    """Return the fit of a problem, led to its end by `thinned`, the same problem on fewer lines (or itself).
 
     start : coordinates to which modes have led, None where nothing has; the rest as in `machine_update.update`.
     """
     # How much a parameter moves depends on where lines are close: it is asked of those that were measured.
-    judge = _judge(task)
-    result = None if start is None else _from_modes(few, method, limit, least, start, judge=judge)
+    judge = _logarithmic_problem(task)
+    result = None if start is None else _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge)
     if result is None:
-        result = fit_in_stages(few, method, limit, least=least, restarts=restarts, start=start, judge=judge)
-    if few is task or not result.free:
+        result = fit_in_stages(thinned, method, limit, least_influence=least_influence, restarts=restarts, start=start,
+                               judge=judge)
+    if thinned is task or not result.free:
         return result
     last = fit(task, method, free=result.free, start=result.x)
-    before = float((task.evaluated(task.start).values ** 2).sum())
-    return replace(last, evaluations=result.evaluations + last.evaluations, start_chi_square=before,
+    start_misfit = float((task.evaluated(task.start).values ** 2).sum())
+    return replace(last, evaluations=result.evaluations + last.evaluations, start_chi_square=start_misfit,
                    identifiability=result.identifiability, left_alone=result.left_alone)
 
 
-def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, *, least: float, restarts: int,
+def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, *, least_influence: float, restarts: int,
                   start: FloatArray | None = None, judge: Problem | None = None) -> ParameterFit:
-    """Return the fit through modes, logarithms of responses and what is asked for, with restarts of the first stage.
+    """Return the fit through modes, logarithms of responses and the stated targets, with restarts of the first stage.
 
     judge : the problem that what is free is asked of; that of the logarithms where left out.
     """
     stages = _stages(task)
     if len(stages) == 1:
-        return fit_with_restarts(stages[0], method, limit, least_influence=least, restarts=restarts)
+        return fit_with_restarts(stages[0], method, limit, least_influence=least_influence, restarts=restarts)
     # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
     # would make every stiffness look far better known than it is.
-    asked = stages[-2] if judge is None else judge
-    verdict = None if limit is None else identifiability(asked, None, limit, least_influence=least)
+    judged = stages[-2] if judge is None else judge
+    verdict = None if limit is None else identifiability(judged, None, limit, least_influence=least_influence)
     free = task.names if verdict is None else verdict.identifiable
-    before = float((task.evaluated(task.start).values ** 2).sum())
-    result = _first(stages[0], method, limit, least, free, restarts, start)
-    rest = stages[1:] if all(t.frf is None for t in stages[0].targets) else stages
-    result, now = _settled(rest, result, method, limit, least, judge=rest[0] if judge is None else judge)
-    left = {} if now is None else now.reasons
-    return replace(result, start_chi_square=before, identifiability=verdict, left_alone=left)
+    start_misfit = float((task.evaluated(task.start).values ** 2).sum())
+    result = _fit_first_stage(stages[0], method, limit, least_influence, free, restarts, start)
+    later_stages = stages[1:] if all(t.frf is None for t in stages[0].targets) else stages
+    result, now = _repeat_stages(later_stages, result, method, limit, least_influence,
+                                 judge=later_stages[0] if judge is None else judge)
+    left_alone = {} if now is None else now.reasons
+    return replace(result, start_chi_square=start_misfit, identifiability=verdict, left_alone=left_alone)
 
 
-def _from_modes(task: Problem, method: LeastSquares | None, limit: float | None, least: float, start: FloatArray,
-                *, judge: Problem) -> ParameterFit | None:
-    """Return the fit from where modes have led, None where it does not explain the data.
+def _fit_from_modes(task: Problem, method: LeastSquares | None, limit: float | None, least_influence: float, start: FloatArray,
+                    *, judge: Problem) -> ParameterFit | None:
+    """Return the fit from the coordinates to which modes led, None where it does not explain the data.
 
     So near the end the logarithm is not needed: it would let lines of noise weigh as much as resonances. What is free is
     still asked of it.
     """
-    verdict = None if limit is None else identifiability(judge, start, limit, least_influence=least)
+    verdict = None if limit is None else identifiability(judge, start, limit, least_influence=least_influence)
     free = task.names if verdict is None else verdict.identifiable
     if not free:
         return None
-    before = float((task.evaluated(task.start).values ** 2).sum())
-    result, now = _settled([task], fit(task, method, free=free, start=start), method, limit, least, judge=judge)
+    start_misfit = float((task.evaluated(task.start).values ** 2).sum())
+    result, now = _repeat_stages([task], fit(task, method, free=free, start=start), method, limit, least_influence, judge=judge)
     if not result.converged or not is_explained(result, task.assumed):
         return None
-    return replace(result, start_chi_square=before, identifiability=verdict, left_alone={} if now is None else now.reasons)
+    return replace(result, start_chi_square=start_misfit, identifiability=verdict,
+                   left_alone={} if now is None else now.reasons)
 
 
-def _settled(stages: Sequence[Problem], first: ParameterFit, method: LeastSquares | None, limit: float | None, least: float,
-             *, judge: Problem) -> tuple[ParameterFit, Identifiability | None]:
-    """Return the fit through the stages, from a first one, until what `judge` frees at its result is what was free in it."""
+def _repeat_stages(stages: Sequence[Problem], first: ParameterFit, method: LeastSquares | None, limit: float | None,
+                   least_influence: float,
+                   *, judge: Problem) -> tuple[ParameterFit, Identifiability | None]:
+    """Return the fit through the stages, repeated until `judge` frees the same parameters at the result."""
     result, evaluations, now, task = first, first.evaluations, None, stages[-1]
     free = result.free
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_STAGE_ROUNDS):
         for stage in stages:
             result = fit(stage, method, free=free, start=result.x)
             evaluations += result.evaluations
         # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
-        now = None if limit is None else identifiability(judge, result.x, limit, least_influence=least)
+        now = None if limit is None else identifiability(judge, result.x, limit, least_influence=least_influence)
         if now is None or set(now.identifiable) == set(free):
             break
         free = now.identifiable
@@ -95,29 +100,30 @@ def _settled(stages: Sequence[Problem], first: ParameterFit, method: LeastSquare
     return replace(result, evaluations=evaluations), now
 
 
-def _first(
-    task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int,
+def _fit_first_stage(
+    task: Problem, method: LeastSquares | None, limit: float | None, least_influence: float, free: tuple[str, ...],
+    restarts: int,
     start: FloatArray | None,
 ) -> ParameterFit:
     if any(t.frf is not None for t in task.targets):
         return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8), start=start)
-    inner = None if limit is None else identifiability(task, None, limit, least_influence=least)
-    some = tuple(n for n in free if inner is None or n in inner.identifiable)
-    result = fit_with_restarts(task, method, free=some, restarts=restarts)
+    mode_verdict = None if limit is None else identifiability(task, None, limit, least_influence=least_influence)
+    chosen = tuple(n for n in free if mode_verdict is None or n in mode_verdict.identifiable)
+    result = fit_with_restarts(task, method, free=chosen, restarts=restarts)
     if limit is None or not result.converged:
         return result
-    again = identifiability(task, result.x, limit, least_influence=least).identifiable
-    if set(again) <= set(some):
+    identifiable = identifiability(task, result.x, limit, least_influence=least_influence).identifiable
+    if set(identifiable) <= set(chosen):
         return result
-    more = fit(task, method, free=(*some, *(n for n in again if n not in some)), start=result.x)
-    return replace(more, evaluations=result.evaluations + more.evaluations)
+    extended = fit(task, method, free=(*chosen, *(n for n in identifiable if n not in chosen)), start=result.x)
+    return replace(extended, evaluations=result.evaluations + extended.evaluations)
 
 
 def _stages(task: Problem) -> list[Problem]:
-    """Modes lead from far away; logarithms of the responses forgive shifted peaks; then everything as it is asked for."""
+    """Return the stages: modes lead from far away, logarithms of responses forgive shifted peaks, then the stated targets."""
     if all(t.frf is None for t in task.targets):
         return [task]
-    result = [_judge(task)]
+    result = [_logarithmic_problem(task)]
     if any(t.frf is not None and t.frf_kind != "log" for t in task.targets):
         result.append(task)
     shaped = [k for k, t in enumerate(task.targets) if t.modes is not None]
@@ -128,6 +134,6 @@ def _stages(task: Problem) -> list[Problem]:
     return result
 
 
-def _judge(task: Problem) -> Problem:
+def _logarithmic_problem(task: Problem) -> Problem:
     """Return the problem with logarithms of the responses, as it is where there are none."""
     return task.with_targets([t if t.frf is None else replace(t, frf_kind="log") for t in task.targets])

@@ -1,2 +1,1 @@
-"""Robots: from the datasheet to a machine, statics and stops, places and poses, regions of even properties, the redundant
-turn."""
+"""Robots: from the datasheet to a machine, statics and stops, places and poses, even regions, the redundant turn."""

@@ -1,5 +1,4 @@
-"""From a robot's datasheet to its machine: every step of it, what is published, computed or chosen, and what does not
-follow."""
+"""Study of a robot's datasheet: every step to its machine, numbers published, computed or chosen, and contradictions."""
 
 from __future__ import annotations
 
@@ -30,9 +29,9 @@ _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 
 @dataclass(frozen=True, eq=False)
 class DatasheetStudy(NotebookText):
-    """What a datasheet implies.
+    """Machine and numbers that follow from a datasheet.
 
-    gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
+    gearing : one for each axis; pose : the arm stretched out; rest_load : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
     ways : the same with all members rigid, as beams, and by finite elements; rotors : what their spin does to them, in words;
     slopes : what the loads do to them where the torsion of reducers hangs on the load, in words; differences : what does not
@@ -43,7 +42,7 @@ class DatasheetStudy(NotebookText):
     machine: Machine
     gearing: tuple[AxisGearing, ...]
     pose: Mapping[str, float]
-    still: BaseLoad
+    rest_load: BaseLoad
     stops: tuple[BaseLoad, ...]
     holding: FloatArray
     inertia: FloatArray
@@ -60,8 +59,11 @@ class DatasheetStudy(NotebookText):
         return self.ways[RIGID]
 
     def mode_rows(self) -> list[list[str]]:
-        """Return a row for every mode: its frequency, and those with members of other ways with their error against the most
-        detailed of them."""
+        """Return a row for every mode: its frequency as in the file, and with members modelled in other ways.
+
+        The error of each is that against the most detailed way.
+        """
+        # The last way is the most detailed one.
         best = list(self.ways.values())[-1]
         return [[str(i + 1), f"{f:.2f}", *(f"{v[i]:.2f} ({100 * (v[i] / best[i] - 1):+.1f} %)" for v in self.ways.values())]
                 for i, f in enumerate(self.frequency)]
@@ -76,9 +78,9 @@ class DatasheetStudy(NotebookText):
             "axis", "R_t", "R_r", "T_t N m", "against load moment", "reducer", "holds N m", "inertia kg m^2",
             "rotor through ratio"], rows)
         loads = text_table("Forces on the base, arm stretched out", ["case", "M_v N m", "F_v N", "M_h N m", "F_h N"],
-                           [self.still.row(), *(["manual, " + name, f"{p.vertical_moment:.1f}", f"{p.vertical_force:.1f}",
-                                                 f"{p.horizontal_moment:.1f}", f"{p.horizontal_force:.1f}"]
-                                                for name, p in self._manual()), *(load.row() for load in self.stops)])
+                           [self.rest_load.row(), *(["manual, " + name, f"{p.vertical_moment:.1f}", f"{p.vertical_force:.1f}",
+                                                     f"{p.horizontal_moment:.1f}", f"{p.horizontal_force:.1f}"]
+                                                    for name, p in self._manual()), *(load.row() for load in self.stops)])
         origins = text_table("What the numbers rest on", ["part", "numbers", "origin"], [list(row) for row in self.origins])
         best = list(self.ways)[-1]
         modes = text_table(f"Natural frequencies at the reference pose, Hz; in brackets the error against {best}",
@@ -96,7 +98,7 @@ class DatasheetStudy(NotebookText):
         return {"gearing": [{"axis": r.axis, "total_ratio": r.total_ratio, "reducer_ratio": r.reducer_ratio, "torque": r.torque,
                              "deviation": r.deviation, "reducer": r.reducer, "reflected_inertia": r.reflected_inertia}
                             for r in self.gearing],
-                "still": vars(self.still), "stops": [vars(load) for load in self.stops], "pose": dict(self.pose),
+                "still": vars(self.rest_load), "stops": [vars(load) for load in self.stops], "pose": dict(self.pose),
                 "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
                 "frequency_hz": self.frequency.tolist(), "rigid_frequency_hz": self.rigid.tolist(),
                 "frequency_by_members_hz": {name: values.tolist() for name, values in self.ways.items()},
@@ -121,50 +123,54 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     meshes, solids = _given_shapes(sheet, description)
     bends = any(body.modal_count for body in machine.bodies)
     arm = build(robot_machine(rigid_members(sheet), meshes=meshes, solids=solids)) if bends else machine
-    far = stretch_arm(arm)
-    still = base_load(arm, "at rest", far, sheet=sheet)
-    stops = tuple(stop_loads(arm, sheet, far))
-    inertia = np.diagonal(axis_mass_matrix(arm, far)[0])
+    stretched = stretch_arm(arm)
+    rest_load = base_load(arm, "at rest", stretched, sheet=sheet)
+    stops = tuple(stop_loads(arm, sheet, stretched))
+    inertia = np.diagonal(axis_mass_matrix(arm, stretched)[0])
     frequency = natural_frequencies(machine, {}, 4)[0]
-    return DatasheetStudy(sheet, machine, gearing, far, still, stops, holding_torque(arm, sheet, far), inertia, frequency,
+    return DatasheetStudy(sheet, machine, gearing, stretched, rest_load, stops, holding_torque(arm, sheet, stretched), inertia,
+                          frequency,
                           _by_members(sheet, description, finite_elements, pose), _rotors(sheet, description, frequency),
-                          tuple(_slopes(sheet, description, far, pose)), tuple(_differences(sheet, arm, gearing, far, still)),
+                          tuple(_slopes(sheet, description, stretched, pose)),
+                          tuple(_differences(sheet, arm, gearing, stretched, rest_load)),
                           tuple(_origins(sheet, description)))
 
 
 def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: FloatArray) -> str:
-    """Return what the spin of the motors' rotors does to the natural frequencies at the axes' largest speeds."""
+    """Return the effect of the rotors' spin on the natural frequencies at the axes' largest speeds."""
     momenta = rotor_momenta(sheet)
     if not momenta:
         return "rotors: no placed motor has a known inertia; their gyroscopic part is not judged"
+    # Spin at the largest speeds bounds what it does at any.
     spun = natural_frequencies(build(with_rotors(description, sheet)), {}, 4)[0]
     change = float(np.abs(spun / frequency - 1).max())
-    most = max(momenta.values())
-    words = (f"rotors: at the largest speeds of all axes their momenta reach {most:.2g} N m s and change these frequencies by "
+    largest_momentum = max(momenta.values())
+    words = (f"rotors: at the largest speeds of all axes their momenta reach {largest_momentum:.2g} N m s and change these "
+             f"frequencies by "
              f"{change:.1e} of themselves")
     return words + ("; left out below" if change < 1e-4 else "; put them in with machine.robot.rotors.with_rotors")
 
 
 def _slopes(sheet: RobotDatasheet, description: MachineDescription, stretched: Mapping[str, float],
             pose: Mapping[str, float] | None) -> list[str]:
-    """Return what the load that reducers are linearised about does to the natural frequencies, on members as beams."""
+    """Return the effect of the reducers' load on the natural frequencies, on members as beams."""
     if not any(part.has_slopes for part in reducers_of(sheet).values()):
         return []
     meshes, solids = _given_shapes(sheet, description)
     beams = bending_members(sheet, "beam")
-    here = natural_frequencies(build(robot_machine(beams, meshes=meshes, solids=solids, pose=pose)), {}, 4)[0]
+    frequency = natural_frequencies(build(robot_machine(beams, meshes=meshes, solids=solids, pose=pose)), {}, 4)[0]
     cases = {"with no load": robot_machine(beams, meshes=meshes, solids=solids, loads={}),
              "with the load of the stretched arm": robot_machine(beams, meshes=meshes, solids=solids, pose=stretched)}
     lines = [line for line in description.assumptions if "slopes is linearised" in line]
     for words, other in cases.items():
-        change = natural_frequencies(build(other), {}, 4)[0] / here - 1
+        change = natural_frequencies(build(other), {}, 4)[0] / frequency - 1
         lines.append(f"the same frequencies {words} on the reducers: " + ", ".join(f"{100 * v:+.1f} %" for v in change))
     return [*lines, "a machine holds for the load it is made about: make that of the pose you mill at (`pose`)"]
 
 
 def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool,
                 pose: Mapping[str, float] | None) -> dict[str, FloatArray]:
-    """Return the first natural frequencies with members rigid, as beams, and by finite elements where they can."""
+    """Return the first natural frequencies with members rigid, as beams, and by finite elements."""
     meshes, solids = _given_shapes(sheet, description)
     sheets = {RIGID: rigid_members(sheet), BEAMS: bending_members(sheet, "beam")}
     if finite_elements:
@@ -180,6 +186,7 @@ def _given_shapes(sheet: RobotDatasheet, description: MachineDescription
     solids: dict[str, SolidBody] = {}
     links: set[int] = set()
     for name, member in sheet.members.items():
+        # The first member of a link names its body after the link; further members have bodies of their own.
         body = description.bodies.get(name if member.link in links else f"link{member.link}")
         links.add(member.link)
         if member.kind == "mesh" and body is not None:
@@ -191,17 +198,18 @@ def _given_shapes(sheet: RobotDatasheet, description: MachineDescription
 
 
 def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGearing, ...], pose: Mapping[str, float],
-                 still: BaseLoad) -> list[str]:
+                 rest_load: BaseLoad) -> list[str]:
     lines = [f"axis {row.axis}: {text}" for row in gearing for text in row.disagreements]
-    lines += [f"axis {row.axis}: {row.reducer} is named, {row.nearest} is nearer in ratio" for row in gearing
-              if row.reducer != row.nearest]
+    lines += [f"axis {row.axis}: {row.reducer} is named, {row.nearest_reducer} is nearer in ratio" for row in gearing
+              if row.reducer != row.nearest_reducer]
     lines += _reach_lines(sheet)
     lines += [f"axis {axis.name}: holding the stretched arm takes {abs(torque):.1f} N m, more than the {row.torque:.1f} N m "
               f"at stall"
               for axis, row, torque in zip(sheet.axes, gearing, holding_torque(machine, sheet, pose), strict=True)
               if abs(torque) > row.torque]
     if sheet.stillness is not None:
-        lines.append(f"at rest M_v is {still.vertical_moment:.1f} N m, the manual states {sheet.stillness.vertical_moment:g}: "
+        lines.append(f"at rest M_v is {rest_load.vertical_moment:.1f} N m, the manual states "
+                     f"{sheet.stillness.vertical_moment:g}: "
                      "the distribution of mass along the arm is chosen, and the manual's pose is not known")
     if sheet.power_off is not None:
         for axis, field in _STOPS:
@@ -215,11 +223,13 @@ def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGea
 
 
 def _reach_lines(sheet: RobotDatasheet) -> list[str]:
-    """Whether the printed reach is that of the table: an arm of six axes, a_1 + a_2 + the forearm's diagonal."""
+    """Return a line where the printed reach contradicts the table: for six axes, a_1 + a_2 + the forearm's diagonal."""
     if sheet.reach is None or len(sheet.axes) < 4:
         return []
     first, second, third, fourth = sheet.axes[:4]
+    # Straight arm of a vertical six-axis robot: offset, upper arm, and the forearm with its offset.
     reach = abs(first.a) + abs(second.a) + float(np.hypot(third.a, fourth.d))
+    # Half a millimetre is the rounding of a printed reach.
     if abs(reach - sheet.reach) < 5e-4:
         return []
     return [f"reach printed {1e3 * sheet.reach:g} mm, the table's lengths give {1e3 * reach:.1f} mm to the wrist"]

@@ -1,4 +1,4 @@
-"""A pose in the machine's own coordinates (those of its task), and what moves beside them: the parasitic shift."""
+"""Pose in the machine's own coordinates (those of its task), and the parasitic shift of its other coordinates."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import tool_place
 
-_SMALLEST = {"length": 1e-9, "angle": 1e-9}  # m, rad: below, a shift is rounding
+_ROUNDING_LIMITS = {"length": 1e-9, "angle": 1e-9}  # m, rad: below, a shift is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class OwnCoordinates:
-    """Coordinates of a task at a pose, by their names, m or rad; shift : those that the task does not command, by kind, against
-    the reference pose; point : whose they are."""
+    """Coordinates of a task at a pose, by their names, m or rad.
+
+    shift : coordinates that the task does not command, by kind, against the reference pose; point : whose coordinates they are.
+    """
 
     values: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)
@@ -34,13 +36,13 @@ class OwnCoordinates:
     def shift_words(self) -> str:
         """The parasitic shift in words."""
         parts = [_words(kind, value, kind) for kind, value in self.shift.items()
-                 if abs(value) > _SMALLEST["angle" if kind in ANGLES else "length"]]
+                 if abs(value) > _ROUNDING_LIMITS["angle" if kind in ANGLES else "length"]]
         return ", ".join(parts) or "none"
 
 
 def _words(name: str, value: float, kind: str) -> str:
-    shown = np.degrees(value) if kind in ANGLES else 1e3 * value
-    return f"{name} {round(float(shown), 6) + 0.0:.6g}{'°' if kind in ANGLES else ' mm'}"
+    display_value = np.degrees(value) if kind in ANGLES else 1e3 * value
+    return f"{name} {round(float(display_value), 6) + 0.0:.6g}{'°' if kind in ANGLES else ' mm'}"
 
 
 def own_coordinates(machine: Machine, pose: Mapping[str, float]) -> OwnCoordinates | None:
@@ -49,24 +51,24 @@ def own_coordinates(machine: Machine, pose: Mapping[str, float]) -> OwnCoordinat
     if not isinstance(chain, ClosedChain) or chain.task is None or described is None:
         return None
     task = chain.task
-    here, rest = (task.read(chain.displacements_of(chain.motions_of(chain.step_values(
-        {name: np.array([value]) for name, value in at.items()})))) for at in (pose, {}))
+    current, reference = (task.read(chain.displacements_of(chain.motions_of(chain.step_values(
+        {name: np.array([value]) for name, value in positions.items()})))) for positions in (pose, {}))
     kinds = dict(task.coordinates)
-    beside = [kind for kind in here if kind not in task.kinds]
+    uncommanded = [kind for kind in current if kind not in task.kinds]
     if task.kinds & set(ANGLES):  # without a tilt the azimuth of a tool that tilts by itself says nothing alone
-        beside = [kind for kind in beside if kind != "azimuth"]
-    return OwnCoordinates({name: float(here[kind][0]) for name, kind in kinds.items()}, kinds,
-                          {kind: float(here[kind][0] - rest[kind][0]) for kind in beside}, described.point)
+        uncommanded = [kind for kind in uncommanded if kind != "azimuth"]
+    return OwnCoordinates({name: float(current[kind][0]) for name, kind in kinds.items()}, kinds,
+                          {kind: float(current[kind][0] - reference[kind][0]) for kind in uncommanded}, described.point)
 
 
 def leg_pose(machine: Machine, pose: Mapping[str, float]) -> dict[str, float]:
     """Return the positions of all driven axes (legs, carriages) at a pose that may be given in the task's coordinates."""
-    at = machine.chain.positions({name: np.array([value]) for name, value in pose.items()})[0]
-    return {axis.name: float(v) for axis, v in zip(machine.chain.driven_axes, at, strict=True)}
+    positions = machine.chain.positions({name: np.array([value]) for name, value in pose.items()})[0]
+    return {axis.name: float(v) for axis, v in zip(machine.chain.driven_axes, positions, strict=True)}
 
 
 def tool_words(machine: Machine, pose: Mapping[str, float]) -> str:
-    """Return where the tip of the tool is and where its axis points at a pose, from the table."""
+    """Return place of the tool's tip and direction of its axis at a pose in words, from the table."""
     tip, direction = (v[0] for v in tool_place(machine, {name: np.array([value]) for name, value in pose.items()}))
     return (f"tip at {', '.join(f'{1e3 * v:.6g}' for v in np.round(tip, 12) + 0.0)} mm, the tool's axis along "
             f"{', '.join(f'{v:.6g}' for v in np.round(direction, 12) + 0.0)}")

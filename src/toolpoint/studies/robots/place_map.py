@@ -39,10 +39,11 @@ class PlaceGrid(NotebookText):
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of positions along each direction."""
-        return tuple(len(at) for at in self.positions)
+        return tuple(len(positions) for positions in self.positions)
 
     def __repr__(self) -> str:
-        return "PlaceGrid(" + " x ".join(f"{name} {len(at)}" for name, at in zip(self.names, self.positions, strict=True)) + ")"
+        return "PlaceGrid(" + " x ".join(f"{name} {len(positions)}" for name,
+                                         positions in zip(self.names, self.positions, strict=True)) + ")"
 
 
 def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.0), *,
@@ -57,27 +58,36 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
         Where all positions are zero, m.
     directions : mapping of name to (3,) floats, optional
         Directions of the names that are not x, y or z; unit vectors are made of them.
+
+    Examples
+    --------
+    >>> grid = place_grid({"x": [0.0, 0.1], "z": [0.0, 0.1, 0.2]}, origin=(0.0, 0.0, 0.5))
+    >>> grid.shape, grid.places[1, 2].tolist()
+    ((2, 3), [0.1, 0.0, 0.7])
     """
     if not 1 <= len(along) <= 3:
         fail("along", f"{len(along)} directions", "must be one (a line) to three (a volume)")
-    known = _UNITS | {name: tuple(floats(f"directions[{name!r}]", v, (3,))) for name, v in (directions or {}).items()}
+    vectors = _UNITS | {name: tuple(floats(f"directions[{name!r}]", v, (3,))) for name, v in (directions or {}).items()}
     rows = []
     for name in along:
-        vector = np.array(known[one_of("along", name, known)])
+        vector = np.array(vectors[one_of("along", name, vectors)])
         rows.append(vector / np.linalg.norm(vector))
+    # Directions need not be at right angles, but must span a line, a plane or a volume.
     matrix = np.array(rows)
     if np.linalg.matrix_rank(matrix) < len(rows):
         fail("along", ", ".join(along), "must be independent directions")
-    positions = tuple(np.atleast_1d(floats(f"along[{name!r}]", at)) for name, at in along.items())
+    positions = tuple(np.atleast_1d(floats(f"along[{name!r}]", values)) for name, values in along.items())
     mesh = np.stack(np.meshgrid(*positions, indexing="ij"), axis=-1)
     return PlaceGrid(tuple(along), positions, floats("origin", origin, (3,)) + mesh @ matrix)
 
 
 @dataclass(frozen=True, eq=False)
 class PoseValues:
-    """A quantity at poses: values (n_poses, n_columns), not a number where it could not be computed; the reason of each pose
-    (empty where it could); bounds (n_poses,): whether some value is but a bound from below; notes on what the values are
-    worth."""
+    """Values of a quantity at poses, (n_poses, n_columns), not a number where it could not be computed.
+
+    reasons : of each pose without a value, else empty; bounds : (n_poses,), whether some value is a lower bound only; notes :
+    on the reliability of the values.
+    """
 
     values: FloatArray
     reasons: tuple[str, ...]
@@ -87,8 +97,16 @@ class PoseValues:
 
 @dataclass(frozen=True)
 class PlaceQuantity:
-    """What is asked of a pose: ``frequency`` (of so many modes), ``static`` or ``dynamic`` stiffness along x, y, z of the tool
-    and in principal directions, or ``depth``, the lowest stable depth over the speeds for every feed direction (rad)."""
+    """Quantity of a pose: ``frequency``, ``static`` or ``dynamic`` stiffness, or ``depth``.
+
+    Frequencies of so many modes; stiffness along x, y, z of the tool and in principal directions; the lowest stable depth over
+    the speeds for every feed direction (rad).
+
+    Examples
+    --------
+    >>> PlaceQuantity("depth", feed_angles=(0.0, np.pi / 4)).columns
+    ('feed at 0 deg', 'feed at 45 deg')
+    """
 
     kind: str = "frequency"
     modes: int = 4
@@ -100,7 +118,8 @@ class PlaceQuantity:
 
     @classmethod
     def over_feeds(cls, kind: str, modes: int = 4, number: int = 1) -> PlaceQuantity:
-        """Return a quantity with so many feed directions, evenly over half a turn."""
+        """Return a quantity with a number of feed directions, evenly over half a turn."""
+        # Half a turn is enough: a linear cut has the same limits forwards and backwards.
         return cls(kind, modes, tuple(float(v) for v in np.pi * np.arange(number) / number))
 
     @property
@@ -125,7 +144,7 @@ class PlaceQuantity:
 
     def judge(self, machine: Machine, poses: Sequence[Pose], *, engine: Engine | None = None,
               progress: Progress | None = None) -> PoseValues:
-        """Return the values at poses with the reasons of those that failed, and what the values are worth."""
+        """Return the values at poses with the reasons of failures and the reliability of the values."""
         if not poses:
             return PoseValues(np.zeros((0, len(self.columns))), (), np.zeros(0, bool))
         if self.kind == "depth":
@@ -141,6 +160,7 @@ class PlaceQuantity:
         size = 1 if machine.description.damping_ratio is None else 64
         blocks = [poses[i:i + size] for i in range(0, len(poses), size)]
         lines = np.array([0.0, 1.0])
+        # From N/m to N/µm; the first six columns are stiffness.
         return 1e-6 * np.concatenate([stiffness_rows(tool_point(machine, block, lines), self.kind)[:, :6] for block in blocks])
 
 
@@ -149,24 +169,24 @@ def _depths(charted: ChatterMap) -> PoseValues:
 
     Where no speed has a limit within the charted depth the cut is stable up to there: that depth bounds it from below.
     """
-    lowest, top = charted.lowest, charted.depth_max[:, None]
-    beyond = np.isposinf(lowest)
+    lowest, depth_max = charted.lowest, charted.depth_max[:, None]
+    is_bound = np.isposinf(lowest)
     reasons = [""] * len(lowest)
     for (i, *_), reason in charted.failures.items():
         reasons[i] = reasons[i] or reason
     n = charted.speeds
     notes = [f"the least of {n.size} speeds from {n.min():.0f} to {n.max():.0f} rev/min; "
              "between them it may be a little less"]
-    if beyond.any():
-        notes.append(f"{int(beyond.any(axis=1).sum())} of {len(lowest)} poses have no limit within the charted depth at any "
+    if is_bound.any():
+        notes.append(f"{int(is_bound.any(axis=1).sum())} of {len(lowest)} poses have no limit within the charted depth at any "
                      "speed: that depth is shown, the limit lies above it")
-    depth = 1e3 * np.where(beyond, np.broadcast_to(top, lowest.shape), lowest)
-    return PoseValues(depth, tuple(reasons), np.asarray(beyond.any(axis=1)), (*charted.doubts, *notes, *charted.notes))
+    depth = 1e3 * np.where(is_bound, np.broadcast_to(depth_max, lowest.shape), lowest)
+    return PoseValues(depth, tuple(reasons), np.asarray(is_bound.any(axis=1)), (*charted.doubts, *notes, *charted.notes))
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceMap(NotebookText):
-    """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be or failed; and the poses.
+    """Quantity over places: values (n_1, ..., n_columns), not a number without a pose; and the poses.
 
     reasons : of every place in turn, why it has no value; notes : on what the values are worth.
     """
@@ -191,9 +211,9 @@ class PlaceMap(NotebookText):
             if np.isnan(column).all():
                 lines.append(f"{name}: no place can be")
                 continue
-            low, high = int(np.nanargmin(column)), int(np.nanargmax(column))
-            lines.append(f"{name}: lowest {column[low]:.5g} {self.quantity.unit} at {self._where(low)}; "
-                         f"highest {column[high]:.5g} {self.quantity.unit} at {self._where(high)}")
+            lowest, highest = int(np.nanargmin(column)), int(np.nanargmax(column))
+            lines.append(f"{name}: lowest {column[lowest]:.5g} {self.quantity.unit} at {self._where(lowest)}; "
+                         f"highest {column[highest]:.5g} {self.quantity.unit} at {self._where(highest)}")
         return lines
 
     def _where(self, number: int) -> str:
@@ -203,7 +223,7 @@ class PlaceMap(NotebookText):
         return place_words(self.reach.places[number]) + (f" ({branch})" if several and branch else "")
 
     def table(self) -> str:
-        """Return the range of every column and where its ends lie as text."""
+        """Return the range of every column and the places of its ends as text."""
         flat = self.values.reshape(-1, self.values.shape[-1])
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
@@ -212,15 +232,18 @@ class PlaceMap(NotebookText):
 
     def failed(self) -> list[str]:
         """Return a line on the places that are reached and have no value all the same."""
-        lost = [(place, reason) for place, pose, reason in zip(self.reach.places, self.reach.poses, self.reasons, strict=True)
-                if reason and pose is not None]
-        return [f"failed: {place_words(place)}: {reason}" for place, reason in lost]
+        failures = [(place, reason) for place, pose, reason in zip(self.reach.places, self.reach.poses, self.reasons,
+                                                                   strict=True)
+                    if reason and pose is not None]
+        return [f"failed: {place_words(place)}: {reason}" for place, reason in failures]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a place cannot be; m."""
         values = self.values.astype(object)
+        # JSON has no not-a-number.
         values[np.isnan(self.values)] = None
-        return {"along": {name: at.tolist() for name, at in zip(self.grid.names, self.grid.positions, strict=True)},
+        return {"along": {name: positions.tolist() for name, positions in zip(self.grid.names, self.grid.positions,
+                                                                              strict=True)},
                 "places": self.grid.places.tolist(), "quantity": self.quantity.kind, "unit": self.quantity.unit,
                 "columns": list(self.quantity.columns), "branches": list(self.reach.branches),
                 "values": values.tolist(), "extremes": self.extremes(),
@@ -235,18 +258,40 @@ def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None
                turn: float = 0.0, branch: str = "", point: str = "", engine: Engine | None = None,
                progress: Progress | None = None
                ) -> PlaceMap:
-    """Return a quantity over all places of a grid that the tool reaches; arguments are those of `reach_places`."""
-    asked = quantity or PlaceQuantity()
+    """Return a quantity over all places of a grid that the tool reaches; arguments are those of `reach_places`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> grid = place_grid({"x": [0.0, 0.1]}, (0.0, 0.0, -0.2))
+    >>> map_places(machine, grid, PlaceQuantity("frequency", modes=2)).values.round(2).tolist()
+    [[71.18, 100.66], [71.18, 100.66]]
+    """
+    measure = quantity or PlaceQuantity()
     reach = reach_places(machine, grid.places.reshape(-1, 3), direction, turn=turn, branch=branch, point=point)
-    values = np.full((len(reach.poses), len(asked.columns)), np.nan)
-    seen = asked.judge(machine, [pose for pose in reach.poses if pose is not None], engine=engine, progress=progress)
-    values[reach.reached] = seen.values
+    values = np.full((len(reach.poses), len(measure.columns)), np.nan)
+    judged = measure.judge(machine, [pose for pose in reach.poses if pose is not None], engine=engine, progress=progress)
+    # Only reached poses were judged: the other places keep the reason that reach gave.
+    values[reach.reached] = judged.values
     reasons = np.array(reach.reasons, object)
-    reasons[reach.reached] = seen.reasons
-    return PlaceMap(machine, grid, asked, values.reshape(*grid.shape, -1), reach, tuple(map(str, reasons)), seen.notes)
+    reasons[reach.reached] = judged.reasons
+    return PlaceMap(machine, grid, measure, values.reshape(*grid.shape, -1), reach, tuple(map(str, reasons)), judged.notes)
 
 
 def place_words(place: ArrayLike) -> str:
     """Return a place in words, mm."""
+    # Rounding leaves -0.0 behind, which + 0.0 turns into 0.
     return ", ".join(f"{name} {1e3 * v:.5g}" for name, v in zip("xyz", np.round(np.asarray(place, float), 9) + 0.0,
                                                                 strict=True)) + " mm"

@@ -1,5 +1,4 @@
-"""All poses that bring the tool to a place, and what each is like: how far from a singular one, what it holds, how it
-vibrates."""
+"""Study of all poses that bring the tool to a place: distance from singular poses, holding forces, natural frequencies."""
 
 from __future__ import annotations
 
@@ -26,14 +25,17 @@ from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places,
 from toolpoint.studies.robots.own_coordinates import OwnCoordinates, leg_pose, own_coordinates, tool_words
 from toolpoint.studies.text_table import text_table
 
-_SHOWN_MISS = 1e-9  # m: below, a miss is rounding
+_MIN_PRINTED_MISS = 1e-9  # m: below, a miss is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class ReachedPose:
-    """A pose that reaches the place: its branch; `condition` of its Jacobian; `singular`: axis, m or rad along it to the
-    nearest singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis;
-    Hz; `miss` : m from the place; `own` : its coordinates of the task."""
+    """Pose that reaches the place.
+
+    branch : of the arm; condition : number of its Jacobian; singular : axis, distance along it to the nearest singular pose (m
+    or rad), and its kind; holding : of every axis against gravity, N, N m; inertia : of every axis, kg, kg m^2; frequency : Hz;
+    miss : from the place, m; own : its coordinates of the task.
+    """
 
     pose: Mapping[str, float]
     branch: str
@@ -80,7 +82,7 @@ class ReachStudy(NotebookText):
         if each.own is not None:
             lines = [f"{name}: {each.own.words}; {tool_words(self.machine, each.pose)}",
                      f"{name}: parasitic shift of {each.own.point} from the reference pose: {each.own.shift_words}"]
-        if each.miss > _SHOWN_MISS:
+        if each.miss > _MIN_PRINTED_MISS:
             lines.append(f"{name}: {1e6 * each.miss:.3g} um from the place: it has more coordinates than the machine has axes")
         return lines
 
@@ -97,61 +99,101 @@ class ReachStudy(NotebookText):
 
 def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, modes: int = 4,
                 branch: str = "") -> ReachStudy:
-    """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction; branch :
-    of an arm, see `reach_places`, all of them where left out."""
-    at = floats("tip", tip, (3,))
+    """Return all poses that bring the tool's tip to a place with its axis along a direction.
+
+    tip : m, from the table point; branch : of an arm, see `reach_places`, all of them where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> study_reach(machine, (0.1, 0.0, -0.2), modes=1).poses[0].pose
+    {'X': 0.1}
+    """
+    target = floats("tip", tip, (3,))
     arm, reached = arm_of(machine), list[tuple[dict[str, float], str]]()
     reason = ""
     if arm is not None:
-        for name in _chosen_branches(machine, at, direction, turn=turn, branch=branch):
-            reach = reach_places(machine, at[None], direction, turn=turn, branch=name)
+        for name in _choose_branches(machine, target, direction, turn=turn, branch=branch):
+            reach = reach_places(machine, target[None], direction, turn=turn, branch=name)
             reached += [(dict(pose), name) for pose in reach.poses if pose is not None]
         if not reached:
-            reason = reach_places(machine, at[None], direction, turn=turn, branch=branch).reasons[0]
+            reason = reach_places(machine, target[None], direction, turn=turn, branch=branch).reasons[0]
     else:
         if branch:
             refuse_branch(branch)
         axes = len(machine.chain.driven_axes)
+        # Fewer than five axes cannot hold a direction as well as a place, fewer than six no turn about it.
         way = direction if direction is not None or axes < 5 else tool_pair(machine).direction
         spin = turn if axes >= 6 and way is not None else None
-        reached = [(dict(each.pose), "") for each in poses_for(machine, at, way, turn=spin)]
+        reached = [(dict(each.pose), "") for each in poses_for(machine, target, way, turn=spin)]
         if not reached:
-            reason = pose_for(machine, at, way, turn=spin).status
-    return ReachStudy(machine, at, tuple(_reached(machine, at, pose, name, modes) for pose, name in reached), reason,
+            reason = pose_for(machine, target, way, turn=spin).status
+    return ReachStudy(machine, target, tuple(_describe_pose(machine, target, pose, name, modes) for pose, name in reached),
+                      reason,
                       _task_rates(machine, reached[0][0]) if reached else None)
 
 
 def study_pose(machine: Machine, pose: Mapping[str, float], *, modes: int = 4) -> ReachStudy:
-    """Return what a pose is like, given by the axes or in the machine's own coordinates (those of its task); see
-    `study_reach`."""
+    """Return the study of a pose, given by the axes or in the coordinates of the machine's task; see `study_reach`.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     AxisDescription,
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"y": 2e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, {"X": AxisDescription("slide", "x")},
+    ...                                    {"tip": PointDescription("head", (0.0, 0.0, -0.2))}, tool="tip"))
+    >>> study_pose(machine, {"X": 0.1}, modes=1).tip.tolist()
+    [0.1, 0.0, -0.2]
+    """
     legs = leg_pose(machine, pose)
     # The coordinates themselves say where the tool is; axes that lead to another assembly mode would show as a miss.
     tip = tool_place(machine, {name: np.array([value]) for name, value in pose.items()})[0][0]
     names = name_branches(machine, {name: np.array([value]) for name, value in legs.items()})
-    return ReachStudy(machine, tip, (_reached(machine, tip, legs, names[0] if names else "", modes),), "",
+    return ReachStudy(machine, tip, (_describe_pose(machine, tip, legs, names[0] if names else "", modes),), "",
                       _task_rates(machine, legs))
 
 
-def _chosen_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | None, *, turn: float, branch: str) -> list[str]:
-    """Return the branches that a place is reached on and that were asked for; the one that turns the wrist least where it is
-    that."""
+def _choose_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | None, *, turn: float, branch: str) -> list[str]:
+    """Return the requested branches on which a place is reached, or the one of the least turn of the wrist."""
     choice = BranchChoice.parsed(branch)
     if choice.is_least:
         return [name for name in reach_places(machine, tip[None], direction, turn=turn, branch=branch).branches if name]
     return [name for name in branch_names(machine, tip, direction, turn=turn) if choice.allows(name)]
 
 
-def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:
+def _describe_pose(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:
     link = tool_pair(machine).tool
     batch = {name: np.array([value]) for name, value in pose.items()}
     condition = float(pose_condition(machine.chain, batch, link).lost_motion[0])
-    near = [(axis.name, *hit) for axis in machine.chain.driven_axes
-            if (hit := nearest_singularity(machine.chain, pose, axis.name, link=link)) is not None]
+    singular_poses = [(axis.name, *hit) for axis in machine.chain.driven_axes
+                      if (hit := nearest_singularity(machine.chain, pose, axis.name, link=link)) is not None]
+    # Inverse dynamics holds for rigid bodies.
     elastic = any(body.modal_count for body in machine.bodies)
     none = np.zeros(0)
     gravity = gravity_of(machine.description)
     return ReachedPose(
-        pose, branch, condition, min(near, key=lambda hit: abs(hit[1])) if near else None,
+        pose, branch, condition, min(singular_poses, key=lambda hit: abs(hit[1])) if singular_poses else None,
         none if elastic else gravity_force(machine, batch, gravity)[0],
         none if elastic else np.diagonal(axis_mass_matrix(machine, batch)[0]), natural_frequencies(machine, batch, modes)[0],
         float(np.linalg.norm(tool_place(machine, batch)[0][0] - tip)), own_coordinates(machine, pose))
@@ -172,7 +214,8 @@ def _task_rates(machine: Machine, pose: Mapping[str, float]) -> float | None:
     if not isinstance(chain, ClosedChain) or chain.task is None:
         return None
     rates = chain.task_rates({name: np.array([value]) for name, value in pose.items()})[0]
-    least = float(np.linalg.svd(rates, compute_uv=False)[-1])
-    if least == 0:
+    # Axis speeds give tool speeds: the smallest singular value needs the fastest axes.
+    smallest = float(np.linalg.svd(rates, compute_uv=False)[-1])
+    if smallest == 0:
         fail("pose", "singular", "the task's coordinates do not follow the axes there")
-    return 1 / least
+    return 1 / smallest

@@ -1,5 +1,4 @@
-r"""Where a machine's properties are most even: the straight segment over which the values' peak-to-peak spread, summed, is
-least.
+r"""Regions of even properties: the straight segment over which the summed peak-to-peak spread of the values is least.
 
 :math:`\Sigma = \sum_m (\max_s v_m(s) - \min_s v_m(s))` over places s of a segment of any length and direction, m the modes (or
 directions). The source walks a grid in four directions (eqs. 9-11): its diagonals are longer by the root of two, and its eq.
@@ -26,14 +25,17 @@ from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantit
 from toolpoint.studies.robots.segment_poses import SegmentFollower
 from toolpoint.studies.text_table import text_table
 
-_SAME = 1e-7  # m: nearer places are computed once
-_SHOWN = 8
+_EQUAL_PLACE_TOLERANCE = 1e-7  # m: nearer places are computed once
+_MAX_LISTED_SEGMENTS = 8  # in the table and in the data
 
 
 @dataclass(frozen=True, eq=False)
 class EvenSegment:
-    """A segment: start and end (m), values (n_samples, n_columns), their spread summed, and that over the sum of their
-    means; the branch of the arm on which it is followed (empty where the machine has none), and its poses."""
+    """Segment over which a quantity is even.
+
+    start, end : m; values : (n_samples, n_columns); branch : of the arm on which it is followed, empty where the machine has
+    none; poses : at the samples.
+    """
 
     start: FloatArray
     end: FloatArray
@@ -59,8 +61,10 @@ class EvenSegment:
 
 @dataclass(frozen=True, eq=False)
 class RegionSearch(NotebookText):
-    """Segments that can be reached whole, the most even one first; tried : how many segments there were; samples : places on
-    each; notes : on what the values are worth."""
+    """Segments that are reached whole, the most even one first.
+
+    tried : number of segments; samples : places on each; notes : on the reliability of the values.
+    """
 
     quantity: PlaceQuantity
     length: float
@@ -79,7 +83,7 @@ class RegionSearch(NotebookText):
         unit = self.quantity.unit
         rows = [[place_words(r.start), place_words(r.end), f"{r.total:.4g}", f"{100 * r.share:.2f} %",
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
-                for r in self.regions[:_SHOWN]]
+                for r in self.regions[:_MAX_LISTED_SEGMENTS]]
         header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
         return "\n".join([text_table(repr(self), header, rows),
                           f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
@@ -89,7 +93,8 @@ class RegionSearch(NotebookText):
         return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "length_m": self.length, "tried": self.tried,
                 "whole": len(self.regions), "samples": self.samples, "notes": list(self.notes), "regions": [
                     {"branch": r.branch, "start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
-                     "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()} for r in self.regions[:_SHOWN]]}
+                     "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()}
+                    for r in self.regions[:_MAX_LISTED_SEGMENTS]]}
 
     def __repr__(self) -> str:
         return (f"RegionSearch({self.quantity.kind}, segments of {1e3 * self.length:g} mm, {len(self.regions)} of {self.tried} "
@@ -97,8 +102,13 @@ class RegionSearch(NotebookText):
 
 
 def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> FloatArray:
-    """Return so many directions in the plane of two vectors, evenly over half a turn, shape (number, 3): four are the
-    source's."""
+    """Return directions in the plane of two vectors, evenly over half a turn, (number, 3); the source takes four.
+
+    Examples
+    --------
+    >>> plane_directions((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2).round(9).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
     a = floats("first", first, (3,)) / np.linalg.norm(first)
     b = floats("second", second, (3,)) - a * float(np.dot(a, second))
     b = b / np.linalg.norm(b)
@@ -126,7 +136,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
     direction, turn, branch, point
         How the tool stands, see `reach_places`.
     """
-    asked = quantity or PlaceQuantity()
+    measure = quantity or PlaceQuantity()
     first, ways = floats("starts", starts, (None, 3)).reshape(-1, 3), floats("directions", directions, (None, 3))
     size = np.linalg.norm(ways, axis=1, keepdims=True)
     if size.min() == 0:
@@ -136,40 +146,43 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
     ends = places.reshape(-1, samples, 3)
     follower = SegmentFollower(machine, direction, turn=turn, branch=branch, point=point)
     followed = [follower.follow(each) for each in ends]
-    lost = Counter(each.reason for each in followed if each.reason)
+    reasons = Counter(each.reason for each in followed if each.reason)
     # One pose for a place and a branch, however many segments run through it.
-    keys = [[(each.branch, *np.rint(place / _SAME).astype(int).tolist()) for place in row] if each.poses else []
+    keys = [[(each.branch, *np.rint(place / _EQUAL_PLACE_TOLERANCE).astype(int).tolist()) for place in row] if each.poses
+            else []
             for each, row in zip(followed, ends, strict=True)]
     poses = {key: pose for each, row in zip(followed, keys, strict=True) for key, pose in zip(row, each.poses, strict=True)}
     number = {key: i for i, key in enumerate(poses)}
-    seen = asked.judge(machine, list(poses.values()))
+    judged = measure.judge(machine, list(poses.values()))
     # How even a segment is cannot be said where a place is known to lie above a bound alone.
-    values = np.where(seen.bounds[:, None], np.nan, seen.values)
+    values = np.where(judged.bounds[:, None], np.nan, judged.values)
     regions = [EvenSegment(row[0], row[-1], part, each.branch, each.poses)
                for each, row, names in zip(followed, ends, keys, strict=True)
                if names and not np.isnan(part := values[[number[name] for name in names]]).any()]
     if not regions:
-        reason = next((text for text in (*seen.reasons, *(text for text, _ in lost.most_common(1))) if text), "")
+        reason = next((text for text in (*judged.reasons, *(text for text, _ in reasons.most_common(1))) if text), "")
         fail("starts", f"{len(ends)} segments", "none can be reached whole and judged" + (f": {reason}" if reason else ""),
              remedy="take a shorter length or other places"
-                    + ("" if not seen.bounds.any() else ", or speeds that have a limit"))
-    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(ends), samples,
-                        _notes(seen, lost))
+                    + ("" if not judged.bounds.any() else ", or speeds that have a limit"))
+    return RegionSearch(measure, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(ends), samples,
+                        _notes(judged, reasons))
 
 
-def _notes(seen: PoseValues, lost: Mapping[str, int]) -> tuple[str, ...]:
-    """What is to be said of the segments' values: those of the quantity, and what was left out."""
-    lines = [f"{number} segments are left out: {reason}" for reason, number in lost.items()]
+def _notes(judged: PoseValues, reasons: Mapping[str, int]) -> tuple[str, ...]:
+    """Return notes on the segments' values: those of the quantity, and the segments left out."""
+    lines = [f"{number} segments are left out: {reason}" for reason, number in reasons.items()]
     lines += [f"segments over {number} places {why} are left out" for number, why in (
-        (sum(map(bool, seen.reasons)), "whose chart failed"),
-        (int(seen.bounds.sum()), "without a limit within the charted depth")) if number]
-    return (*lines, *seen.notes)
+        (sum(map(bool, judged.reasons)), "whose chart failed"),
+        (int(judged.bounds.sum()), "without a limit within the charted depth")) if number]
+    return (*lines, *judged.notes)
 
 
 @dataclass(frozen=True, eq=False)
 class RegionStudy(NotebookText):
-    """A quantity over places, and the segments over which it is most even (None where they were not searched, or none could be
-    judged: the notes of the map say which)."""
+    """Quantity over places, and the segments over which it is most even.
+
+    search : None where none were searched, or none could be judged; the notes of the map say which.
+    """
 
     map: PlaceMap
     search: RegionSearch | None = None
@@ -200,17 +213,17 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
         Called at the beginning of both parts.
     """
     step("map over places")
-    asked = quantity or PlaceQuantity()
-    shown = map_places(machine, grid, asked, direction=direction, turn=turn, branch=branch, point=point)
+    measure = quantity or PlaceQuantity()
+    place_map = map_places(machine, grid, measure, direction=direction, turn=turn, branch=branch, point=point)
     if length == 0:
-        return RegionStudy(shown)
+        return RegionStudy(place_map)
     step("segments")
     units = dict(zip("xyz", np.eye(3), strict=True))
     first, second = (list(grid.names) * 2)[:2]
     ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
     try:
-        search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=asked, direction=direction,
+        search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=measure, direction=direction,
                                 turn=turn, branch=branch, point=point)
     except ToolpointError as error:  # the map took its time and stays
-        return RegionStudy(replace(shown, notes=(Doubt("segments", str(error)), *shown.notes)))
-    return RegionStudy(shown, search)
+        return RegionStudy(replace(place_map, notes=(Doubt("segments", str(error)), *place_map.notes)))
+    return RegionStudy(place_map, search)

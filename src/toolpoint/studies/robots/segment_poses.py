@@ -12,12 +12,13 @@ from toolpoint._check import FloatArray, fail, floats
 from toolpoint.kinematics.arms.spherical_wrist import ArmBranch
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.arm_reach import ArmReach, Pose
-from toolpoint.studies.machines.reach import LARGEST_AXIS_STEP, place_solver, tool_at
+from toolpoint.studies.machines.reach import MAX_AXIS_STEP, place_solver, tool_at
 
-FINE_STEP = 0.01  # m between the places at which a segment is followed; between them no rotary axis moves further than allowed
+# m between the places at which a segment is followed; between them no rotary axis moves further than allowed
+FOLLOWING_STEP = 0.01
 OUT_OF_REACH = "out of reach in part"
 NO_BRANCH = "reached whole on no single branch of the arm"
-JUMP = f"an axis turns further than {LARGEST_AXIS_STEP:g} rad between places {1e3 * FINE_STEP:g} mm apart"
+JUMP = f"an axis turns further than {MAX_AXIS_STEP:g} rad between places {1e3 * FOLLOWING_STEP:g} mm apart"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class SegmentFollower:
             fail("direction", "length 0", "must not be zero")
         self.solver = place_solver(machine, pair, goal / np.linalg.norm(goal), turn=turn, branch=branch)
         axes = machine.chain.driven_axes
-        self.rest = {axis.name: axis.reference_position for axis in axes}
+        self.reference = {axis.name: axis.reference_position for axis in axes}
         self.rotary = [axis.name for axis in axes if axis.is_rotary]
 
     def follow(self, places: FloatArray) -> SegmentPoses:
@@ -49,7 +50,7 @@ class SegmentFollower:
         rest. Between the places the segment is followed every 10 mm at least.
         """
         spacing = float(np.linalg.norm(places[1] - places[0]))
-        parts = max(int(np.ceil(spacing / FINE_STEP - 1e-6)), 1) if self.rotary else 1
+        parts = max(int(np.ceil(spacing / FOLLOWING_STEP - 1e-6)), 1) if self.rotary else 1
         share = np.arange((len(places) - 1) * parts + 1)[:, None] / ((len(places) - 1) * parts)
         dense = places[0] + share * (places[-1] - places[0])
         if isinstance(self.solver, ArmReach):
@@ -71,36 +72,36 @@ class SegmentFollower:
                     if (path := self._path(solver, [inside[name] for inside in at_places])) is not None]
         if not followed:
             return SegmentPoses(reason=JUMP)
-        rest = np.array(list(self.rest.values()))
+        reference = np.array(list(self.reference.values()))
 
         def cost(path: FloatArray) -> float:
             if solver.choice.is_least:
                 return max(solver.wrist_turn(row) for row in path)
-            return float(np.linalg.norm(path - rest, axis=1).mean())
+            return float(np.linalg.norm(path - reference, axis=1).mean())
 
         name, path = min(followed, key=lambda each: (cost(each[1]), each[0]))
         return SegmentPoses(name, tuple(dict(zip(solver.names, row.tolist(), strict=True)) for row in path[::parts]))
 
     def _path(self, solver: ArmReach, branches: Sequence[ArmBranch]) -> FloatArray | None:
-        """Positions (n, 6) of one branch along a segment, begun nearest to rest at either end; None where an axis jumps."""
+        """Return positions (n, 6) of a branch along a segment, begun nearest to rest at either end; None for a jump."""
         for sense in (1, -1):
-            last, rows = np.array(list(self.rest.values())), list[FloatArray]()
+            last, rows = np.array(list(self.reference.values())), list[FloatArray]()
             for branch in branches[::sense]:
                 last = solver.nearest(branch, last)
                 rows.append(last)
             path = np.array(rows[::sense])
-            if np.abs(np.diff(path, axis=0)).max() <= LARGEST_AXIS_STEP:
+            if np.abs(np.diff(path, axis=0)).max() <= MAX_AXIS_STEP:
                 return path
         return None
 
     def _by_iteration(self, dense: FloatArray, parts: int) -> SegmentPoses:
-        last: Pose = self.rest
+        last: Pose = self.reference
         poses: list[Pose] = []
         for place in dense:
             pose, _, _ = self.solver(place, last)
             if pose is None:
                 return SegmentPoses(reason=OUT_OF_REACH)
-            if poses and any(abs(pose[name] - last[name]) > LARGEST_AXIS_STEP for name in self.rotary):
+            if poses and any(abs(pose[name] - last[name]) > MAX_AXIS_STEP for name in self.rotary):
                 return SegmentPoses(reason=JUMP)
             poses.append(pose)
             last = pose

@@ -1,4 +1,4 @@
-r"""Forces of a robot on its base: at rest, and while axes stop with the power off; beside what the maker's manual states.
+r"""Forces of a robot on its base: at rest, and while axes stop with the power off; beside the maker's manual.
 
 Recursive Newton-Euler of the rigid arm, stretched out as far as it goes. Every axis brakes evenly from its largest speed to
 rest in the datasheet's stop time, in the sense that adds to gravity.
@@ -41,7 +41,7 @@ def stretch_arm(machine: Machine) -> dict[str, float]:
     pose = {axes[1].name: second, axes[2].name: third}
     moment = np.abs(base_reaction(machine, pose, gravity=(0.0, 0.0, -9.81))[:, 3:5])
     best = int(np.linalg.norm(moment, axis=-1).argmax())
-    return {name: float(at[best]) for name, at in pose.items()}
+    return {name: float(values[best]) for name, values in pose.items()}
 
 
 def base_load(machine: Machine, name: str, pose: Pose, *, sheet: RobotDatasheet, acceleration: FloatArray | None = None,
@@ -59,11 +59,11 @@ def stop_loads(machine: Machine, sheet: RobotDatasheet, pose: Pose, *, stop_time
     time = stop_time or sheet.stop_time
     cases = [(axis.name, [i]) for i, axis in enumerate(sheet.axes[:3])]
     cases.append((" + ".join(axis.name for axis in sheet.axes[1:3]), [1, 2]))
-    return [_worse(machine, sheet, pose, name, which, time) for name, which in cases]
+    return [_largest_loads(machine, sheet, pose, name, which, time) for name, which in cases]
 
 
-def _worse(machine: Machine, sheet: RobotDatasheet, pose: Pose, name: str, which: list[int], time: float) -> BaseLoad:
-    """The elementwise larger of all senses of motion: none of them need happen at once."""
+def _largest_loads(machine: Machine, sheet: RobotDatasheet, pose: Pose, name: str, which: list[int], time: float) -> BaseLoad:
+    """Return the elementwise largest of the loads over all senses of motion: they need not occur together."""
     loads = []
     for number in range(2 ** len(which)):
         signs = [1.0 if number >> k & 1 else -1.0 for k in range(len(which))]
@@ -78,15 +78,15 @@ def _worse(machine: Machine, sheet: RobotDatasheet, pose: Pose, name: str, which
 def stop_time_for(machine: Machine, sheet: RobotDatasheet, pose: Pose, *, axis: int, field: str, value: float) -> float:
     """Return the stop time (s) of an axis alone for which one of its loads has a value; infinite where even rest has more."""
     def load(time: float) -> float:
-        return float(getattr(_worse(machine, sheet, pose, "", [axis], time), field))
+        return float(getattr(_largest_loads(machine, sheet, pose, "", [axis], time), field))
 
-    low, high = 1e-3, 10.0
-    if load(high) > value:
+    shortest, longest = 1e-3, 10.0
+    if load(longest) > value:
         return float("inf")
     for _ in range(60):
-        middle = (low * high) ** 0.5
-        low, high = (low, middle) if load(middle) < value else (middle, high)
-    return high
+        middle = (shortest * longest) ** 0.5
+        shortest, longest = (shortest, middle) if load(middle) < value else (middle, longest)
+    return longest
 
 
 def holding_torque(machine: Machine, sheet: RobotDatasheet, pose: Pose) -> FloatArray:

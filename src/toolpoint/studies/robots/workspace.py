@@ -1,4 +1,4 @@
-"""A machine at its described poses, with its frequencies and the stiffness of its tool over the workspace."""
+"""Study of a machine at its described poses, with its frequencies and the stiffness of its tool over the workspace."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class WorkspaceStudy(NotebookText):
     stiffness: StiffnessMap
 
     def table(self) -> str:
-        """Return the report, how the machine moves, and the extremes over the workspace as text."""
+        """Return the report, the motion of the machine in words, and the extremes over the workspace as text."""
         return "\n".join([self.report.table(), *describe_motion(self.report.machine), *self.frequencies.extremes(),
                           *self.stiffness.extremes()])
 
@@ -38,8 +38,7 @@ class WorkspaceStudy(NotebookText):
 
 def study_workspace(machine: Machine, positions: Mapping[str, ArrayLike], *, step: Callable[[str], None] = lambda name: None,
                     method: StabilityMethod | None = None) -> WorkspaceStudy:
-    """Return the report of a machine and two maps of it over positions of its axes (m or rad); `step`, `method` as for
-    `study_machine`."""
+    """Return the report of a machine and two maps of it over positions of its axes (m or rad); see `study_machine`."""
     report = study_machine(machine, step=step, method=method)
     step("frequencies over the workspace")
     frequencies = pose_map(machine, positions)

@@ -1,1 +1,1 @@
-"""Screening of design changes: designs, metrics, runs that resume, effects with confidence; and what to change."""
+"""Screening of design changes: designs, metrics, runs that resume, effects with confidence, and cheapest improvements."""

@@ -1,4 +1,4 @@
-r"""Answers at the tool point with their exact slopes to every change: what `improve` aims at.
+r"""Answers at the tool point with their exact slopes to every change, for `improve`.
 
 With :math:`Z = K + iD + i\omega C - \omega^2 M` and :math:`G = B^T Z^{-1} B` the slope to a change is
 :math:`G' = -(Z^{-1}B)^T Z' (Z^{-1}B)`; at the frequency where an answer is worst its own slope is that of the response there
@@ -21,8 +21,8 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.accuracy.cutting_table import cutting_problem, cutting_table
 from toolpoint.vibration.eigen import mass_normalised
 
-_HARMONICS = 16
-_NEAR = 0.4  # candidates: within this of the worst
+_FORCE_HARMONICS = 16  # of the tooth passing, in the force of a periodic cut
+_MIN_CANDIDATE_RATIO = 0.4  # of the worst value: smaller peaks are no candidates
 _WIDTHS = np.sinh(np.linspace(-4, 4, 41)) / 6
 
 
@@ -52,23 +52,27 @@ class TipSystem:
         omega = np.sqrt(np.maximum(squares, 1e-12))
         ratio = 0.5 * np.einsum("ir,ij,jr->r", vectors, self.damping, vectors) / omega + 0.5 * np.einsum(
             "ir,ij,jr->r", vectors, self.loss, vectors) / omega**2
-        near = omega[:, None] * (1 + np.maximum(ratio, 1e-3)[:, None] * _WIDTHS)
+        # Lines are spaced by the half-power width: no peak lies between two of them unseen.
+        resonance_lines = omega[:, None] * (1 + np.maximum(ratio, 1e-3)[:, None] * _WIDTHS)
         return np.unique(np.concatenate([np.geomspace(omega[0] / 3, 1.5 * omega[min(len(omega) - 1, 17)], 300),
-                                         near[near > 0].ravel()]))
+                                         resonance_lines[resonance_lines > 0].ravel()]))
 
 
 class Answer(Protocol):
-    """A number of the tool point; larger is better where `rises`. It is the worst of several (peaks, directions): all that are
-    near it count, for a change that helps the worst alone soon meets the next."""
+    """Number of the tool point; larger is better where `rises`.
+
+    It is the worst of several (peaks, directions). All that are near it count, for a change that helps the worst alone soon
+    meets the next.
+    """
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the answer."""
         ...
 
     @property
     def unit(self) -> str:
-        """Its unit."""
+        """Unit of the answer."""
         ...
 
     @property
@@ -77,8 +81,10 @@ class Answer(Protocol):
         ...
 
     def evaluate(self, system: TipSystem, slopes: TipSystem | None) -> tuple[FloatArray, FloatArray]:
-        """Return the candidates (m,), and their slopes to all changes (m, n_p; empty without `slopes`, whose arrays have a
-        leading axis of changes)."""
+        """Return the candidates (m,), and their slopes to all changes (m, n_p).
+
+        slopes : arrays with a leading axis of changes; None for candidates alone, whose slopes are empty.
+        """
         ...
 
 
@@ -86,30 +92,39 @@ def response_slopes(system: TipSystem, slopes: TipSystem, omega: FloatArray) -> 
     """Return dG/dp at circular frequencies, (f, n_p, 3, 3)."""
     x = system.motion(omega)
     w = np.asarray(omega)[:, None, None, None]
+    # Structural damping does not act at rest.
     change = slopes.stiffness + 1j * slopes.loss * (w != 0) + 1j * w * slopes.damping - w**2 * slopes.mass
     return np.asarray(-np.einsum("fia,fpij,fjb->fpab", x, change, x))
 
 
 def _peaks(score: Callable[[FloatArray], FloatArray], omega: FloatArray) -> FloatArray:
-    """Frequencies of the local maxima of a score that are not far below the largest, refined."""
+    """Return the frequencies of the local maxima of a score that are not far below the largest, refined."""
     rough = score(omega)
-    inner = np.flatnonzero((rough[1:-1] >= rough[:-2]) & (rough[1:-1] > rough[2:])) + 1
-    high = inner[rough[inner] > _NEAR * rough.max()]
-    high = high if high.size else np.array([int(rough.argmax())])
+    maxima = np.flatnonzero((rough[1:-1] >= rough[:-2]) & (rough[1:-1] > rough[2:])) + 1
+    candidates = maxima[rough[maxima] > _MIN_CANDIDATE_RATIO * rough.max()]
+    # A score that has its maximum at an end has no inner one.
+    candidates = candidates if candidates.size else np.array([int(rough.argmax())])
     result = []
-    for k in high:
-        low, top = float(omega[max(k - 1, 0)]), float(omega[min(k + 1, len(omega) - 1)])
+    for k in candidates:
+        lower, upper = float(omega[max(k - 1, 0)]), float(omega[min(k + 1, len(omega) - 1)])
+        # Each round narrows the interval eightfold about the best of 17 lines.
         for _ in range(6):
-            fine = np.linspace(low, top, 17)
+            fine = np.linspace(lower, upper, 17)
             best = int(score(fine).argmax())
-            low, top = float(fine[max(best - 1, 0)]), float(fine[min(best + 1, 16)])
-        result.append((low + top) / 2)
+            lower, upper = float(fine[max(best - 1, 0)]), float(fine[min(best + 1, 16)])
+        result.append((lower + upper) / 2)
     return np.array(result)
 
 
 @dataclass(frozen=True)
 class ResponsePeak:
-    """Largest response of the tip to a unit force of any direction over all frequencies, m/N; `static`: at rest alone."""
+    """Largest response of the tip to a unit force of any direction over all frequencies, m/N; `static`: at rest alone.
+
+    Examples
+    --------
+    >>> ResponsePeak(static=True).name
+    'static compliance'
+    """
 
     static: bool = False
     unit: str = "m/N"
@@ -127,16 +142,24 @@ class ResponsePeak:
 
         omega = np.zeros(1) if self.static else _peaks(size, system.lines())
         u, s, vh = np.linalg.svd(system.tip.T @ system.motion(omega))
-        near = np.flatnonzero(s.ravel() > _NEAR * s.max())
+        candidates = np.flatnonzero(s.ravel() > _MIN_CANDIDATE_RATIO * s.max())
         if slopes is None:
-            return s.ravel()[near], np.zeros((0, 0))
+            return s.ravel()[candidates], np.zeros((0, 0))
         change = response_slopes(system, slopes, omega)
-        return s.ravel()[near], np.real(np.einsum("fak,fpab,fkb->fkp", u.conj(), change, vh.conj())).reshape(s.size, -1)[near]
+        return s.ravel()[candidates], np.real(np.einsum("fak,fpab,fkb->fkp", u.conj(), change,
+                                                        vh.conj())).reshape(s.size, -1)[candidates]
 
 
 @dataclass(frozen=True)
 class DepthLimit:
-    """Lowest stable depth over all speeds by the mean directional matrix (zero order), m."""
+    """Lowest stable depth over all speeds by the mean directional matrix (zero order), m.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.cuts.described_cut import cut_on
+    >>> DepthLimit(cut_on(None, {})[0]).rises  # a larger depth is better
+    True
+    """
 
     cut: CuttingDescription
     name: str = "depth limit"
@@ -155,23 +178,32 @@ class DepthLimit:
         oriented = mean @ (system.tip.T @ system.motion(omega))[:, :2, :2]
         values, right = np.linalg.eig(oriented)
         rows, k = np.arange(len(omega)), values.real.argmin(axis=1)
-        worst = values[rows, k].real
-        if worst.min() >= 0:
+        least_real = values[rows, k].real
+        if least_real.min() >= 0:
             fail("depth limit", "none: the cut is stable at any depth", "must have a limit to be improved")
-        keep = worst < 0
-        limit = -1 / (2 * worst[keep])
+        keep = least_real < 0
+        limit = -1 / (2 * least_real[keep])
         if slopes is None:
             return limit, np.zeros((0, 0))
+        # Rows of the inverse are left eigenvectors of unit product with the right ones.
         left = np.linalg.inv(right)[rows, k]
         change = mean @ response_slopes(system, slopes, omega)[:, :, :2, :2]
         rate = np.einsum("fa,fpab,fb->fp", left, change, right[rows, :, k]).real
-        return limit, rate[keep] / (2 * worst[keep] ** 2)[:, None]
+        return limit, rate[keep] / (2 * least_real[keep] ** 2)[:, None]
 
 
 @dataclass(frozen=True)
 class PeriodicError:
-    """Mean radius of the position sphere of a cut at a pose once it is periodic, m: eqs. 21, 23 and 26 of the source, in
-    closed form."""
+    """Mean radius of the position sphere of a periodic cut at a pose, m.
+
+    Equations 21, 23 and 26 of the source, in closed form.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.cuts.described_cut import cut_on
+    >>> PeriodicError(cut_on(None, {})[0], speed=6000.0, depth=2e-3).unit
+    'm'
+    """
 
     cut: CuttingDescription
     speed: float
@@ -187,8 +219,9 @@ class PeriodicError:
         table = cutting_table(cutting_problem(self.cut), speed=self.speed, depth=self.depth,
                               largest_feed=self.cut.feed_per_tooth,
                               steps=256)
-        force = np.fft.rfft(table.table[-1], axis=0)[:_HARMONICS * tool_of(self.cut).teeth + 1] / len(table.table[-1])
+        force = np.fft.rfft(table.table[-1], axis=0)[:_FORCE_HARMONICS * tool_of(self.cut).teeth + 1] / len(table.table[-1])
         lines = np.flatnonzero(np.abs(force).max(axis=1) > 1e-9 * np.abs(force).max())
+        # The mean deflection is no error: it is taken out.
         lines = lines[lines > 0]
         omega = 2 * np.pi * self.speed / 60 * lines
         turn = np.exp(1j * np.outer(np.arange(512) * 2 * np.pi / 512, lines))

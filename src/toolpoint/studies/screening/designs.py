@@ -17,12 +17,12 @@ from toolpoint._check import FloatArray, count, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.description.variation import Change, Swap, resting_shares
 
-MOST_RUNS = 1_000_000
+MAX_FACTORIAL_RUNS = 1_000_000  # points of a full factorial design
 
 
 @dataclass(frozen=True, eq=False)
 class ScreeningDesign(NotebookText):
-    """Points (n, n_changes) of a design; kind says how they were placed, labels name them where each stands for one change."""
+    """Points (n, n_changes) of a design; kind : of the sampling; labels : of points that stand for one change."""
 
     kind: str
     changes: tuple[Change, ...]
@@ -48,14 +48,22 @@ def one_at_a_time(changes: Sequence[Change]) -> ScreeningDesign:
     """Return the machine as it is, and every change alone: factors at both ends of their range, swaps at every other option.
 
     An end that leaves the machine as it is is left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine.description.variation import Factor, Option
+    >>> stiffness = Factor("foundation", ("joints.foundation.stiffness.x",))
+    >>> head = Swap("head", {"light": Option(), "heavy": Option(scale={"bodies.head.mass": 2.0})})
+    >>> one_at_a_time([stiffness, head]).labels
+    ('as it is', 'foundation -20 %', 'foundation +20 %', 'head heavy')
     """
-    rest = np.array(resting_shares(changes))
-    points, labels = [rest], ["as it is"]
+    resting = np.array(resting_shares(changes))
+    points, labels = [resting], ["as it is"]
     for k, change in enumerate(changes):
         shares = [change.share(i) for i in range(1, len(change.options))] if isinstance(change, Swap) else [
-            end for end in (0.0, 1.0) if abs(end - rest[k]) > 1e-12]
+            end for end in (0.0, 1.0) if abs(end - resting[k]) > 1e-12]
         for share in shares:
-            point = rest.copy()
+            point = resting.copy()
             point[k] = share
             points.append(point)
             labels.append(f"{change.name} {change.words(share)}")
@@ -67,8 +75,8 @@ def full_factorial(changes: Sequence[Change], levels: int = 2) -> ScreeningDesig
     steps = [[c.share(i) for i in range(len(c.options))] if isinstance(c, Swap)
              else list(np.linspace(0, 1, count("levels", levels, 2))) for c in changes]
     number = int(np.prod([len(part) for part in steps]))
-    if number > MOST_RUNS:
-        fail("changes", f"{number} combinations", f"must be at most {MOST_RUNS}",
+    if number > MAX_FACTORIAL_RUNS:
+        fail("changes", f"{number} combinations", f"must be at most {MAX_FACTORIAL_RUNS}",
              remedy="take fewer levels, or a fractional design")
     return ScreeningDesign(f"full factorial, {levels} levels", tuple(changes), np.array(list(itertools.product(*steps))))
 
@@ -84,9 +92,11 @@ def fractional_factorial(changes: Sequence[Change], resolution: int = 4) -> Scre
                  remedy="take a full factorial")
     if resolution not in (3, 4):
         fail("resolution", str(resolution), "must be 3 or 4")
+    # The next power of two above the number of changes: the first column is all ones.
     size = 1 << len(changes).bit_length()
     signs = hadamard(size)[:, 1:len(changes) + 1]
     if resolution == 4:
+        # The same runs with all signs turned: pairs of changes then cancel in the main effects.
         signs = np.concatenate([signs, -signs])
     ends = np.array([[c.share(0), c.share(1)] if isinstance(c, Swap) else [0.0, 1.0] for c in changes])
     points = np.where(signs > 0, ends[:, 1], ends[:, 0])
@@ -94,7 +104,7 @@ def fractional_factorial(changes: Sequence[Change], resolution: int = 4) -> Scre
 
 
 def latin_hypercube(changes: Sequence[Change], number: int, rng: np.random.Generator) -> ScreeningDesign:
-    """Return a Latin hypercube of so many points."""
+    """Return a Latin hypercube with a number of points."""
     points = qmc.LatinHypercube(len(changes), rng=rng).random(count("number", number))
     return ScreeningDesign("Latin hypercube", tuple(changes), points)
 
@@ -111,6 +121,7 @@ def sobol_pairs(changes: Sequence[Change], number: int, rng: np.random.Generator
     The number is raised to a power of two.
     """
     n = 2 ** int(np.ceil(np.log2(count("number", number, 2))))
+    # One sequence of twice the dimension gives two independent samples.
     both = qmc.Sobol(2 * len(changes), rng=rng).random(n)
     first, second = both[:, :len(changes)], both[:, len(changes):]
     mixed = []
@@ -123,7 +134,7 @@ def sobol_pairs(changes: Sequence[Change], number: int, rng: np.random.Generator
 
 def given_points(changes: Sequence[Change], points: FloatArray, labels: Sequence[str] = ()) -> ScreeningDesign:
     """Return a design of points (n, n_changes) of one's own, shares of the ranges."""
-    at = floats("points", points, (None, len(changes)))
-    if at.min() < 0 or at.max() > 1:
-        fail("points", f"{at.min():g} .. {at.max():g}", "must be within 0 .. 1", remedy="shares of every range")
-    return ScreeningDesign("given points", tuple(changes), at, tuple(labels))
+    checked = floats("points", points, (None, len(changes)))
+    if checked.min() < 0 or checked.max() > 1:
+        fail("points", f"{checked.min():g} .. {checked.max():g}", "must be within 0 .. 1", remedy="shares of every range")
+    return ScreeningDesign("given points", tuple(changes), checked, tuple(labels))

@@ -1,5 +1,4 @@
-"""Effects of changes with confidence: one at a time, factorial contrasts, Sobol indices, rank correlation; and their
-ranking."""
+"""Effects of changes with confidence: one at a time, factorial contrasts, Sobol indices, rank regression; their ranking."""
 
 from __future__ import annotations
 
@@ -16,13 +15,13 @@ from toolpoint.studies.screening.metrics import is_lower_better, unit_of
 from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
 
-_LEVEL = (2.5, 97.5)
-_RESAMPLES = 400
+_INTERVAL_PERCENTILES = (2.5, 97.5)  # ends of 95 % intervals
+_BOOTSTRAP_SAMPLES = 400
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What a change does to a metric: its value, 95 % interval, and total effect where the design tells it.
+    """Effect of a change on a metric: its value, 95 % interval, and total effect where the design gives it.
 
     first : probability that no other change does more for the better (of one-at-a-time designs with draws; not a number else).
     """
@@ -39,7 +38,7 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Ranking(NotebookText):
-    """Effects of all changes on a metric, the best first; `what` says what the numbers are, `doubt` why they may not rank."""
+    """Effects of all changes on a metric, the best first; what : meaning of the numbers; doubt : about the order."""
 
     metric: str
     what: str
@@ -66,18 +65,33 @@ class Ranking(NotebookText):
 
 
 def rank_changes(result: Screening, metric: str = "", rng: np.random.Generator | None = None) -> Ranking:
-    """Return the changes in the order of what they do to a metric (the first where left out).
+    """Return the changes ranked by their effect on a metric (the first where left out).
 
     One at a time: relative change, its interval over the draws of uncertain inputs. Factorial: contrast of the two ends over
     the mean, its interval from the scatter that the main effects leave. Sobol indices: shares of the variance. Other samples:
     rank correlation, bootstrapped. rng : of the bootstrap; seed 0 where left out.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.variation import Factor
+    >>> from toolpoint.studies.screening.designs import one_at_a_time
+    >>> from toolpoint.studies.screening.metrics import NamedMetrics
+    >>> from toolpoint.studies.screening.screen import screen
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> result = screen(machine, one_at_a_time([Factor("head", ("bodies.head.mass",))]), NamedMetrics())
+    >>> [effect.name for effect in rank_changes(result).effects]
+    ['head -20 %', 'head +20 %']
     """
     name = metric or result.metrics[0]
     result.metric(name)
     generator = rng or np.random.default_rng(0)
     kind = result.design.kind
     if kind == "one at a time":
-        effects, what, doubt = _alone(result, name)
+        effects, what, doubt = _single_effects(result, name)
     elif "factorial" in kind:
         effects, what, doubt = _contrasts(result, name)
     elif kind == "Sobol indices":
@@ -89,15 +103,17 @@ def rank_changes(result: Screening, metric: str = "", rng: np.random.Generator |
     return Ranking(name, what, tuple(sorted(effects, key=key)), result.loads, doubt)
 
 
-def _alone(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
+def _single_effects(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
     values = result.metric(name)
     change = values[:, 1:] / values[:, :1] - 1
     sense = -1.0 if is_lower_better(name) else 1.0
+    # The first row is the machine as described, the others are draws of its uncertain inputs.
     drawn = change[1:] if len(change) > 1 else change
-    low, high = np.nanpercentile(drawn, _LEVEL, axis=0)
+    lower, upper = np.nanpercentile(drawn, _INTERVAL_PERCENTILES, axis=0)
+    # In every draw one change does most; how often it is this one is its probability of being first.
     best = np.argmax(np.where(np.isnan(drawn), -np.inf, sense * drawn), axis=1)
-    effects = [Effect(label, float(change[0, k]), float(low[k]) if len(change) > 1 else float("nan"),
-                      float(high[k]) if len(change) > 1 else float("nan"),
+    effects = [Effect(label, float(change[0, k]), float(lower[k]) if len(change) > 1 else float("nan"),
+                      float(upper[k]) if len(change) > 1 else float("nan"),
                       first=float((best == k).mean()) if len(change) > 1 else float("nan"))
                for k, label in enumerate(result.design.labels[1:]) if np.isfinite(change[0, k])]
     unsure = Doubt("order", "no uncertain inputs were drawn: nothing tells how sure it is", "give doubts and draws")
@@ -107,16 +123,18 @@ def _alone(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | Non
 def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
     values, points = result.metric(name)[0], result.design.points
     ends = points.min(axis=0), points.max(axis=0)
+    # From -1/2 to 1/2: a coefficient is the difference of the two ends.
     columns = (points - (ends[0] + ends[1]) / 2) / np.where(ends[1] > ends[0], ends[1] - ends[0], 1.0)
     matrix = np.column_stack([np.ones(len(points)), columns])
     if len(points) <= matrix.shape[1]:
         fail("design", f"{len(points)} points for {matrix.shape[1]} numbers", "must be more", remedy="take a larger fraction")
     solution, *_ = np.linalg.lstsq(matrix, values, rcond=None)
-    rest = values - matrix @ solution
-    variance = float(rest @ rest) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
+    residual = values - matrix @ solution
+    # Residual variance over its degrees of freedom, carried through the least squares.
+    variance = float(residual @ residual) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
     mean = float(solution[0])
     half = 1.96 * np.sqrt(variance) / abs(mean)
-    share = float(rest @ rest) / max(float(((values - values.mean()) ** 2).sum()), 1e-300)
+    share = float(residual @ residual) / max(float(((values - values.mean()) ** 2).sum()), 1e-300)
     effects = [Effect(c, float(e / mean), float(e / mean - h), float(e / mean + h))
                for c, e, h in zip(result.design.names, solution[1:], half, strict=True)]
     doubt = Doubt("main effects", f"{100 * share:.0f} % of the scatter is of pairs of changes or curvature, not of them",
@@ -130,17 +148,18 @@ def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[li
         fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them",
              remedy="narrow the ranges")
     n = len(values) // (d + 2)
+    # Order of the points: A, B, then A with each column of B (`sobol_pairs`).
     parts = values.reshape(d + 2, n)
     data: dict[str, FloatArray] = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:, None, :]}
-    found_by = sobol_indices(func=data, n=n, rng=rng)
-    interval = found_by.bootstrap(confidence_level=0.95, n_resamples=_RESAMPLES)
+    indices = sobol_indices(func=data, n=n, rng=rng)
+    interval = indices.bootstrap(confidence_level=0.95, n_resamples=_BOOTSTRAP_SAMPLES)
     main, total = interval.first_order.confidence_interval, interval.total_order.confidence_interval
-    effects = [Effect(change, *(float(np.ravel(v)[k]) for v in (found_by.first_order, main.low, main.high, found_by.total_order,
+    effects = [Effect(change, *(float(np.ravel(v)[k]) for v in (indices.first_order, main.low, main.high, indices.total_order,
                                                                total.low, total.high)))
                for k, change in enumerate(result.design.names)]
-    widest = float(np.max(np.ravel(total.high) - np.ravel(total.low)))
-    return effects, "main effect", None if widest < 0.2 else Doubt(
-        "total effects", f"their intervals are up to {widest:.2g} wide", "take more points", figure=float(widest))
+    largest_width = float(np.max(np.ravel(total.high) - np.ravel(total.low)))
+    return effects, "main effect", None if largest_width < 0.2 else Doubt(
+        "total effects", f"their intervals are up to {largest_width:.2g} wide", "take more points", figure=float(largest_width))
 
 
 def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, Doubt | None]:
@@ -148,6 +167,7 @@ def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tup
     good = np.flatnonzero(~np.isnan(values))
 
     def partial(pick: np.ndarray) -> FloatArray:
+        # Ranks make any monotone effect a straight line.
         ranks = np.column_stack([rankdata(points[pick, k]) for k in range(points.shape[1])])
         matrix = np.column_stack([np.ones(len(pick)), (ranks - ranks.mean(0)) / ranks.std(0)])
         answer = rankdata(values[pick])
@@ -156,9 +176,10 @@ def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tup
     if len(good) <= points.shape[1] + 2:
         fail("design", f"{len(good)} points", f"must be more than {points.shape[1] + 2}", remedy="take more points")
     central = partial(good)
-    drawn = np.array([partial(rng.choice(good, good.size)) for _ in range(_RESAMPLES)])
-    low, high = np.percentile(drawn, _LEVEL, axis=0)
-    effects = [Effect(change, float(central[k]), float(low[k]), float(high[k])) for k, change in enumerate(result.design.names)]
+    drawn = np.array([partial(rng.choice(good, good.size)) for _ in range(_BOOTSTRAP_SAMPLES)])
+    lower, upper = np.percentile(drawn, _INTERVAL_PERCENTILES, axis=0)
+    effects = [Effect(change, float(central[k]), float(lower[k]), float(upper[k])) for k,
+               change in enumerate(result.design.names)]
     return effects, "standardised rank regression", None if (central**2).sum() > 0.7 else Doubt(
         "ranks", "explain less than 70 % of the scatter: effects are not monotone or act together", "take Sobol indices",
         figure=float((central**2).sum()))

@@ -1,4 +1,4 @@
-"""Frequencies of very many variants: the matrices are affine in stiffness, mass and density, so they are summed, not built.
+"""Frequencies of very many variants from matrices affine in stiffness, mass and density, which are summed, not rebuilt.
 
 Exact where every changed parameter enters affinely, which is checked at random points against the full model; refused
 elsewhere.
@@ -17,9 +17,9 @@ from toolpoint.machine.description.variation import Factor, resting_shares, vary
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.screening.designs import ScreeningDesign
 
-_BLOCK = 2048
-_CHECKS = 5
-_LARGEST = 1e-8
+_BLOCK_POINTS = 2048  # points solved at once
+_CHECKED_POINTS = 5  # of a design, solved by the full model too
+_MAX_MODEL_DIFFERENCE = 1e-8  # relative, of frequencies by affine and full model
 
 
 def screen_frequencies(machine: Machine, design: ScreeningDesign, modes: int = 4, *, pose: Mapping[str, float] | None = None,
@@ -32,13 +32,13 @@ def screen_frequencies(machine: Machine, design: ScreeningDesign, modes: int = 4
     number = count("modes", modes)
     base, slopes = _affine_parts(machine, design, pose)
     points = design.points - np.array(resting_shares(design.changes))
-    starts = range(0, len(points), _BLOCK)
+    starts = range(0, len(points), _BLOCK_POINTS)
 
     def block(start: int) -> FloatArray:
-        return _lowest(base, slopes, points[start:start + _BLOCK], number)
+        return _lowest(base, slopes, points[start:start + _BLOCK_POINTS], number)
 
     generator = rng or np.random.default_rng(0)
-    checked = generator.choice(len(points), min(_CHECKS, len(points)), replace=False)
+    checked = generator.choice(len(points), min(_CHECKED_POINTS, len(points)), replace=False)
     _check(machine, design, pose, checked, _lowest(base, slopes, points[checked], number))
     with ThreadPoolExecutor(max_workers=threads) as pool:
         return np.concatenate(list(pool.map(block, starts)))
@@ -52,18 +52,18 @@ def _matrices(machine: Machine, pose: Mapping[str, float] | None) -> tuple[Float
 
 def _affine_parts(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None
                   ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Mass and stiffness at rest, and their slopes per share of every factor, (n_changes, n, n) each."""
-    rest = np.array(resting_shares(design.changes))
+    """Return mass and stiffness at rest, and their slopes per share of every factor, (n_changes, n, n) each."""
+    resting = np.array(resting_shares(design.changes))
     base = _matrices(machine, pose)
     mass, stiffness = [], []
     for k, change in enumerate(design.changes):
         if not isinstance(change, Factor):
             fail(f"swap {change.name}", "a swap", "only factors are fast here", remedy="use screen")
-        end = rest.copy()
-        end[k] = 1.0 if rest[k] < 0.5 else 0.0
+        end = resting.copy()
+        end[k] = 1.0 if resting[k] < 0.5 else 0.0
         other = _matrices(machine.rebuild(vary(machine.description, design.changes, list(map(float, end)))), pose)
-        mass.append((other[0] - base[0]) / (end[k] - rest[k]))
-        stiffness.append((other[1] - base[1]) / (end[k] - rest[k]))
+        mass.append((other[0] - base[0]) / (end[k] - resting[k]))
+        stiffness.append((other[1] - base[1]) / (end[k] - resting[k]))
     return base, (np.array(mass), np.array(stiffness))
 
 
@@ -90,6 +90,6 @@ def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] 
         mass, stiffness = _matrices(machine.rebuild(changed), pose)
         full = _lowest((mass, stiffness), (np.zeros((1, *mass.shape)), np.zeros((1, *mass.shape))), np.zeros((1, 1)),
                        row.size)[0]
-        if np.abs(row / full - 1).max() > _LARGEST:
+        if np.abs(row / full - 1).max() > _MAX_MODEL_DIFFERENCE:
             fail("design", f"differs from the full model by {np.abs(row / full - 1).max():.2g} at point {int(i)}",
                  "the matrices must be affine in the changes", remedy="use screen")

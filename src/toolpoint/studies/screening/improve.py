@@ -1,4 +1,4 @@
-r"""What to change: the cheapest set of changes that brings an answer of the tool point to a goal, from exact slopes.
+r"""Cheapest set of changes that brings an answer of the tool point to a goal, from exact slopes.
 
 Cost is :math:`\sum_i c_i |x_i - x_{i,0}|` over shares x of the factors' ranges. It is minimised by linear programmes within a
 region of trust that shrinks where the linear answer was wrong, begun at nothing and at the best single change; their corners
@@ -22,19 +22,19 @@ from toolpoint.machine.description.variation import Factor, check_changes, resti
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.energy_law import warn_of_energy_law
-from toolpoint.studies.machines.tool_point import seen_along, tool_axes
+from toolpoint.studies.machines.tool_point import rotate_to_axes, tool_axes
 from toolpoint.studies.screening.answers import Answer, TipSystem
 from toolpoint.studies.text_table import text_table
 
 Pose = Mapping[str, float]
-_STEPS = 60
-_CLOSE = 1e-6
-_REDUCED = 0.02  # the same for machines with elastic bodies, whose full model is reduced anew
-_MARGIN = 2e-4
+_MAX_PROGRAMMES = 60  # linear programmes from one start
+_IMPROVEMENT_TOLERANCE = 1e-6  # of shares, and of the answer by affine and full model
+_REDUCED_TOLERANCE = 0.02  # the same of the answer with elastic bodies, whose full model is reduced anew
+_GOAL_MARGIN = 2e-4  # relative, beyond the goal: rounding must not miss it
 
 
-SHOWN = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and shown, by answer
-# What an answer is, where its name says too little.
+GOAL_UNITS = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and printed, by answer
+# Basis of an answer whose name alone does not give it.
 BASIS = {"depth limit": "depth limit: the least over all speeds by the single-frequency solution; the exact chart (lobes) "
                         "differs by some per cent, at flip lobes by more, and the least of a range of speeds lies above it"}
 
@@ -42,7 +42,7 @@ BASIS = {"depth limit": "depth limit: the least over all speeds by the single-fr
 class Improvement(NotebookText):
     """The cheapest changes for a goal.
 
-    shares : (n,) of every factor's range; before, goal, value : the answer (worst of all poses); value is that of the full
+    shares : (n,) of every factor's range; start_value, goal, value : the answer (worst of all poses); value is that of the full
     model; error : relative difference of the affine matrices from the full model there; interval : of the value over the draws
     of uncertain inputs, (2,), not numbers without; best_single : name and answer of the best that one change alone does at the
     same cost.
@@ -52,9 +52,9 @@ class Improvement(NotebookText):
     unit: str
     factors: tuple[Factor, ...]
     shares: FloatArray
-    rest: FloatArray
+    resting: FloatArray
     slopes: FloatArray
-    before: float
+    start_value: float
     goal: float
     value: float
     error: float
@@ -65,18 +65,18 @@ class Improvement(NotebookText):
 
     def changes(self) -> list[str]:
         """Return a line on every factor that is changed."""
-        moved = np.flatnonzero(np.abs(self.shares - self.rest) > _CLOSE)
+        moved = np.flatnonzero(np.abs(self.shares - self.resting) > _IMPROVEMENT_TOLERANCE)
         return [f"{self.factors[k].name}: {self.factors[k].words(float(self.shares[k]))}" for k in moved]
 
     def table(self) -> str:
-        """Return what to change as text."""
-        unit, scale = SHOWN.get(self.answer, (self.unit, 1.0))
+        """Return the changes as text."""
+        unit, scale = GOAL_UNITS.get(self.answer, (self.unit, 1.0))
         rows = [[f.name, f.words(float(s)), f"{f.cost * abs(s - r):.4g}", f"{scale * g:+.4g}"] for f, s, r, g in zip(
-            self.factors, self.shares, self.rest, self.slopes, strict=True)]
-        low, high = scale * self.interval
-        sure = "" if np.isnan(low) else f"; 95 % over the uncertain inputs {low:.4g} .. {high:.4g}"
+            self.factors, self.shares, self.resting, self.slopes, strict=True)]
+        lower, upper = scale * self.interval
+        sure = "" if np.isnan(lower) else f"; 95 % over the uncertain inputs {lower:.4g} .. {upper:.4g}"
         return "\n".join([
-            text_table(f"To bring the {self.answer} from {scale * self.before:.4g} to {scale * self.goal:.4g} {unit}",
+            text_table(f"To bring the {self.answer} from {scale * self.start_value:.4g} to {scale * self.goal:.4g} {unit}",
                        ["factor", "change", "cost", f"slope {unit} per range"], rows),
             f"the full model gives {scale * self.value:.6g} {unit} at a cost of {self.cost:.4g}{sure}",
             f"best single change of that cost: {self.best_single[0]}, {scale * self.best_single[1]:.4g} {unit}",
@@ -84,7 +84,7 @@ class Improvement(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the improvement as plain data."""
-        return {"answer": self.answer, "unit": self.unit, "before": self.before, "goal": self.goal, "value": self.value,
+        return {"answer": self.answer, "unit": self.unit, "before": self.start_value, "goal": self.goal, "value": self.value,
                 "error": self.error, "interval": [None if np.isnan(v) else float(v) for v in self.interval], "cost": self.cost,
                 "shares": {f.name: float(s) for f, s in zip(self.factors, self.shares, strict=True)}, "changes": self.changes(),
                 "slopes": {f.name: float(g) for f, g in zip(self.factors, self.slopes, strict=True)},
@@ -115,16 +115,16 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
     warn_of_energy_law(machine, poses[0], tip)
     model = _AffineModel.of(machine, factors, poses)
     solver = _CostSearch(model, answer, goal, np.array([f.cost for f in factors]))
-    before, slopes = solver.worst(model.rest)
+    start_value, slopes = solver.worst(model.resting)
     shares = solver.run()
     value = _full_value(description, factors, shares, answer, poses)
     estimate, _ = solver.worst(shares)
     error = abs(estimate / value - 1)
-    if error > (_REDUCED if machine.reduced else _CLOSE):
+    if error > (_REDUCED_TOLERANCE if machine.reduced else _IMPROVEMENT_TOLERANCE):
         fail("factors", f"the full model differs by {error:.2g} at the solution", "the matrices must be affine in the factors",
              remedy="leave out sizes and places; stiffness, damping, mass and density are")
     met = value >= goal if answer.rises else value <= goal
-    near = bool(machine.reduced) and abs(value / goal - 1) <= error
+    is_near = bool(machine.reduced) and abs(value / goal - 1) <= error
     interval = np.full(2, np.nan)
     if draws and rng is not None and doubts:
         check_changes(description, doubts)
@@ -132,15 +132,15 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
                  for _ in range(draws)]
         interval = np.percentile(drawn, [2.5, 97.5])
     cost = solver.cost(shares)
-    return Improvement(answer.name, answer.unit, tuple(factors), shares, model.rest, slopes, before, goal, value, error,
+    return Improvement(answer.name, answer.unit, tuple(factors), shares, model.resting, slopes, start_value, goal, value, error,
                        interval,
-                       cost, _named(factors, solver.best_single(cost)), "the goal is met by the full model" if met else
-                       f"the goal is met within {100 * error:.2g} %: elastic bodies reduced anew differ by that" if near else
+                       cost, _name_single(factors, solver.best_single(cost)), "the goal is met by the full model" if met else
+                       f"the goal is met within {100 * error:.2g} %: elastic bodies reduced anew differ by that" if is_near else
                        "the goal cannot be met within the ranges; this is the best that they allow: widen them or lower the "
                        "goal")
 
 
-def _named(factors: Sequence[Factor], best: tuple[int, float]) -> tuple[str, float]:
+def _name_single(factors: Sequence[Factor], best: tuple[int, float]) -> tuple[str, float]:
     return ("none" if best[0] < 0 else factors[best[0]].name), best[1]
 
 
@@ -162,7 +162,7 @@ def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
     if system.poses == ():
         maps = tool_axes(machine, None)[0].T @ system.output_map
     else:
-        system = seen_along(system, tool_axes(machine, batch)).at_pose(0)
+        system = rotate_to_axes(system, tool_axes(machine, batch)).at_pose(0)
         maps = system.output_map
     zero = np.zeros_like(system.mass)
     loss = zero if system.structural_damping is None else system.structural_damping
@@ -177,26 +177,26 @@ def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
 class _AffineModel:
     """Matrices at every pose as a base and slopes per share of every factor."""
 
-    rest: FloatArray
+    resting: FloatArray
     bases: tuple[TipSystem, ...]
     slopes: tuple[TipSystem, ...]
 
     @classmethod
     def of(cls, machine: Machine, factors: Sequence[Factor], poses: Sequence[Pose]) -> _AffineModel:
-        rest = np.array(resting_shares(factors))
+        resting = np.array(resting_shares(factors))
         bases = tuple(_tip_system(machine, pose) for pose in poses)
         parts: list[list[TipSystem]] = []
         for k in range(len(factors)):
-            end = rest.copy()
-            end[k] = 1.0 if rest[k] < 0.5 else 0.0
+            end = resting.copy()
+            end[k] = 1.0 if resting[k] < 0.5 else 0.0
             other = machine.rebuild(vary(machine.description, factors, end.tolist()))  # elastic bodies in the same shapes
-            step = end[k] - rest[k]
+            step = end[k] - resting[k]
             parts.append([_difference(_tip_system(other, pose), base, step) for pose, base in zip(poses, bases, strict=True)])
         stacked = tuple(_stack([row[i] for row in parts]) for i in range(len(poses)))
-        return cls(rest, bases, stacked)
+        return cls(resting, bases, stacked)
 
     def at(self, shares: FloatArray) -> tuple[TipSystem, ...]:
-        step = shares - self.rest
+        step = shares - self.resting
 
         def moved(base: TipSystem, slope: TipSystem, term: str) -> FloatArray:
             return np.asarray(getattr(base, term) + np.tensordot(step, getattr(slope, term), 1))
@@ -222,89 +222,89 @@ class _CostSearch:
     def __init__(self, model: _AffineModel, answer: Answer, goal: float, costs: FloatArray) -> None:
         self.model, self.answer, self.costs = model, answer, costs
         self.sense = 1.0 if answer.rises else -1.0
-        self.goal = goal * (1 + self.sense * _MARGIN)  # aimed at a little beyond, so that rounding does not miss it
+        self.goal = goal * (1 + self.sense * _GOAL_MARGIN)  # aimed at a little beyond, so that rounding does not miss it
 
     def cost(self, shares: FloatArray) -> float:
-        """Cost of shares."""
-        return float(self.costs @ np.abs(shares - self.model.rest))
+        """Return the cost of shares."""
+        return float(self.costs @ np.abs(shares - self.model.resting))
 
     def answers(self, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Candidates of all poses (m,) and their slopes (m, n)."""
+        """Return the candidates of all poses (m,) and their slopes (m, n)."""
         rows = [self.answer.evaluate(system, slope) for system, slope in zip(self.model.at(shares), self.model.slopes,
                                                                              strict=True)]
         return np.concatenate([row[0] for row in rows]), np.concatenate([row[1] for row in rows])
 
     def worst(self, shares: FloatArray) -> tuple[float, FloatArray]:
-        """Value and slopes at the worst pose."""
+        """Return value and slopes at the worst pose."""
         values, slopes = self.answers(shares)
         k = int((self.sense * values).argmin())
         return float(values[k]), slopes[k]
 
     def value(self, shares: FloatArray) -> float:
-        """The answer alone."""
+        """Return the answer alone."""
         values = np.concatenate([self.answer.evaluate(system, None)[0] for system in self.model.at(shares)])
         return float((self.sense * values).min() * self.sense)
 
     def gap(self, values: FloatArray) -> FloatArray:
-        """What is missing to the goal at every pose, in logarithms; not above zero where it is met."""
+        """Distance to the goal at every pose, in logarithms; not above zero where it is met."""
         return self.sense * (np.log(self.goal) - np.log(values))
 
     def run(self) -> FloatArray:
-        """The cheapest shares that meet the goal, or those nearest to it."""
-        starts = [self.model.rest, *self._single_starts()]
+        """Return the cheapest shares that meet the goal, or those nearest to it."""
+        starts = [self.model.resting, *self._single_starts()]
         ends = [self._from(start) for start in starts]
-        missing = [max(float(self.gap(self.answers(end)[0]).max()), 0.0) for end in ends]
-        met = [end for end, miss in zip(ends, missing, strict=True) if miss < 0.9 * _MARGIN]
+        gaps = [max(float(self.gap(self.answers(end)[0]).max()), 0.0) for end in ends]
+        met = [end for end, miss in zip(ends, gaps, strict=True) if miss < 0.9 * _GOAL_MARGIN]
         if not met:
-            return ends[int(np.argmin(missing))]
+            return ends[int(np.argmin(gaps))]
         best = min(met, key=self.cost)
         number, value = self.best_single(self.cost(best))
         if number >= 0 and self.sense * (value - self.value(best)) > 0:  # one change alone does more for that: begin there
-            again = self._from(self._moved_alone(number, self.cost(best)))
-            if float(self.gap(self.answers(again)[0]).max()) < 0.9 * _MARGIN and self.cost(again) < self.cost(best):
-                return again
+            improved = self._from(self._moved_alone(number, self.cost(best)))
+            if float(self.gap(self.answers(improved)[0]).max()) < 0.9 * _GOAL_MARGIN and self.cost(improved) < self.cost(best):
+                return improved
         return best
 
     def _moved_alone(self, k: int, cost: float) -> FloatArray:
-        """The better of one factor moved up or down at a cost."""
+        """Return the shares with one factor moved up or down at a cost, the better of both."""
         moved = []
         for sense in (-1.0, 1.0):
-            shares = self.model.rest.copy()
+            shares = self.model.resting.copy()
             shares[k] = np.clip(shares[k] + sense * cost / self.costs[k], 0.0, 1.0)
             moved.append(shares)
         return max(moved, key=lambda shares: self.sense * self.value(shares))
 
     def _single_starts(self) -> list[FloatArray]:
-        """Each factor alone as far as it must go for the goal, or to its end; the three cheapest that meet it."""
+        """Return each factor alone as far as the goal needs, or to its end: the three cheapest that meet the goal."""
         starts = []
         for k in range(len(self.costs)):
             for end in (0.0, 1.0):
-                if abs(end - self.model.rest[k]) > _CLOSE and (start := self._alone(k, end)) is not None:
+                if abs(end - self.model.resting[k]) > _IMPROVEMENT_TOLERANCE and (start := self._alone(k, end)) is not None:
                     starts.append(start)
         return sorted(starts, key=self.cost)[:3]
 
     def _alone(self, k: int, end: float) -> FloatArray | None:
-        def at(share: float) -> FloatArray:
-            shares = self.model.rest.copy()
+        def shares_at(share: float) -> FloatArray:
+            shares = self.model.resting.copy()
             shares[k] += share * (end - shares[k])
             return shares
 
-        def missing(share: float) -> float:
-            return float(self.gap(np.array([self.value(at(share))])).max())
+        def remaining_gap(share: float) -> float:
+            return float(self.gap(np.array([self.value(shares_at(share))])).max())
 
-        if missing(1.0) > 0:
+        if remaining_gap(1.0) > 0:
             return None
-        low, high = 0.0, 1.0
+        lower, upper = 0.0, 1.0
         for _ in range(12):
-            middle = (low + high) / 2
-            low, high = (low, middle) if missing(middle) <= 0 else (middle, high)
-        return at(high)
+            middle = (lower + upper) / 2
+            lower, upper = (lower, middle) if remaining_gap(middle) <= 0 else (middle, upper)
+        return shares_at(upper)
 
     def _from(self, start: FloatArray) -> FloatArray:
         shares, trust = start.copy(), 0.25
         values, slopes = self.answers(shares)
         merit = self._merit(shares, values)
-        for _ in range(_STEPS):
+        for _ in range(_MAX_PROGRAMMES):
             step = self._programme(shares, values, slopes, trust)
             trial = np.clip(shares + step, 0.0, 1.0)
             fresh, fresh_slopes = self.answers(trial)
@@ -319,29 +319,29 @@ class _CostSearch:
         return shares
 
     def _merit(self, shares: FloatArray, values: FloatArray) -> float:
-        """Cost, and a heavy weight on what is missing to the goal."""
+        """Return the cost with a heavy weight on the distance to the goal."""
         return self.cost(shares) + 1e3 * float(self.costs.sum()) * max(float(self.gap(values).max()), 0.0)
 
     def _programme(self, shares: FloatArray, values: FloatArray, slopes: FloatArray, trust: float) -> FloatArray:
-        """Minimise cost and slack over up and down moves from the machine as it is, the linear answer meeting the goal."""
-        n, rest = len(shares), self.model.rest
+        """Return the step of least cost and slack over up and down moves from rest, the linear answer meeting the goal."""
+        n, resting = len(shares), self.model.resting
         rate = self.sense * slopes / values[:, None]
         # x = rest + up - down; rate (x - shares) + slack >= gap
         matrix = np.hstack([-rate, rate, -np.ones((len(values), 1))])
-        bound = -self.gap(values) + rate @ (rest - shares)
+        bound = -self.gap(values) + rate @ (resting - shares)
         box = np.hstack([np.eye(n), -np.eye(n), np.zeros((n, 1))])
-        low, high = np.maximum(shares - trust, 0.0), np.minimum(shares + trust, 1.0)
-        limits = [*((0.0, 1.0 - r) for r in rest), *((0.0, r) for r in rest), (0.0, None)]
+        lower, upper = np.maximum(shares - trust, 0.0), np.minimum(shares + trust, 1.0)
+        limits = [*((0.0, 1.0 - r) for r in resting), *((0.0, r) for r in resting), (0.0, None)]
         price = np.concatenate([self.costs, self.costs, [1e3 * self.costs.sum()]])
-        solution = linprog(price, np.vstack([matrix, box, -box]), np.concatenate([bound, high - rest, rest - low]),
+        solution = linprog(price, np.vstack([matrix, box, -box]), np.concatenate([bound, upper - resting, resting - lower]),
                            bounds=limits)
         if solution.x is None:
             return np.zeros(n)
-        return rest + solution.x[:n] - solution.x[n:2 * n] - shares
+        return resting + solution.x[:n] - solution.x[n:2 * n] - shares
 
     def best_single(self, cost: float) -> tuple[int, float]:
-        """The number of the factor that alone does best at a cost (-1: none does anything), and what it does."""
-        best, name = self.value(self.model.rest), -1
+        """Return the number of the factor that alone does best at a cost (-1: none helps), and its answer."""
+        best, name = self.value(self.model.resting), -1
         for k in range(len(self.costs)):
             value = self.value(self._moved_alone(k, cost))
             if self.sense * (value - best) > 0:

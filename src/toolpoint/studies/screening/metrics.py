@@ -1,4 +1,4 @@
-"""What a screening measures of every variant: metrics by name, or any function of a machine."""
+"""Metrics of screenings: numbers of every variant by name, or any function of a machine."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.machines.stiffness_map import stiffness_rows
-from toolpoint.studies.machines.tool_point import batch_of, tool_point
+from toolpoint.studies.machines.tool_point import STUDY_LINES, batch_of, tool_point
 
 Pose = Mapping[str, float]
-_LINES = np.array([0.0, 1.0])
 
 
 class Metric(Protocol):
@@ -33,6 +32,16 @@ class NamedMetrics:
 
     names : ``frequency 1``, ``frequency 2`` ... (Hz), ``static stiffness`` and ``dynamic stiffness`` (N/m, softest direction),
     ``response peak`` (m/N, of any direction), ``depth limit`` (m, lowest over the speeds of the machine's cut).
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> {name: round(value, 3) for name, value in NamedMetrics(("frequency 1",))(machine).items()}
+    {'frequency 1': 50.329}
     """
 
     names: tuple[str, ...] = ("frequency 1",)
@@ -46,11 +55,12 @@ class NamedMetrics:
 
     @property
     def identity(self) -> str:
-        """What tells these metrics from others."""
+        """Key of these metrics among others."""
         return repr((self.names, self.poses))
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return every metric of a machine."""
+        # All named frequencies come from one solution.
         modes = max((int(name.rsplit(" ", 1)[1]) for name in self.names if name.startswith("frequency ")), default=0)
         result: dict[str, float] = {}
         if modes:
@@ -63,14 +73,16 @@ class NamedMetrics:
 
 
 def _static(machine: Machine, poses: tuple[Pose, ...]) -> float:
-    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "static")[:, 3].min())
+    # Column 3 is the softest direction, see `stiffness_rows`.
+    return float(stiffness_rows(tool_point(machine, list(poses), STUDY_LINES), "static")[:, 3].min())
 
 
 def _dynamic(machine: Machine, poses: tuple[Pose, ...]) -> float:
-    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "dynamic")[:, 3].min())
+    return float(stiffness_rows(tool_point(machine, list(poses), STUDY_LINES), "dynamic")[:, 3].min())
 
 
 def _peak(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    # The least dynamic stiffness is one over the largest response of any direction.
     return 1 / _dynamic(machine, poses)
 
 

@@ -1,4 +1,4 @@
-"""A screening by its plan, and the machine files' way to it: design, metrics and path from plain data."""
+"""Screening by a plan of a machine file: design, metrics and path from plain data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from toolpoint.studies.screening.improve import Improvement, improve
 from toolpoint.studies.screening.metrics import NamedMetrics
 from toolpoint.studies.screening.screen import Screening, screen
 
-_RANKED = 2  # metrics whose ranking is shown
+_MAX_RANKED_METRICS = 2  # metrics whose ranking is printed
 ANSWERS = ("response peak", "static compliance", "depth limit", "position error")
 
 
@@ -40,12 +40,12 @@ class JoinedMetrics:
 
     @property
     def identity(self) -> str:
-        """What tells these metrics from others."""
+        """Key of these metrics among others."""
         return repr((self.named, None if self.accuracy is None else self.accuracy.identity))
 
     @property
     def loads(self) -> str:
-        """For which loads they hold."""
+        """Loads for which the metrics hold, in words."""
         words = [] if self.named is None else ["named metrics: no load but the cut's own"]
         return "; ".join([*words, *([] if self.accuracy is None else ["errors: " + self.accuracy.loads])])
 
@@ -65,7 +65,7 @@ class JoinedMetrics:
 
 @dataclass(frozen=True, eq=False)
 class PlannedScreening(NotebookText):
-    """A screening with the rankings of its first metrics; remarks : doubts of the cut that is milled, as the machine stands."""
+    """Screening with the rankings of its first metrics; remarks : doubts about the milled cut."""
 
     plan: ScreeningPlan
     screening: Screening
@@ -86,6 +86,7 @@ class PlannedScreening(NotebookText):
 def accuracy_of(part: MilledSquare) -> AccuracyMetric:
     """Return the accuracy of milling a square as a metric."""
     sides = square(part.side, centre=part.centre, first=part.first, second=part.second, feed=part.feed, law=part.law)
+    # Not halved: a screening compares variants, whose errors of step and spacing are alike.
     setup = MillingSetup(part.speed, part.depth, tuple(part.loads), part.regenerative, part.spacing, window=part.window,
                          halved=False, stance=ToolStance(branch=part.branch))
     return AccuracyMetric(tuple(sides[number - 1] for number in part.sides), setup)
@@ -111,10 +112,12 @@ def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = N
     metric = JoinedMetrics(NamedMetrics(plan.metrics, (dict(plan.pose),)) if plan.metrics else None,
                            None if plan.square is None else accuracy_of(plan.square))
     result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
+                    # Another seed than the design's, whose points the draws would repeat.
                     rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
                     progress=progress)
     remarks = () if metric.accuracy is None else metric.accuracy.judge(machine)
-    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]), remarks)
+    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_MAX_RANKED_METRICS]),
+                            remarks)
 
 
 def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal: float) -> Improvement:
@@ -143,6 +146,7 @@ def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal:
 
 
 def _answer_of(plan: ScreeningPlan, machine: Machine, answer: str) -> Answer:
+    # The first two need no cut.
     if one_of("`answer`", answer, ANSWERS) in ANSWERS[:2]:
         return ResponsePeak(static=answer == "static compliance")
     cut = machine.description.cutting

@@ -1,5 +1,4 @@
-"""The published milling robot from end to end: datasheet, map, region, stable depths, accuracy of a side, screening of
-changes."""
+"""Published milling robot from end to end: datasheet, map, region, stable depths, accuracy of a side, screening of changes."""
 
 from __future__ import annotations
 
@@ -25,13 +24,13 @@ from toolpoint.studies.robots.place_map import PlaceMap, PlaceQuantity, map_plac
 from toolpoint.studies.robots.regions import EvenSegment, RegionSearch, plane_directions, search_regions
 from toolpoint.studies.screening.planned import PlannedScreening, run_plan
 
-STEP, SPAN = 0.05, ((-0.2, 0.7), (-0.3, 0.7))
-SOURCE = ((0.49, 0.0, 0.16), (0.49, 0.0, 0.36))  # the source's region, m
+GRID_STEP, GRID_SPAN = 0.05, ((-0.2, 0.7), (-0.3, 0.7))  # m, of the map over x and z
+SOURCE_SEGMENT = ((0.49, 0.0, 0.16), (0.49, 0.0, 0.36))  # the source's region, m
 SOURCE_SPREAD = 0.45  # Hz
 # The source's heights and direction, its x less the way from axis 1 to axis 2: even if its words are read another way (below).
-STRAIGHT = np.stack([np.full(5, 0.34), np.zeros(5), np.linspace(0.16, 0.36, 5)], axis=1)
-SPACING = 4e-3  # m between the places of the structure in the short screening: half of it changes the means by 0.02 %
-TIP = 0.28  # m from the wrist to the tool's tip
+STRAIGHT_WRIST_PLACES = np.stack([np.full(5, 0.34), np.zeros(5), np.linspace(0.16, 0.36, 5)], axis=1)
+SHORT_RUN_SPACING = 4e-3  # m between the places of the structure in the short screening: half of it changes the means by 0.02 %
+TIP_DISTANCE = 0.28  # m from the wrist to the tool's tip
 SPEEDS = np.linspace(8000, 24000, 33)
 # What the source finds, when it agrees here, and the reason where it does not.
 _FINDINGS = (
@@ -50,7 +49,7 @@ _FINDINGS = (
 class RobotDemo(NotebookText):
     """Results of the demo, in the order of the source.
 
-    straight : (5, 4) frequencies at `STRAIGHT`, Hz, the wrist straight (axes 4 to 6 at zero).
+    straight : (5, 4) frequencies at `STRAIGHT_WRIST_PLACES`, Hz, the wrist straight (axes 4 to 6 at zero).
     """
 
     datasheet: DatasheetStudy
@@ -68,19 +67,19 @@ class RobotDemo(NotebookText):
         change = result.metric("position error")[0] / result.metric("position error")[0, 0] - 1
         lines = []
         for start, words, holds, reason in _FINDINGS:
-            seen = [round(100 * float(change[i]), 2) + 0.0 for i, label in enumerate(result.design.labels)
-                    if label.startswith(start)]
-            low, high = min(seen), max(seen)
-            agrees = all(holds(value / 100) for value in seen)
-            here = f"{low:+.2f} %" if high - low < 0.005 else f"{low:+.2f} to {high:+.2f} %"
-            lines.append(f"{'agree' if agrees else 'differ'}: the source finds {words}; here {here}"
+            percents = [round(100 * float(change[i]), 2) + 0.0 for i, label in enumerate(result.design.labels)
+                        if label.startswith(start)]
+            lower, upper = min(percents), max(percents)
+            agrees = all(holds(value / 100) for value in percents)
+            range_text = f"{lower:+.2f} %" if upper - lower < 0.005 else f"{lower:+.2f} to {upper:+.2f} %"
+            lines.append(f"{'agree' if agrees else 'differ'}: the source finds {words}; here {range_text}"
                          + ("" if agrees or not reason else f": {reason}"))
         lines.append(f"loads: {result.loads}; sides {', '.join(map(str, self.screening.plan.square.sides))} whole"
                      if self.screening.plan.square else f"loads: {result.loads}")
         return lines
 
     def region_lines(self) -> list[str]:
-        """Return where the most even segment lies beside the source's."""
+        """Return lines on the most even segment beside that of the source."""
         best, total = self.search.best, self.straight.sum(axis=1)
         return [f"most even vertical or slanted segment here: from {best.start.round(3).tolist()} to "
                 f"{best.end.round(3).tolist()} m, "
@@ -90,15 +89,17 @@ class RobotDemo(NotebookText):
                 f"is not said",
                 f"read as the peak-to-peak of the sum of the four, the wrist straight (axes 4 to 6 at zero): "
                 f"{np.ptp(total):.2f} Hz of {total.mean():.0f} Hz (± {50 * np.ptp(total) / total.mean():.2f} %) at x "
-                f"{1e3 * STRAIGHT[0, 0]:.0f} mm over the source's heights, 150 mm (axis 1 to axis 2) less than its x; no "
+                f"{1e3 * STRAIGHT_WRIST_PLACES[0, 0]:.0f} mm over the source's heights, 150 mm (axis 1 to axis 2) less than "
+                f"its x; no "
                 "reading tried gives 0.45 Hz at its x"]
 
     def table(self) -> str:
         """Return all results as text."""
         limit = self.chart.limit
-        shown = ", ".join(f"{s:.0f}: {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
-                          for s, v in list(zip(SPEEDS, limit, strict=True))[::8])
-        return "\n".join([self.map.table(), self.search.table(), *self.region_lines(), f"stable depth by rev/min: {shown}",
+        depths_text = ", ".join(f"{s:.0f}: {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
+                                for s, v in list(zip(SPEEDS, limit, strict=True))[::8])
+        return "\n".join([self.map.table(), self.search.table(), *self.region_lines(),
+                          f"stable depth by rev/min: {depths_text}",
                           self.accuracy.table(), self.screening.table(), *self.findings()])
 
     def to_dict(self) -> dict[str, Any]:
@@ -107,29 +108,33 @@ class RobotDemo(NotebookText):
                 "screening": self.screening.to_dict(), "findings": self.findings()}
 
 
-def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *, whole: bool = False,
+def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *, all_sides: bool = False,
              step: Callable[[str], None] = lambda name: None, folder: Path | None = None,
              progress: Callable[[int, int], None] | None = None) -> RobotDemo:
-    """Return the whole chain. whole : all four sides in the screening (four minutes on one core), not the first two on a
-    coarser structure."""
+    """Return all results of the demo.
+
+    all_sides : all four sides in the screening (four minutes on one core), not the first two on a coarser structure.
+    """
     step("map over the workspace")
     grid = place_grid({"x": _line(0), "z": _line(1)})
-    shown = map_places(machine, grid, PlaceQuantity(), point="wrist")
+    place_map = map_places(machine, grid, PlaceQuantity(), point="wrist")
     step("most even region")
     search = search_regions(machine, grid.places.reshape(-1, 3), plane_directions([1, 0, 0], [0, 0, 1]), point="wrist")
-    at_source = search_regions(machine, np.array(SOURCE[:1]), np.array([[0, 0, 1.0]]), point="wrist").best
+    at_source = search_regions(machine, np.array(SOURCE_SEGMENT[:1]), np.array([[0, 0, 1.0]]), point="wrist").best
     step("stable depths")
-    pose = reach_places(machine, np.mean(SOURCE, axis=0)[None], point="wrist").poses[0]
+    pose = reach_places(machine, np.mean(SOURCE_SEGMENT, axis=0)[None], point="wrist").poses[0]
     assert pose is not None
     chart = lobes(tool_point(machine, [pose]), speeds=SPEEDS)[0]
     step("accuracy of a side")
-    centre = (SOURCE[0][0] + TIP, 0.0, (SOURCE[0][2] + SOURCE[1][2]) / 2)
+    centre = (SOURCE_SEGMENT[0][0] + TIP_DISTANCE, 0.0, (SOURCE_SEGMENT[0][2] + SOURCE_SEGMENT[1][2]) / 2)
     sides = square(0.2, centre=centre, first=(0, 1, 0), second=(0, 0, 1), feed=0.005)
     accuracy = mill_path(machine, sides[:1], MillingSetup(15000, 0.5e-3))
     step("screening of 23 variants")
-    used = plan if plan.square is None or whole else replace(plan, square=replace(plan.square, sides=(1, 2), spacing=SPACING))
+    used = plan if plan.square is None or all_sides else replace(plan, square=replace(plan.square, sides=(1, 2),
+                                                                                      spacing=SHORT_RUN_SPACING))
     screening = run_plan(used, machine, folder=folder, progress=progress)
-    return RobotDemo(datasheet, shown, search, at_source, straight_wrist(machine, STRAIGHT), chart, accuracy, screening)
+    return RobotDemo(datasheet, place_map, search, at_source, straight_wrist(machine, STRAIGHT_WRIST_PLACES), chart, accuracy,
+                     screening)
 
 
 def straight_wrist(machine: Machine, places: FloatArray) -> FloatArray:
@@ -145,5 +150,5 @@ def straight_wrist(machine: Machine, places: FloatArray) -> FloatArray:
 
 
 def _line(k: int) -> FloatArray:
-    low, high = SPAN[k]
-    return np.asarray(np.arange(low, high + STEP / 2, STEP))
+    lower, upper = GRID_SPAN[k]
+    return np.asarray(np.arange(lower, upper + GRID_STEP / 2, GRID_STEP))

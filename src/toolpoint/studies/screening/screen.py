@@ -23,7 +23,7 @@ from toolpoint.studies.screening.metrics import Metric, unit_of
 from toolpoint.studies.text_table import text_table
 
 PARTS = "parts"  # folder of the parts of unfinished variants
-_SHOWN = 4  # metrics in the table; all are in the data
+_MAX_TABLE_METRICS = 4  # metrics in the table; all are in the data
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,16 +54,18 @@ class Screening(NotebookText):
         return self.values[..., self.metrics.index(name)]
 
     def table(self) -> str:
-        """Return every point as text (at most 40), with the change against the first where the design begins with the machine
-        as it is."""
+        """Return every point as text (at most 40).
+
+        The change against the first stands beside it where the design begins with the machine as it is.
+        """
         base = self.stated[0] if self.design.labels and self.design.labels[0] == "as it is" else None
         rows = []
         for i in range(min(len(self.stated), 40)):
             cells = [f"{v:.6g}" if base is None or i == 0 else f"{v:.6g} ({100 * (v / b - 1):+.2f} %)"
                      for v, b in zip(self.stated[i], self.stated[0], strict=True)]
             rows.append([self.design.words(i), *(cells if i not in self.failures else [self.failures[i]] * len(cells))])
-        rows = [[cell for k, cell in enumerate(row) if k <= _SHOWN] for row in rows]
-        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics[:_SHOWN])]
+        rows = [[cell for k, cell in enumerate(row) if k <= _MAX_TABLE_METRICS] for row in rows]
+        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics[:_MAX_TABLE_METRICS])]
         return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status])
 
     def to_dict(self) -> dict[str, Any]:
@@ -135,6 +137,20 @@ def screen(
     draws : int
         How many draws beside the stated inputs; needs `rng`.
     engine, folder, progress, chunk_seconds : see `execute.execute`
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.variation import Factor
+    >>> from toolpoint.studies.screening.designs import one_at_a_time
+    >>> from toolpoint.studies.screening.metrics import NamedMetrics
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> result = screen(machine, one_at_a_time([Factor("head", ("bodies.head.mass",))]), NamedMetrics())
+    >>> result.metric("frequency 1").round(2).tolist()  # as it is, 20 % lighter, 20 % heavier
+    [[50.33, 56.27, 45.94]]
     """
     description = machine.description if isinstance(machine, Machine) else machine
     check_changes(description, design.changes)
@@ -145,8 +161,9 @@ def screen(
         check_changes(description, doubts)
     from toolpoint.machine.description.variation import resting_shares
 
-    rest = np.array(resting_shares(doubts))
-    shares = np.vstack([rest[None], rng.random((count("draws", draws, 0), len(doubts)))]) if rng is not None else rest[None]
+    resting = np.array(resting_shares(doubts))
+    shares = np.vstack([resting[None], rng.random((count("draws", draws, 0),
+                                                   len(doubts)))]) if rng is not None else resting[None]
     points = [[*map(float, point), *map(float, draw)] for draw in shares for point in design.points]
     variant = _Variant(description, design.changes, tuple(doubts), metric, None if folder is None else Path(folder) / PARTS)
     run = execute(variant, points, engine, folder=folder, progress=progress, chunk_seconds=chunk_seconds)

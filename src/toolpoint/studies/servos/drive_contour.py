@@ -40,16 +40,17 @@ def match_axes(path: Path, axes: Sequence[str], *, ideal: Sequence[str] = ()) ->
     names = [name.upper() for name in axes]
     named = all(name in SPACE for name in names)
     columns = tuple(SPACE.index(name) for name in names) if named else tuple(range(len(axes)))
-    moves = _moving(path)
-    with_servo = moves[:, columns].any(axis=1) & ~path.rapid
+    moving = _moving_axes(path)
+    # In rapids the path between the ends does not matter.
+    with_servo = moving[:, columns].any(axis=1) & ~path.rapid
     notes = []
     wished = {name.upper() for name in ideal}
     unknown = sorted(wished - set(SPACE))
     if unknown:
         raise ToolpointError(f"ideal: {', '.join(unknown)}; must be axes of the program, X, Y or Z")
     for column in sorted(set(range(3)) - set(columns)):
-        name, together = SPACE[column], moves[:, column] & with_servo
-        if not moves[:, column].any():
+        name, together = SPACE[column], moving[:, column] & with_servo
+        if not moving[:, column].any():
             continue
         if together.any() and name not in wished:
             line = int(path.line[int(np.argmax(together))])
@@ -63,12 +64,13 @@ def match_axes(path: Path, axes: Sequence[str], *, ideal: Sequence[str] = ()) ->
     return DrivenColumns(columns, tuple(notes))
 
 
-def _moving(path: Path) -> np.ndarray:
+def _moving_axes(path: Path) -> np.ndarray:
     """Return which of X, Y, Z every segment moves, (n, 3)."""
-    moves = np.abs(path.end - path.start) > 0
+    moving = np.abs(path.end - path.start) > 0
     arc = np.flatnonzero(path.kind == ARC_KIND)
-    moves[arc[:, None], path.plane[arc]] = True
-    return moves
+    # A full circle ends where it began, and moves both axes of its plane all the same.
+    moving[arc[:, None], path.plane[arc]] = True
+    return moving
 
 
 def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: FloatArray, columns: Sequence[int]
@@ -87,16 +89,18 @@ def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: 
         Of the servo's axes, m, in the path's coordinates; the others move with the set point that belongs to these.
     """
     driven = list(columns)
+    # Lag along the path is no contour error: ideal axes are placed where the others, being late, have got to.
     lag = estimate_lag(time, path.at(place)[:, driven], actual)
-    behind = delay(time, place[:, None], lag)[:, 0]
-    expected = path.at(behind)
+    delayed_place = delay(time, place[:, None], lag)[:, 0]
+    expected = path.at(delayed_place)
     points = expected.copy()
     points[:, driven] = actual
-    return contour_error(path, points, behind, window=window_around(expected, points))
+    return contour_error(path, points, delayed_place, window=window_around(expected, points))
 
 
 def is_cutting(path: Path, error: ContourError) -> np.ndarray:
-    """Return at which instants the foot lies on a cutting segment, (n,) bools."""
+    """Return the mask of instants whose foot lies on a cutting segment, (n,) bools."""
+    # A foot on the very end of the path belongs to its last segment.
     ends = np.cumsum(path.lengths)
     segment = np.minimum(np.searchsorted(ends, error.progress, side="left"), path.count - 1)
     return ~path.rapid[segment]

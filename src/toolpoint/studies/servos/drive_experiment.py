@@ -1,4 +1,4 @@
-"""A servo along a programmed path or a circle: contour error at scale, table and tool point, torque, loops, circular test."""
+"""Servo along a programmed path or a circle: contour error at scale, table and tool point, torque, loops, circular test."""
 
 from __future__ import annotations
 
@@ -32,18 +32,23 @@ from toolpoint.studies.servos.drive_structure import question_structure, structu
 
 PLACES = ("scale", "table", "tool")
 # Moving mean of the set points, and what is simulated after the last of them, s.
-_SMOOTHED, _AFTER = 0.01, 0.3
-_LONGEST, _FEWEST, _SLOWER = 1800.0, 40, 0.98
-LONG_MOTION, PIECE = 60.0, 1.0  # s of motion from which the time of its simulation is told; of the piece that is timed
-CONTOUR_SHARE = 2.0  # of the time of the simulation that contour errors take after it
+_SMOOTHING_TIME, _SETTLING_TIME = 0.01, 0.3
+# s; samples of the second turn; reached over requested feed
+_MAX_PROGRAM_DURATION, _MIN_CIRCLE_SAMPLES, _MIN_REACHED_FEED_RATIO = 1800.0, 40, 0.98
+# s of motion from which the time of its simulation is estimated; of the piece that is timed
+LONG_MOTION_TIME, TIMED_PIECE_TIME = 60.0, 1.0
+CONTOUR_TIME_RATIO = 2.0  # of the time of the simulation that contour errors take after it
 # Share of a circle's radius beside which the axes run from which on the servo is doubted.
-_FAR = 0.02
+_MAX_RADIUS_DEVIATION = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class CircleTurn:
-    """One whole turn of a circular test: `points` (n, 2) at scale, table and tool (m), the nominal radius (m), and the
-    `peaks` at 0, 90, 180 and 270 deg at the tool, outward over the median radius (m)."""
+    """One whole turn of a circular test.
+
+    points : (n, 2) at scale, table and tool, m; radius : nominal, m; peaks : at 0, 90, 180 and 270 deg at the tool, outward
+    over the median radius, m.
+    """
 
     points: Mapping[str, FloatArray]
     radius: float
@@ -70,12 +75,12 @@ class DriveExperiment(NotebookText):
 
     @property
     def status(self) -> str:
-        """What to know and try next."""
+        """State of the simulation, and what to try next."""
         return self.result.status
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the simulation rests on, in words."""
+        """Assumptions of the simulation, in words."""
         return (*self.remarks, *self.result.notes)
 
     @property
@@ -84,10 +89,10 @@ class DriveExperiment(NotebookText):
         names = [axis.name for axis in self.servo.plant.axes]
         doubts = [*self.loops.doubts, *doubt_gains(names, self.servo.controllers)]
         if self.circle is not None and self.turn is not None:
-            off = max(abs(self.circle.radial_max), abs(self.circle.radial_min)) / self.turn.radius
-            if off > _FAR:
-                doubts.append(Doubt("circular test", f"the axes run {100 * off:.0f} % of the radius beside the circle",
-                                    "gains too low for this feed, or lead or units are wrong", figure=off))
+            deviation = max(abs(self.circle.radial_max), abs(self.circle.radial_min)) / self.turn.radius
+            if deviation > _MAX_RADIUS_DEVIATION:
+                doubts.append(Doubt("circular test", f"the axes run {100 * deviation:.0f} % of the radius beside the circle",
+                                    "gains too low for this feed, or lead or units are wrong", figure=deviation))
         return doubts
 
     def largest_error(self, place: str, *, rapid: bool = False) -> float | None:
@@ -96,7 +101,7 @@ class DriveExperiment(NotebookText):
         return float(self.errors[place].length[judged].max()) if judged.any() else None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return quantity and value, as words, of what a person looks at first."""
+        """Return the main quantities and their values as words."""
         rows = [("duration", f"{self.result.time[-1]:.3f} s")]
         for name, error in self.errors.items():
             cut, rapid = error.length[self.cutting[name]], error.length[~self.cutting[name]]
@@ -123,8 +128,10 @@ class DriveExperiment(NotebookText):
                           *(f"{name:36s} {value}" for name, value in self.rows()), self.loops.margin_table()])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the largest contour errors of cuts and of rapids (m; None where there are none), the circular deviation (m),
-        the status and the notes as plain values."""
+        """Return the largest contour errors, the circular deviation, the status and the notes as plain values, m.
+
+        Errors of cuts and of rapids; None where there are none.
+        """
         return {"contour_error_m": {name: self.largest_error(name) for name in self.errors},
                 "contour_error_rapid_m": {name: self.largest_error(name, rapid=True) for name in self.errors},
                 "doubts": list(self.doubts), "notes": list(self.remarks),
@@ -136,7 +143,7 @@ def run_drives(
     machine: Machine | None = None, pose: Mapping[str, float] | None = None, ideal: Sequence[str] = (),
     remarks: Sequence[str] = (), progress: Callable[[str], None] | None = None,
 ) -> DriveExperiment:
-    """Return what a servo does along a path, or on a circle.
+    """Return the simulation of a servo along a path, or on a circle.
 
     Parameters
     ----------
@@ -191,56 +198,58 @@ def run_drives(
 
 
 def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
-    """Return the set points of X, Y, Z, and where along the programmed path each of them is (m)."""
+    """Return the set points of X, Y, Z, and the arc length of each along the programmed path (m)."""
     limits = JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
     plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner)
-    if plan.duration > _LONGEST:
-        raise ToolpointError(f"drive: the program lasts {plan.duration:.4g} s; at most {_LONGEST:g} s are simulated in one "
+    if plan.duration > _MAX_PROGRAM_DURATION:
+        raise ToolpointError(f"drive: the program lasts {plan.duration:.4g} s; at most {_MAX_PROGRAM_DURATION:g} s are "
+                             f"simulated in one "
                              "run; cut it, or raise the feed")
     step = servo.controllers[0].position.sample_time
     command = plan.command(step)
     place = Command(plan.progress(step, path)[:, None], step)
-    window = max(_SMOOTHED, step)
-    smooth = smooth_command(command, window).extended(_AFTER)
-    return smooth, smooth_command(place, window).extended(_AFTER).position[:, 0]
+    window = max(_SMOOTHING_TIME, step)
+    smooth = smooth_command(command, window).extended(_SETTLING_TIME)
+    return smooth, smooth_command(place, window).extended(_SETTLING_TIME).position[:, 0]
 
 
 def _simulation_words(drives: DriveDescription, servo: Servo, command: Command) -> str:
     """Return the name of the step of simulation; of a long motion with the time that it will take, by a short piece of it."""
-    if command.time[-1] < LONG_MOTION:
+    if command.time[-1] < LONG_MOTION_TIME:
         return "simulation"
-    count = round(PIECE / command.sample_time) + 1
+    count = round(TIMED_PIECE_TIME / command.sample_time) + 1
     piece = Command(command.position[:count], command.sample_time, command.velocity[:count], command.acceleration[:count])
     took = 0.0
     for _ in range(2):  # the first run compiles
         begin = time.perf_counter()
         _simulate(drives, servo, piece)
         took = time.perf_counter() - begin
-    total = (1 + CONTOUR_SHARE) * took * float(command.time[-1]) / PIECE
+    total = (1 + CONTOUR_TIME_RATIO) * took * float(command.time[-1]) / TIMED_PIECE_TIME
     return f"simulation of {command.time[-1]:.0f} s of motion, about {total:.0f} s"
 
 
 def _simulate(drives: DriveDescription, servo: Servo, command: Command) -> ServoResult:
     """Return the histories from rest at the first point; with moving nuts the screws follow them."""
     shifted = Command(command.position - command.position[0], command.sample_time, command.velocity, command.acceleration)
-    substeps, every = drives.substeps, 4 * drives.substeps
+    substeps, interval = drives.substeps, 4 * drives.substeps
     moving = [axis.mechanics.nut_moves for axis in drives.axes.values()]
     if not any(moving):
-        return simulate(servo, shifted, substeps=substeps, record_interval=every)
+        return simulate(servo, shifted, substeps=substeps, record_interval=interval)
     start = [axis.mechanics.nut_position or 0.0 for axis in drives.axes.values()]
     return simulate_moving_nut(lambda nuts: build_servo(drives, None, warn=False, nuts=nuts), start, shifted, moving=moving,
-                               substeps=substeps, record_interval=every)
+                               substeps=substeps, record_interval=interval)
 
 
 def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float, feed: float) -> CircularTest:
     """Return the circular test of the second turn at the tool point, without run-up and stop."""
     length = 2 * np.pi * radius
     inside = (progress > 1.05 * length) & (progress < 1.95 * length)
-    if np.count_nonzero(inside) < _FEWEST:
+    if np.count_nonzero(inside) < _MIN_CIRCLE_SAMPLES:
         raise ToolpointError(f"circle {1e3 * radius:g},{6e4 * feed:g} (mm, mm/min): the second turn holds "
-                             f"{np.count_nonzero(inside)} samples; needs {_FEWEST}; take a larger radius or a lower feed")
+                             f"{np.count_nonzero(inside)} samples; needs {_MIN_CIRCLE_SAMPLES}; take a larger radius or a "
+                             f"lower feed")
     reached = 0.9 * length / float(np.ptp(result.time[inside]))
-    if reached < _SLOWER * feed:
+    if reached < _MIN_REACHED_FEED_RATIO * feed:
         warnings.warn(f"the limits of the axes allow {6e4 * reached:.0f} mm/min on this circle, not the "
                       f"{6e4 * feed:.0f} mm/min asked for: the test is that of the lower feed", ToolpointWarning, stacklevel=3)
     return circular_test((result.output("tool") + origin)[inside][:, :2], radius)

@@ -1,4 +1,4 @@
-"""A machine as the structure that drives push against: its driven directions freed, with the damping that its file states."""
+"""Structure that drives push against, from a machine: its driven directions freed, with the damping that its file states."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from toolpoint.vibration import eigen, frequency_response, state_space
 from toolpoint.vibration.damping import equivalent_viscous
 
 # The drives carry these directions now; a stiffness of zero would make them free and change the joint's kind.
-_FREED = 1e-9
-RIGID_SHARE = 1e-4  # of the highest frequency, below which a mode is a freed direction
-TOP_HZ, LINES = 2000.0, 400  # up to which the structure's response is judged, and at how many lines
-MIN_ERROR = 0.01  # of the response, from which an equivalent damping is doubted
+_FREED_STIFFNESS_RATIO = 1e-9
+RIGID_MODE_RATIO = 1e-4  # of the highest frequency, below which a mode is a freed direction
+MAX_JUDGED_FREQUENCY, JUDGED_LINES = 2000.0, 400  # up to which the structure's response is judged, and at how many lines
+MIN_EQUIVALENT_ERROR = 0.01  # of the response, from which an equivalent damping is doubted
 
 
 def structure_of(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
@@ -46,7 +46,7 @@ def free_machine(drives: DriveDescription, machine: Machine) -> tuple[Machine, d
     if not ends:
         raise ToolpointError("machine: no axis of the drive file is a ball screw with 'ends' on a machine; leave it out, "
                              "or describe where the drives hold on")
-    free = machine.with_values({end.replaces: _FREED * machine.value(end.replaces) for end in ends.values()})
+    free = machine.with_values({end.replaces: _FREED_STIFFNESS_RATIO * machine.value(end.replaces) for end in ends.values()})
     boundaries = {f"{name}.{side}": dof for name, end in ends.items()
                   for side, dof in (("base", end.base), ("table", end.table))}
     return free, boundaries, {name: end.tool for name, end in ends.items()}
@@ -72,7 +72,7 @@ def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Ma
 
 def question_structure(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
                        ) -> list[Doubt]:
-    """Doubt a structure whose loss factors motion in time can take by an equivalent only, with what that errs by.
+    """Return the doubt about an equivalent damping in time of a structure with loss factors, with its error.
 
     The error is the largest over the lines about the modes of the difference to the direct solution, over the response there.
     """
@@ -84,15 +84,16 @@ def question_structure(drives: DriveDescription, machine: Machine | None, pose: 
     if system.structural_damping is None or not np.any(system.structural_damping):
         return []
     frequency = eigen.solve_undamped(replace(system, damping=None, structural_damping=None)).frequency
-    moving = frequency[frequency > RIGID_SHARE * frequency.max()]
-    lines = np.unique(np.concatenate([np.geomspace(0.3 * moving.min(), min(1.2 * moving.max(), TOP_HZ), LINES), moving]))
+    moving = frequency[frequency > RIGID_MODE_RATIO * frequency.max()]
+    lines = np.unique(np.concatenate([np.geomspace(0.3 * moving.min(), min(1.2 * moving.max(), MAX_JUDGED_FREQUENCY),
+                                                   JUDGED_LINES), moving]))
     exact = frequency_response.direct(system, lines).values
-    taken = frequency_response.direct(equivalent_viscous(system), lines).values
-    error = np.linalg.norm(taken - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
-    worst = int(error.argmax())
-    if error[worst] < MIN_ERROR:
+    equivalent = frequency_response.direct(equivalent_viscous(system), lines).values
+    error = np.linalg.norm(equivalent - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+    worst_line = int(error.argmax())
+    if error[worst_line] < MIN_EQUIVALENT_ERROR:
         return []
     return [Doubt("structure", f"its loss factors are taken in time as viscous damping of equal loss at each resonance: its "
-                  f"response at the drives errs by up to {100 * error[worst]:.2g} % (at {lines[worst]:.4g} Hz), by "
+                  f"response at the drives errs by up to {100 * error[worst_line]:.2g} % (at {lines[worst_line]:.4g} Hz), by "
                   f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to "
-                  "compare", figure=float(error[worst]))]
+                  "compare", figure=float(error[worst_line]))]

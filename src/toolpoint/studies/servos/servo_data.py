@@ -1,4 +1,4 @@
-"""What records of a controller say of its axes: friction, K_v, following error, loop margins, positioning."""
+"""Findings of controller records: friction, K_v, following error, loop margins, positioning."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _NAMES = {"A": "A, accuracy of both directions", "A+": "A+, forward", "A-": "A-,
           "E": "E, systematic deviation of both directions", "E+": "E+, forward", "E-": "E-, backward",
           "R": "R, repeatability of both directions", "R+": "R+, forward", "R-": "R-, backward",
           "B": "B, largest reversal error", "mean B": "mean reversal error", "M": "M, range of the mean deviation"}
-_APPROACHES = 5
+_MIN_APPROACHES = 5  # to every target each way, by the standard
 # A closed loop follows its set point at low frequencies: |T| there within these.
-_FOLLOWS = (0.7, 1.4)
+_FOLLOWING_GAIN_RANGE = (0.7, 1.4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +40,11 @@ class ServoData(NotebookText):
 
     @property
     def status(self) -> str:
-        """What to doubt first."""
+        """Doubts in one line, the first of them first."""
         return "; ".join(self.doubts()) or "no doubt"
 
     def doubts(self) -> list[Doubt]:
-        """Return what may be wrong, axis by axis."""
+        """Return the doubts, axis by axis."""
         loop = [] if self.loop is None else _loop_doubts(self.loop)
         return [doubt.within(f"axis {a.axis}") for a in self.axes for doubt in a.doubts] + loop + list(self.run_doubts)
 
@@ -78,7 +78,7 @@ class ServoData(NotebookText):
 
 
 def judge_servo_data(data: AxisRecord | PositioningRun | LoopResponse, *, source: str = "") -> ServoData:
-    """Return what a record of a controller, a positioning run or a measured loop says of the axes.
+    """Return the findings of a record of a controller, a positioning run or a measured loop.
 
     Raises
     ------
@@ -105,23 +105,25 @@ def judge_servo_data(data: AxisRecord | PositioningRun | LoopResponse, *, source
 
 
 def _run_doubts(data: PositioningRun) -> tuple[Doubt, ...]:
-    """Return that a run has fewer approaches than its quantities are meant for."""
-    many = data.forward.shape[1]
-    if many >= _APPROACHES:
+    """Return the doubt of a run with fewer approaches than its quantities need."""
+    approaches = data.forward.shape[1]
+    if approaches >= _MIN_APPROACHES:
         return ()
-    return (Doubt("positioning", f"{many} approaches to every target each way; the standard asks for {_APPROACHES}",
+    return (Doubt("positioning", f"{approaches} approaches to every target each way; the standard asks for {_MIN_APPROACHES}",
                   "A and R rest on standard deviations of so few: repeat the run"),)
 
 
 def _loop_doubts(loop: LoopResponse) -> list[Doubt]:
-    """Return the doubt of its margins, and that a response is no closed loop from a set point to its actual value: such a
-    loop follows slow set points."""
-    known = [loop.margins.doubt] if loop.margins.doubt else []
+    """Return doubts about margins, and about a response that is no closed loop from a set point to its actual value.
+
+    A closed loop follows slow set points.
+    """
+    doubts = [loop.margins.doubt] if loop.margins.doubt else []
     trusted = np.flatnonzero(coherent_lines(loop.coherence))[:5]
     if not trusted.size:
-        return [*known, Doubt("margins", "no line of the measurement is coherent", "measure with a larger excitation")]
+        return [*doubts, Doubt("margins", "no line of the measurement is coherent", "measure with a larger excitation")]
     level = float(np.median(np.abs(loop.closed[trusted])))
-    if _FOLLOWS[0] < level < _FOLLOWS[1]:
-        return known
+    if _FOLLOWING_GAIN_RANGE[0] < level < _FOLLOWING_GAIN_RANGE[1]:
+        return doubts
     why = f"at its lowest lines the output is {level:.3g} times the input: no closed loop that follows"
-    return [*known, Doubt("margins", why, "input and output are exchanged, of another unit, or of an open loop")]
+    return [*doubts, Doubt("margins", why, "input and output are exchanged, of another unit, or of an open loop")]

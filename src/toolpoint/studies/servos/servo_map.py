@@ -23,7 +23,7 @@ from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.drive_structure import free_machine, question_structure, structure_at
 from toolpoint.studies.text_table import text_table
 
-_LINES = 800
+_MARGIN_LINES = 800  # frequency lines of margins and bandwidths
 Progress = Callable[[int, int], None]
 # Field, what it is, factor to the unit in the words.
 QUANTITIES = (("velocity_phase_margin", "Phase margin of the velocity loop, °", 1.0),
@@ -63,12 +63,12 @@ class ServoMap(NotebookText):
 
     def worst(self) -> tuple[int, str]:
         """Return pose index and axis with the smallest phase margin of the velocity loop."""
-        at = np.unravel_index(int(np.nanargmin(self.velocity_phase_margin)), self.velocity_phase_margin.shape)
-        return int(at[0]), self.axes[int(at[1])]
+        index = np.unravel_index(int(np.nanargmin(self.velocity_phase_margin)), self.velocity_phase_margin.shape)
+        return int(index[0]), self.axes[int(index[1])]
 
     @property
     def status(self) -> str:
-        """What to know and try next."""
+        """Doubts in one line, or that all poses are stable."""
         return "; ".join(self.doubts()) or "all poses stable"
 
     def doubts(self) -> list[Doubt]:
@@ -146,7 +146,7 @@ def map_servo(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, 
 def _question_corners(drives: DriveDescription, machine: Machine, grid: Mapping[str, FloatArray]) -> tuple[Doubt, ...]:
     """Return the doubt about the structure's loss factors at the corner of the grid where they err most."""
     doubts = list[Doubt]()
-    for values in product(*((float(np.min(at)), float(np.max(at))) for at in grid.values())):
+    for values in product(*((float(np.min(positions)), float(np.max(positions))) for positions in grid.values())):
         try:
             doubts += question_structure(drives, machine, dict(zip(grid, values, strict=True)))
         except ToolpointError:
@@ -190,11 +190,11 @@ def map_margins(
     if names is None:
         fail("poses", "every pose failed", failures[0])
     failures |= {i: row.failure for i, row in enumerate(rows) if row is not None and row.failure}
-    lost = _PoseFigures(names, np.full((5, len(names)), np.nan), np.nan, False)
-    every = [row or lost for row in rows]
-    gain, phase, width, velocity_gain, velocity_phase = np.array([row.figures for row in every]).swapaxes(0, 1)
+    failed_figures = _PoseFigures(names, np.full((5, len(names)), np.nan), np.nan, False)
+    all_rows = [row or failed_figures for row in rows]
+    gain, phase, width, velocity_gain, velocity_phase = np.array([row.figures for row in all_rows]).swapaxes(0, 1)
     return ServoMap(tuple(dict(pose) for pose in poses), names, gain, phase, width, velocity_gain, velocity_phase,
-                    np.array([row.deviation for row in every]), np.array([row.stable for row in every]), failures)
+                    np.array([row.deviation for row in all_rows]), np.array([row.stable for row in all_rows]), failures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,12 +222,14 @@ def _figures(servo: Servo, circle: tuple[float, float] | None) -> _PoseFigures:
 
 
 def _loop_figures(position: LoopLevel, velocity: LoopLevel, axes: int) -> FloatArray:
-    outer, inner = [position.margins(k, _LINES) for k in range(axes)], [velocity.margins(k, _LINES) for k in range(axes)]
-    top = 0.5 / float(position.closed.sample_time or 1.0)
-    f = np.geomspace(1e-4, 0.999, _LINES) * top
+    position_margins, velocity_margins = [position.margins(k, _MARGIN_LINES)
+                                          for k in range(axes)], [velocity.margins(k, _MARGIN_LINES) for k in range(axes)]
+    nyquist = 0.5 / float(position.closed.sample_time or 1.0)
+    f = np.geomspace(1e-4, 0.999, _MARGIN_LINES) * nyquist
     widths = [bandwidth(f, position.closed_response(f, k)) for k in range(axes)]
-    return np.array([[m.gain_db for m in outer], [m.phase for m in outer], widths, [m.gain_db for m in inner],
-                     [m.phase for m in inner]])
+    return np.array([[m.gain_db for m in position_margins], [m.phase for m in position_margins], widths,
+                     [m.gain_db for m in velocity_margins],
+                     [m.phase for m in velocity_margins]])
 
 
 def circle_deviation(servo: Servo, radius: float, feed: float) -> float:

@@ -1,1 +1,1 @@
-"""Modal tests planned and judged as a whole: what is struck, what comes of it, what to strike again."""
+"""Modal tests and tap tests: plans, verdicts on results, and what to strike again."""

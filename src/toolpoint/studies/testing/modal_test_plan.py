@@ -1,4 +1,4 @@
-"""A hammer test planned from a machine file: where to measure and strike, how long and how fine, and what errors to expect."""
+"""Plan of a hammer test from a machine file: points to measure and strike, length and spacing of lines, expected errors."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from toolpoint.studies.testing.virtual_outcome import VirtualOutcome, run_virtua
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Modes
 
-CANDIDATES, RANDOM = 131, 3  # points that could be measured where the file names none; random sets beside the chosen one
-DAMPING = 0.02  # ratio where the machine states none, or so little that it must be left out
-LEFT = 0.01  # share of the slowest ring-down at the end of a block
-ABOVE = 1.3  # highest line over the highest mode
-LINES = 4.0  # lines in a half-power width
-WEAK = 0.1  # visibility of a mode below which another point should be struck too
-PULSE = 1.25  # frequency times contact of a half-sine pulse that is 20 dB down
-ROUND = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8, 10)
-STEPS = ("step", "what")
-EXPECTED = ("mode", "Hz", "struck moves %", "frequency error %", "damping error %", "MAC expanded")
+# points that could be measured where the file names none; random sets beside the chosen one
+DEFAULT_CANDIDATE_POINTS, RANDOM_SETS = 131, 3
+PLANNED_DAMPING_RATIO = 0.02  # where the machine states none, or so little that it must be left out
+RING_DOWN_FRACTION = 0.01  # of the slowest ring-down, at the end of a block
+LINE_RANGE_RATIO = 1.3  # highest line over the highest mode
+HALF_POWER_LINES = 4.0  # lines in a half-power width
+MIN_VISIBILITY = 0.1  # of a mode, below which another point should be struck too
+PULSE_CONTACT_CYCLES = 1.25  # frequency times contact of a half-sine pulse that is 20 dB down
+ROUND_STEPS = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8, 10)  # of one decade
+STEP_COLUMNS = ("step", "what")
+EXPECTED_COLUMNS = ("mode", "Hz", "struck moves %", "frequency error %", "damping error %", "MAC expanded")
 Progress = Callable[[str, int, int], None]
 
 
@@ -57,7 +58,7 @@ class ModalTestPlan(NotebookText):
 
     @property
     def visibility(self) -> FloatArray:
-        """How far the best struck Dof moves in every mode, 0 .. 1."""
+        """Motion of the best struck Dof in every mode, 0 .. 1 of its largest motion."""
         return visibility(self.modes, self.struck)
 
     @property
@@ -65,22 +66,22 @@ class ModalTestPlan(NotebookText):
         """The answer in a sentence."""
         error = np.nanmax(np.abs(self.expected.frequency_error), initial=0.0)
         best = max(self.random, key=lambda outcome: (outcome.seen, outcome.least_mac), default=None)
-        beside = "" if best is None else (f" (random points of the same number, at best: {best.seen} modes, "
-                                          f"MAC {best.least_mac:.4f})")
+        random_words = "" if best is None else (f" (random points of the same number, at best: {best.seen} modes, "
+                                                f"MAC {best.least_mac:.4f})")
         return (f"Strike {', '.join(map(str, self.struck))} with a sensor at {len(self.points)} points: {self.expected.seen} "
                 f"of {self.modes.count} modes to be found, frequencies within {100 * float(error):.2g} %, MAC of the expanded "
-                f"shapes at least {self.expected.least_mac:.4f}{beside}.")
+                f"shapes at least {self.expected.least_mac:.4f}{random_words}.")
 
     def mode_rows(self) -> list[list[str]]:
         """Return a row for every mode: frequency, visibility, expected errors and MAC."""
-        shown = (lambda value, scale, form: "not found" if np.isnan(value) else format(scale * value, form))
+        error_text = (lambda value, scale, form: "not found" if np.isnan(value) else format(scale * value, form))
         expected = self.expected
         return [[str(i + 1), f"{self.modes.frequency[i]:.2f}", f"{100 * self.visibility[i]:.0f}",
-                 shown(expected.frequency_error[i], 100, "+.1g"), shown(expected.damping_error[i], 100, "+.1g"),
+                 error_text(expected.frequency_error[i], 100, "+.1g"), error_text(expected.damping_error[i], 100, "+.1g"),
                  f"{expected.mac[i]:.4f}"] for i in range(self.modes.count)]
 
     def steps(self) -> list[list[str]]:
-        """Return the check list: what to prepare, set, strike and look at, in order."""
+        """Return the check list in order: preparation, settings, blows, checks."""
         hits = len(self.points) * len(self.struck)
         minutes = hits * (4 * self.block + 60) / 60
         rows = [
@@ -98,8 +99,8 @@ class ModalTestPlan(NotebookText):
 
     def table(self) -> str:
         """Return answer, check list and expected errors as text."""
-        return "\n".join([self.status, text_table("Check list", STEPS, self.steps()),
-                          text_table("Expected by a virtual test", EXPECTED, self.mode_rows())])
+        return "\n".join([self.status, text_table("Check list", STEP_COLUMNS, self.steps()),
+                          text_table("Expected by a virtual test", EXPECTED_COLUMNS, self.mode_rows())])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, SI."""
@@ -114,7 +115,7 @@ class ModalTestPlan(NotebookText):
 
 def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, highest: float | None = None, struck: int = 3,
               candidates: MeasuringPoints | None = None, noise: float = 0.01, hits: int = 3, rng: np.random.Generator,
-              progress: Progress = lambda name, done, total: None) -> ModalTestPlan:
+              progress: Progress = lambda name, finished, total: None) -> ModalTestPlan:
     """Return a planned hammer test of a machine.
 
     Parameters
@@ -140,88 +141,94 @@ def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, h
     ToolpointError
         For fewer directions than modes, no mode below `highest`, bodies without extent.
     """
-    places = surface_points(machine, CANDIDATES, rng) if candidates is None else candidates
+    places = surface_points(machine, DEFAULT_CANDIDATE_POINTS, rng) if candidates is None else candidates
     if len(places.places) < number:
         fail("number", f"{number} points of {len(places.places)} that could be measured", "must not be more",
              remedy="name more points in the machine file, or ask for fewer")
     modes, notes = _modes(machine, places, pose, highest)
     progress("points", 0, 1)
-    chosen = _struck(modes, modes.dofs, struck)
+    chosen = _choose_struck_dofs(modes, modes.dofs, struck)
     points = choose_points(modes, number, list(dict.fromkeys(dof.point for dof in chosen)))
-    top = ABOVE * float(modes.frequency.max())
-    block = _block(modes)
-    rate = float(_round_up(2.56 * top))
-    hammer = Hammer(contact=PULSE / top, hits=hits, block=1.05 * block, sample_rate=rate)
-    settings: dict[str, Any] = {"hammer": hammer, "block": block, "highest": top, "noise": noise, "rng": rng}
-    tests = (RANDOM if number < len(places.places) else 0) + 1
-    expected = run_virtual_test(modes, points, chosen, progress=_part("virtual test at the chosen points", 0, tests, progress),
+    line_max = LINE_RANGE_RATIO * float(modes.frequency.max())
+    block = _block_length(modes)
+    rate = float(_round_up(2.56 * line_max))
+    hammer = Hammer(contact=PULSE_CONTACT_CYCLES / line_max, hits=hits, block=1.05 * block, sample_rate=rate)
+    settings: dict[str, Any] = {"hammer": hammer, "block": block, "highest": line_max, "noise": noise, "rng": rng}
+    tests = (RANDOM_SETS if number < len(places.places) else 0) + 1
+    expected = run_virtual_test(modes, points, chosen, progress=_part_of_progress("virtual test at the chosen points", 0, tests,
+                                                                                  progress),
                                 **settings)
     random = []
     names = list(places.places)
     for k in range(1, tests):
-        some = [names[i] for i in sorted(rng.choice(len(names), number, replace=False).tolist())]
-        force = choose_struck(modes, [dof for dof in modes.dofs if dof.point in set(some)], len(chosen))
-        random.append(run_virtual_test(modes, some, force, progress=_part("virtual tests at random points", k, tests, progress),
+        random_points = [names[i] for i in sorted(rng.choice(len(names), number, replace=False).tolist())]
+        force = choose_struck(modes, [dof for dof in modes.dofs if dof.point in set(random_points)], len(chosen))
+        random.append(run_virtual_test(modes, random_points, force,
+                                       progress=_part_of_progress("virtual tests at random points", k, tests, progress),
                                        **settings))
     notes += _doubts(modes, points, chosen, expected)
-    return ModalTestPlan(machine, places, modes, tuple(points), tuple(chosen), block, rate, top, hammer.contact, noise,
+    return ModalTestPlan(machine, places, modes, tuple(points), tuple(chosen), block, rate, line_max, hammer.contact, noise,
                          expected, tuple(random), tuple(notes))
 
 
-def _part(name: str, index: int, tests: int, progress: Progress) -> Callable[[int, int], None]:
+def _part_of_progress(name: str, index: int, tests: int, progress: Progress) -> Callable[[int, int], None]:
     """Return the progress of one virtual test as that of all of them."""
-    return lambda done, total: progress(name, index * total + done, tests * total)
+    return lambda finished, total: progress(name, index * total + finished, tests * total)
 
 
 def _modes(machine: Machine, places: MeasuringPoints, pose: Pose | None, highest: float | None) -> tuple[Modes, list[str]]:
-    """Return the modes that matter at all points, and what was assumed."""
-    every = true_modes(machine, places, DAMPING, pose=pose)
-    top = np.inf if highest is None else positive("highest", highest)
-    kept = np.flatnonzero((every.frequency > 0) & (every.frequency <= top))
+    """Return the modes of the plan at all points, and the assumptions."""
+    all_modes = true_modes(machine, places, PLANNED_DAMPING_RATIO, pose=pose)
+    frequency_max = np.inf if highest is None else positive("highest", highest)
+    kept = np.flatnonzero((all_modes.frequency > 0) & (all_modes.frequency <= frequency_max))
     if kept.size == 0:
-        raise ToolpointError(f"highest: {top:g} Hz; no mode of the machine lies below it; its first is at "
-                             f"{every.frequency.min():.4g} Hz")
-    gone = int((every.frequency <= 0).sum())
-    notes = [f"every mode is given a damping ratio of {100 * DAMPING:g} %: it is what a test measures, and no model knows",
+        raise ToolpointError(f"highest: {frequency_max:g} Hz; no mode of the machine lies below it; its first is at "
+                             f"{all_modes.frequency.min():.4g} Hz")
+    rigid_count = int((all_modes.frequency <= 0).sum())
+    notes = [f"every mode is given a damping ratio of {100 * PLANNED_DAMPING_RATIO:g} %: it is what a test measures, and no "
+             f"model knows",
              "the machine file is believed: a mode that it does not have is planned for by no point; look at the whole machine",
              "expected errors are those of noise and processing alone; a sensor's mass, play and friction come on top",
              "a point that cannot be reached moves to the nearest place that can: note where it was"]
-    if gone:
-        notes.append(f"{gone} rigid modes (0 Hz) are left out")
-    return every.selected(kept.tolist()), notes
+    if rigid_count:
+        notes.append(f"{rigid_count} rigid modes (0 Hz) are left out")
+    return all_modes.selected(kept.tolist()), notes
 
 
-def _struck(modes: Modes, dofs: Sequence[Dof], most: int) -> list[Dof]:
-    for number in range(1, most + 1):
+def _choose_struck_dofs(modes: Modes, dofs: Sequence[Dof], max_count: int) -> list[Dof]:
+    for number in range(1, max_count + 1):
         chosen = choose_struck(modes, dofs, number)
-        if visibility(modes, chosen).min() > 2 * WEAK:
+        if visibility(modes, chosen).min() > 2 * MIN_VISIBILITY:
             return chosen
     return chosen
 
 
-def _block(modes: Modes) -> float:
-    """Return the length (s) in which the slowest ring-down ends, and that parts the lines of the narrowest mode."""
+def _block_length(modes: Modes) -> float:
+    """Return the length (s) in which the slowest ring-down ends, and that separates the lines of the narrowest mode."""
     decay = modes.damping_ratio * 2 * np.pi * modes.frequency
     width = 2 * modes.damping_ratio * modes.frequency
-    return float(_round_up(max(np.log(1 / LEFT) / decay.min(), LINES / width.min())))
+    return float(_round_up(max(np.log(1 / RING_DOWN_FRACTION) / decay.min(), HALF_POWER_LINES / width.min())))
 
 
 def _round_up(value: float) -> float:
-    """Return the next of `ROUND` times a power of ten."""
+    """Return the next of `ROUND_STEPS` times a power of ten."""
     scale = 10.0 ** np.floor(np.log10(value))
-    return float(next(step for step in ROUND if step * scale >= value * (1 - 1e-9)) * scale)
+    return float(next(step for step in ROUND_STEPS if step * scale >= value * (1 - 1e-9)) * scale)
 
 
 def _doubts(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], expected: VirtualOutcome) -> list[Doubt]:
-    lines = [Doubt(f"mode {i + 1} at {modes.frequency[i]:.4g} Hz", f"is moved by only {100 * seen:.0f} % of its largest motion",
-                   "strike another point too", figure=float(seen))
-             for i, seen in enumerate(visibility(modes, struck)) if seen < WEAK]
-    alike = largest_likeness(modes, points)
-    if alike > 0.5:
-        lines.append(Doubt("shapes", f"two modes look alike at these points (MAC {alike:.2f})", "more points would part them",
-                           figure=float(alike)))
-    missing = [f"{modes.frequency[i]:.4g}" for i in range(modes.count) if expected.mac[i] <= 0.9]
-    if missing:
-        lines.append(Doubt("virtual test", f"it does not find the modes at {', '.join(missing)} Hz", "take more points, more "
+    lines = [Doubt(f"mode {i + 1} at {modes.frequency[i]:.4g} Hz",
+                   f"is moved by only {100 * share:.0f} % of its largest motion",
+                   "strike another point too", figure=float(share))
+             for i, share in enumerate(visibility(modes, struck)) if share < MIN_VISIBILITY]
+    likeness = largest_likeness(modes, points)
+    if likeness > 0.5:
+        lines.append(Doubt("shapes", f"two modes look alike at these points (MAC {likeness:.2f})",
+                           "more points would part them",
+                           figure=float(likeness)))
+    lost_modes = [f"{modes.frequency[i]:.4g}" for i in range(modes.count) if expected.mac[i] <= 0.9]
+    if lost_modes:
+        lines.append(Doubt("virtual test", f"it does not find the modes at {', '.join(lost_modes)} Hz",
+                           "take more points, more "
                            "blows, or another point to strike"))
     return lines

@@ -1,4 +1,4 @@
-r"""Where to measure and where to strike, by the shapes that a model expects.
+r"""Choice of points to measure and to strike, by the shapes that a model expects.
 
 Effective independence: points are taken away one by one, each time the one whose loss leaves the determinant of the Fisher
 information :math:`Q = \sum_p \Phi_p^T \Phi_p` largest, :math:`\det(Q - \Phi_p^T \Phi_p) = \det(Q) \det(I - \Phi_p Q^{-1}
@@ -17,11 +17,11 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.correlation import mac
 
-ALMOST = 1e-9
+INFORMATION_RANK_TOLERANCE = 1e-9  # of the largest eigenvalue of the Fisher information
 
 
 def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> list[str | int]:
-    """Return so many points (all directions of each) that keep the modes most independent, in the order of the labels.
+    """Return the points (all directions of each) that keep the modes most independent, in the order of the labels.
 
     `keep` : points that stay (those that are struck, as a driving point gives shapes their scale).
 
@@ -37,9 +37,9 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
              remedy=f"take {-(-modes.count // 3)} points at least")
     kept = list(points)
     while len(kept) > number:
-        every = [row for point in kept for row in rows[point]]
-        information = shape[every].T @ shape[every]
-        inverse = np.linalg.pinv(information, rcond=ALMOST)
+        kept_rows = [row for point in kept for row in rows[point]]
+        information = shape[kept_rows].T @ shape[kept_rows]
+        inverse = np.linalg.pinv(information, rcond=INFORMATION_RANK_TOLERANCE)
         losses = [float(np.linalg.det(np.eye(len(rows[p])) - shape[rows[p]] @ inverse @ shape[rows[p]].T)) for p in kept]
         order = np.argsort(losses)[::-1].tolist()
         kept.pop(next(k for k in order if kept[k] not in keep))
@@ -47,7 +47,7 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
 
 
 def choose_struck(modes: Modes, dofs: Sequence[Dof], number: int) -> list[Dof]:
-    """Return so many of the Dofs to strike that the least visible mode is seen best, one after the other."""
+    """Return the Dofs to strike that show the least visible mode best, one after the other."""
     size = np.abs(modes.shape_at(dofs)) / np.maximum(np.abs(modes.shape).max(axis=0), 1e-300)
     chosen: list[int] = []
     for _ in range(min(number, len(dofs))):
@@ -60,13 +60,13 @@ def choose_struck(modes: Modes, dofs: Sequence[Dof], number: int) -> list[Dof]:
 
 
 def visibility(modes: Modes, struck: Sequence[Dof]) -> FloatArray:
-    """Return for every mode how far the best struck Dof moves in it, over its largest motion, 0 .. 1."""
+    """Return the motion of the best struck Dof in every mode over its largest motion, 0 .. 1."""
     size = np.abs(modes.shape_at(struck)) / np.maximum(np.abs(modes.shape).max(axis=0), 1e-300)
     return np.asarray(size.max(axis=0))
 
 
 def largest_likeness(modes: Modes, points: Sequence[str | int]) -> float:
-    """Return the largest MAC between two different modes seen at points: near 1 they cannot be told apart there."""
+    """Return the largest MAC between two different modes at points: near 1 they cannot be separated there."""
     chosen = set(points)
     rows = [k for k, dof in enumerate(modes.dofs) if dof.point in chosen]
     if modes.count < 2:
@@ -76,9 +76,9 @@ def largest_likeness(modes: Modes, points: Sequence[str | int]) -> float:
     return float(both.max())
 
 
-def expand(modes: Modes, seen: Modes, dofs: Sequence[Dof]) -> FloatArray:
+def expand(modes: Modes, measured: Modes, dofs: Sequence[Dof]) -> FloatArray:
     """Return measured shapes at all Dofs of the model by its own shapes (SEREP; O'Callahan, Avitabile, Riemer, IMAC 7 (1989)).
 
-    `modes` the model's, `seen` the measured ones with their labels `dofs`.
+    `modes` the model's, `measured` the measured ones with their labels `dofs`.
     """
-    return np.asarray(modes.shape @ np.linalg.pinv(modes.shape_at(dofs)) @ seen.shape_at(dofs))
+    return np.asarray(modes.shape @ np.linalg.pinv(modes.shape_at(dofs)) @ measured.shape_at(dofs))

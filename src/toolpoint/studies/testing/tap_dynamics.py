@@ -1,4 +1,4 @@
-r"""Dynamics of a tapped tip: the modes of both directions as one model, how well they are known, and what they leave open.
+r"""Dynamics of a tapped tip: the modes of both directions as one model, their uncertainty, and their missing cross response.
 
 Limits are computed on modes, not on lines: noise of integrated accelerations grows without limit towards low frequencies, lines
 of short records are wider than light modes, and a window's damping is out of the poles. What is known of modes is drawn: poles
@@ -16,24 +16,29 @@ import numpy as np
 from toolpoint._check import BoolArray, FloatArray, ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.modal_identification import Identification
+from toolpoint.studies.cuts.tip_doubts import OUTSIDE_DAMPING_RATIO
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
 
-SIZE, SHIFT, RATIO = 0.05, 0.01, 0.1  # assumed where hits tell no scatter: standard deviation of size, frequency, damping
-ALIKE, ALIKE_DAMPING = 2e-3, 0.15  # relative distance of two modes that may be one, beside their intervals
-APART = 3.0  # standard deviations
-MATTERS = 0.1  # of the largest compliance: what is smaller moves no limit by more
-LIGHT = 0.02  # damping ratio that a mode above the band may have
-LEAST_SIZE, LEAST_DAMPING = 0.05, 1e-4
+# relative standard deviations where hits show no scatter
+ASSUMED_SIZE_DEVIATION, ASSUMED_FREQUENCY_DEVIATION, ASSUMED_DAMPING_DEVIATION = 0.05, 0.01, 0.1
+# relative distance of two modes that may be one, beside their intervals
+SHARED_FREQUENCY_TOLERANCE, SHARED_DAMPING_TOLERANCE = 2e-3, 0.15
+MAX_SHARED_DEVIATIONS = 3.0  # standard deviations between two modes that may be one
+MIN_COMPLIANCE_RATIO = 0.1  # of the largest compliance: a smaller one moves no limit by more
+MIN_SIZE_FACTOR, MIN_DAMPING_RATIO = 0.05, 1e-4
 LABELS = (Dof("tool", "+x"), Dof("tool", "+y"))
 
 
 @dataclass(frozen=True, eq=False)
 class TappedModes:
-    """Modes of one direction of the tip: frequency (Hz), damping ratio, residue (complex, modal A), their relative deviations
-    of size, covariance of the poles (n, 2, 2), the static part (m/N) of what is above, and the mass-like part of what is below
-    (m/N s^2); which of the identified modes these are, those that vibrate and die away."""
+    """Modes of one direction of the tip.
+
+    frequency : Hz; damping : ratios; residue : complex, modal A; size : relative deviation of each size; covariance : of the
+    poles, (n, 2, 2); upper : static part of modes above, m/N; lower : mass-like part of modes below, m/N s^2; vibrates : which
+    of the identified modes these are, those that vibrate and decay.
+    """
 
     frequency: FloatArray
     damping: FloatArray
@@ -42,13 +47,13 @@ class TappedModes:
     covariance: FloatArray
     upper: float
     lower: float
-    known: bool
+    has_scatter: bool
     vibrates: BoolArray
 
     @property
     def compliance(self) -> FloatArray:
         """Height of every mode's peak, m/N."""
-        return np.abs(self.residue) / (2 * np.pi * self.frequency * np.maximum(np.abs(self.damping), LEAST_DAMPING))
+        return np.abs(self.residue) / (2 * np.pi * self.frequency * np.maximum(np.abs(self.damping), MIN_DAMPING_RATIO))
 
     @property
     def stiffness(self) -> float:
@@ -60,7 +65,7 @@ class TappedModes:
     def drawn(self, rng: np.random.Generator) -> TappedModes:
         """Return the modes with errors as large as they may have, the sizes by one number for all (the widest case)."""
         errors = np.array([rng.multivariate_normal(np.zeros(2), part) for part in self.covariance]).reshape(-1, 2)
-        factor = np.maximum(1 + self.size * rng.standard_normal(), LEAST_SIZE)
+        factor = np.maximum(1 + self.size * rng.standard_normal(), MIN_SIZE_FACTOR)
         return replace(self, frequency=np.maximum(self.frequency + errors[:, 0], 0.5 * self.frequency),
                        damping=np.clip(self.damping + errors[:, 1], 0.2 * self.damping, 0.99),
                        residue=self.residue * factor, upper=self.upper * float(np.median(factor)))
@@ -75,22 +80,23 @@ def take_modes(identified: Identification, tip: Frf, label: Dof | str) -> Tapped
     if modes.scaling == "unscaled":
         raise ToolpointError(f"{label}: modes without scale; strike and measure at one point")
     row = np.asarray(modes.shape_at([label])[0] * modes.participation_at([label])[0], complex)
-    known = tip.variance is not None and modes.covariance is not None
+    has_scatter = tip.variance is not None and modes.covariance is not None
     covariance = modes.covariance
-    if covariance is None or not known:
-        covariance = np.einsum("ij,jk->ijk", np.stack([SHIFT * modes.frequency, RATIO * modes.damping_ratio], axis=1) ** 2,
+    if covariance is None or not has_scatter:
+        covariance = np.einsum("ij,jk->ijk", np.stack([ASSUMED_FREQUENCY_DEVIATION * modes.frequency,
+                                                       ASSUMED_DAMPING_DEVIATION * modes.damping_ratio], axis=1) ** 2,
                                np.eye(2))
-    upper = 0.0 if modes.upper_residual is None else float(_entry(modes.upper_residual, modes, label).real)
-    lower = 0.0 if modes.lower_residual is None else float(_entry(modes.lower_residual, modes, label).real)
+    upper = 0.0 if modes.upper_residual is None else float(_residual_entry(modes.upper_residual, modes, label).real)
+    lower = 0.0 if modes.lower_residual is None else float(_residual_entry(modes.lower_residual, modes, label).real)
     vibrates = (modes.damping_ratio > 0) & (modes.damping_ratio < 1)
     if not vibrates.any():
         raise ToolpointError(f"{label}: none of {modes.count} modes vibrates and dies away; look at the records, and strike "
                              "again")
     return TappedModes(modes.frequency[vibrates], modes.damping_ratio[vibrates], row[vibrates], _sizes(tip, modes)[vibrates],
-                       np.nan_to_num(covariance)[vibrates], upper, lower, known, vibrates)
+                       np.nan_to_num(covariance)[vibrates], upper, lower, has_scatter, vibrates)
 
 
-def _entry(residual: np.ndarray, modes: Modes, label: Dof | str) -> complex:
+def _residual_entry(residual: np.ndarray, modes: Modes, label: Dof | str) -> complex:
     dof = Dof.parse(str(label))
     return complex(residual[modes.dofs.index(dof), (modes.input_dofs or modes.dofs).index(dof)])
 
@@ -98,19 +104,19 @@ def _entry(residual: np.ndarray, modes: Modes, label: Dof | str) -> complex:
 def _sizes(tip: Frf, modes: Modes) -> FloatArray:
     """Return the relative standard deviation of every mode's size: the scatter of hits within its width."""
     if tip.variance is None:
-        return np.full(modes.count, SIZE)
+        return np.full(modes.count, ASSUMED_SIZE_DEVIATION)
     share = np.sqrt(tip.variance[:, 0, 0]) / np.maximum(np.abs(tip.values[:, 0, 0]), 1e-300)
     step = float(np.median(np.diff(tip.frequency)))
     sizes = []
     for frequency, ratio in zip(modes.frequency, np.abs(modes.damping_ratio), strict=True):
-        near = np.abs(tip.frequency - frequency) <= max(ratio * frequency, 1.5 * step)
-        sizes.append(float(np.median(share[near])) if near.any() else SIZE)
+        is_near = np.abs(tip.frequency - frequency) <= max(ratio * frequency, 1.5 * step)
+        sizes.append(float(np.median(share[is_near])) if is_near.any() else ASSUMED_SIZE_DEVIATION)
     return np.array(sizes)
 
 
 @dataclass(frozen=True, eq=False)
 class TappedTip:
-    """Modes along x and, where it was struck, along y; pairs of modes that x and y may share."""
+    """Modes along x and, where it was struck, along y; pairs of modes that may be one."""
 
     x: TappedModes
     y: TappedModes | None
@@ -124,8 +130,8 @@ class TappedTip:
 
     @property
     def is_known(self) -> bool:
-        """Whether the hits tell the scatter of every direction."""
-        return all(part.known for part in (self.x, self.y) if part is not None)
+        """Whether hits show the scatter of every direction."""
+        return all(part.has_scatter for part in (self.x, self.y) if part is not None)
 
     @property
     def turned(self) -> tuple[float, ...]:
@@ -134,7 +140,7 @@ class TappedTip:
             return ()
         cross = [np.sqrt(self.x.compliance[i] * self.y.compliance[j]) for i, j in self.shared]
         return tuple(float(self.x.frequency[i]) for (i, _), size in zip(self.shared, cross, strict=True)
-                     if size > MATTERS * self.compliance)
+                     if size > MIN_COMPLIANCE_RATIO * self.compliance)
 
     def dynamics(self, signs: dict[tuple[int, int], int] | None = None) -> ToolDynamics:
         """Return the dynamics with the shared modes as one (sign of the cross response +1 or -1) or two (0, or not there)."""
@@ -163,18 +169,20 @@ class TappedTip:
 
 def join_directions(x: TappedModes, y: TappedModes | None, notes: tuple[str, ...] = ()) -> TappedTip:
     """Return both directions with the modes that they may share."""
-    return TappedTip(x, y, () if y is None else _shared(x, y), notes)
+    return TappedTip(x, y, () if y is None else _pair_shared_modes(x, y), notes)
 
 
-def _shared(x: TappedModes, y: TappedModes) -> tuple[tuple[int, int], ...]:
+def _pair_shared_modes(x: TappedModes, y: TappedModes) -> tuple[tuple[int, int], ...]:
     pairs: list[tuple[int, int]] = []
     for i in range(x.frequency.size):
         gap = np.abs(y.frequency - x.frequency[i])
-        near = APART * np.sqrt(x.covariance[i, 0, 0] + y.covariance[:, 0, 0]) + ALIKE * x.frequency[i]
+        frequency_tolerance = (MAX_SHARED_DEVIATIONS * np.sqrt(x.covariance[i, 0, 0] + y.covariance[:, 0, 0])
+                               + SHARED_FREQUENCY_TOLERANCE * x.frequency[i])
         damping = np.abs(y.damping - x.damping[i])
-        width = APART * np.sqrt(x.covariance[i, 1, 1] + y.covariance[:, 1, 1]) + ALIKE_DAMPING * x.damping[i]
+        damping_tolerance = MAX_SHARED_DEVIATIONS * np.sqrt(x.covariance[i, 1, 1] +
+                                                            y.covariance[:, 1, 1]) + SHARED_DAMPING_TOLERANCE * x.damping[i]
         free = np.array([j not in {k for _, k in pairs} for j in range(y.frequency.size)], bool)
-        fits = np.flatnonzero((gap <= near) & (damping <= width) & free)
+        fits = np.flatnonzero((gap <= frequency_tolerance) & (damping <= damping_tolerance) & free)
         if fits.size:
             pairs.append((i, int(fits[np.argmin(gap[fits])])))
     return tuple(pairs)
@@ -193,25 +201,26 @@ def measure_misfit(identified: Identification, tip: Frf, band: tuple[float, floa
     label = str(inside.outputs[0])
     synthesis = identified.synthesis.selected([label], [label]).converted_to("receptance")
     lines = np.interp(bare.frequency, synthesis.frequency, np.arange(synthesis.frequency.size)).round().astype(int)
-    left = np.abs(bare.values[:, 0, 0] - synthesis.values[lines, 0, 0]) ** 2
-    return float(left.sum() / max(float((np.abs(bare.values[:, 0, 0]) ** 2).sum()), 1e-300))
+    residual = np.abs(bare.values[:, 0, 0] - synthesis.values[lines, 0, 0]) ** 2
+    return float(residual.sum() / max(float((np.abs(bare.values[:, 0, 0]) ** 2).sum()), 1e-300))
 
 
 def question_ends(name: str, part: TappedModes, band: tuple[float, float]) -> list[Doubt]:
-    """Return doubts about what lies above and below the band: soft enough to chatter by itself, or to be felt."""
+    """Return doubts about modes above and below the band: soft enough to chatter by themselves, or to be felt."""
     line = np.linspace(*band, 4000)
-    seen = modal(_modes(part, part.residue[None] ** 0.5, 0.0), line).values[:, 0, 0]
-    deepest = float(np.maximum(-seen.real, 0.0).max())
+    response = modal(_modes(part, part.residue[None] ** 0.5, 0.0), line).values[:, 0, 0]
+    deepest = float(np.maximum(-response.real, 0.0).max())
     doubts = []
-    if part.upper / (4 * LIGHT) > deepest:
+    if part.upper / (4 * OUTSIDE_DAMPING_RATIO) > deepest:
         doubts.append(Doubt(f"modes along {name}", f"what vibrates above {band[1]:.4g} Hz is as soft as "
-                            f"{part.upper * 1e6:.2g} um/N: damped as lightly as {100 * LIGHT:g} % it chatters before any mode "
+                            f"{part.upper * 1e6:.2g} um/N: damped as lightly as {100 * OUTSIDE_DAMPING_RATIO:g} % it chatters "
+                            f"before any mode "
                             "that was seen", "strike with a harder tip and sample faster",
-                            figure=part.upper / (4 * LIGHT) / max(deepest, 1e-300)))
-    soft = part.compliance > MATTERS * part.compliance.max(initial=0.0)
+                            figure=part.upper / (4 * OUTSIDE_DAMPING_RATIO) / max(deepest, 1e-300)))
+    soft = part.compliance > MIN_COMPLIANCE_RATIO * part.compliance.max(initial=0.0)
     lowest = float(part.frequency[soft].min())
     below = abs(part.lower) / (2 * np.pi * lowest) ** 2 / float(part.compliance.max())
-    if below > MATTERS:
+    if below > MIN_COMPLIANCE_RATIO:
         doubts.append(Doubt(f"modes along {name}", f"what vibrates below {band[0]:.4g} Hz is felt at {lowest:.4g} Hz "
                             f"({100 * below:.0f} % of the highest peak) and is left out",
                             "strike harder with a softer tip, and take longer records", figure=below))

@@ -1,5 +1,4 @@
-"""A tap test of a tool as one shot: responses, modes, limits, three speeds to use, what to strike again; a light for each
-step."""
+"""Tap test of a tool in one call: responses, modes, limits, speeds to use, what to strike again, a light for each step."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_dr
 from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.identification import identify_modes
 from toolpoint.studies.testing.tap_dynamics import (
-    MATTERS,
+    MIN_COMPLIANCE_RATIO,
     TappedModes,
     TappedTip,
     join_directions,
@@ -32,16 +31,16 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Frf
 
 COLOURS = ("green", "amber", "red")
-ENOUGH = 3  # hits from which their scatter can be told
-WIDE = 2.0  # upper over lower end of the interval of the least limit
-FORCES = (4.0, 2e4)  # N, between which blows of hand-held hammers lie
-MODES = ("direction", "mode", "frequency Hz", "± Hz (95 %)", "damping %", "± % (95 %)", "")
-SPEEDS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
+MIN_SCATTER_HITS = 3  # from which the scatter of hits is known
+MAX_INTERVAL_RATIO = 2.0  # upper over lower end of the interval of the least limit
+HAND_BLOW_FORCE_RANGE = (4.0, 2e4)  # N, of blows of hand-held hammers
+MODE_COLUMNS = ("direction", "mode", "frequency Hz", "± Hz (95 %)", "damping %", "± % (95 %)", "")
+SPEED_COLUMNS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
 
 
 @dataclass(frozen=True)
 class Light:
-    """A light: the step, ``green`` ``amber`` or ``red``, what is so, and what to do about it (empty: nothing)."""
+    """Verdict on a step: the step, ``green`` ``amber`` or ``red``, the finding, and the remedy (empty: none)."""
 
     step: str
     colour: str
@@ -51,8 +50,11 @@ class Light:
 
 @dataclass(frozen=True, eq=False)
 class TappedDirection:
-    """One direction of a tap test: its name, all responses, that of the tip, the band to believe, modes, and the hits'
-    study."""
+    """One direction of a tap test.
+
+    frf : all responses; tip : that of the tip; band : to be believed; modes : identified in it; hits : study of the hits, None
+    for responses without records.
+    """
 
     name: str
     frf: Frf
@@ -72,7 +74,7 @@ class TappedDirection:
 
 @dataclass(frozen=True, eq=False)
 class TapStudy(NotebookText):
-    """What a tap test gives: directions, limits with speeds to use, lights, and what to strike again."""
+    """Result of a tap test: directions, limits with speeds to use, lights, and what to strike again."""
 
     directions: tuple[TappedDirection, ...]
     limits: TapLimits
@@ -85,21 +87,21 @@ class TapStudy(NotebookText):
 
     @property
     def again(self) -> tuple[str, ...]:
-        """What to strike or look at again, most urgent first."""
+        """Remedies, most urgent first: what to strike or look at again."""
         ordered = sorted(self.lights, key=lambda light: -COLOURS.index(light.colour))
         return tuple(dict.fromkeys(light.remedy for light in ordered if light.remedy))
 
     @property
     def status(self) -> str:
         """The answer in a sentence."""
-        limit, low, high, speed = self.limits.lowest
+        limit, lower, upper, speed = self.limits.lowest
         if self.colour == "red":
             return "Do not cut by this test: " + "; ".join(light.words for light in self.lights if light.colour == "red") + "."
         first = self.limits.speeds[0] if self.limits.speeds else None
-        least = f"least limit {1e3 * limit:.2g} mm, {1e3 * low:.2g} .. {1e3 * high:.2g} mm, at {speed:.0f} rev/min"
+        limit_words = f"least limit {1e3 * limit:.2g} mm, {1e3 * lower:.2g} .. {1e3 * upper:.2g} mm, at {speed:.0f} rev/min"
         if not np.isfinite(self.limits.chart.limit).any():
-            least = f"no limit to {1e3 * limit:.3g} mm, the end of the searched depths"
-        words = f"Stable at every speed up to {text_below(1e3 * low, 2)} mm, 95 % certain ({least})"
+            limit_words = f"no limit to {1e3 * limit:.3g} mm, the end of the searched depths"
+        words = f"Stable at every speed up to {text_below(1e3 * lower, 2)} mm, 95 % certain ({limit_words})"
         use = "" if first is None else f"; best use: {first.speed:.0f} rev/min with {text_below(1e3 * first.depth, 2)} mm"
         return words + use + (", with doubts (amber)." if self.colour == "amber" else ".")
 
@@ -109,13 +111,13 @@ class TapStudy(NotebookText):
         for direction in self.directions:
             identified = direction.modes
             for i in range(identified.modes.count):
-                wide = ["unknown", "unknown"]
+                intervals = ["unknown", "unknown"]
                 if identified.modes.covariance is not None:
                     ends = identified.modes.frequency_interval[i], 100 * identified.modes.damping_interval[i]
-                    wide = [f"{float(f'{end:.2g}'):g}" if np.isfinite(end) else "unknown" for end in ends]
+                    intervals = [f"{float(f'{end:.2g}'):g}" if np.isfinite(end) else "unknown" for end in ends]
                 mark = "doubtful" if identified.doubtful[i] else "stands out" if i in identified.dominant else ""
-                rows.append([direction.name, str(i + 1), f"{identified.modes.frequency[i]:.1f}", wide[0],
-                             f"{100 * identified.modes.damping_ratio[i]:.2f}", wide[1], mark])
+                rows.append([direction.name, str(i + 1), f"{identified.modes.frequency[i]:.1f}", intervals[0],
+                             f"{100 * identified.modes.damping_ratio[i]:.2f}", intervals[1], mark])
         return rows
 
     def speed_rows(self) -> list[list[str]]:
@@ -134,19 +136,19 @@ class TapStudy(NotebookText):
         speeds = self.speed_rows()
         title = "Speeds to use (95 % certain there and 2 % beside, a tenth of depth in hand)"
         tables = [text_table("Steps", ("step", "light", "what is so", "what to do"), self.light_rows()),
-                  text_table("Modes", MODES, self.mode_rows())]
-        return "\n".join([self.status, *tables, *([text_table(title, SPEEDS, speeds)] if speeds else [])])
+                  text_table("Modes", MODE_COLUMNS, self.mode_rows())]
+        return "\n".join([self.status, *tables, *([text_table(title, SPEED_COLUMNS, speeds)] if speeds else [])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, SI: status, lights, modes, limits with intervals, speeds to use, what to strike again."""
-        limit, low, high, speed = self.limits.lowest
+        limit, lower, upper, speed = self.limits.lowest
         chart = self.limits.chart
         return {"status": self.status, "colour": self.colour, "again": list(self.again),
                 "lights": [vars(light) for light in self.lights],
                 "modes": [{"direction": d.name, "frequency_hz": d.modes.modes.frequency.tolist(),
                            "damping_ratio": d.modes.modes.damping_ratio.tolist(), "doubtful": d.modes.doubtful.tolist(),
                            "band_hz": list(d.band.ends)} for d in self.directions],
-                "least_limit_m": {"depth": limit, "interval": [low, high], "speed_rpm": speed},
+                "least_limit_m": {"depth": limit, "interval": [lower, upper], "speed_rpm": speed},
                 "speed_rpm": chart.speeds.tolist(), "limit_m": np.minimum(chart.limit, chart.depth_max).tolist(),
                 "depth_max_m": chart.depth_max, "is_end_of_search": (~np.isfinite(chart.limit)).tolist(),
                 "interval_over_limit": [self.limits.low.tolist(), self.limits.high.tolist()],
@@ -155,8 +157,8 @@ class TapStudy(NotebookText):
 
 def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: Mapping[str, Any] | None = None, *,
               tip: str | None = None, speeds: tuple[float, float] | None = None, rng: np.random.Generator,
-              progress: Progress = lambda name, done, total: None) -> TapStudy:
-    """Return what a tap test of a tool gives.
+              progress: Progress = lambda name, finished, total: None) -> TapStudy:
+    """Return the result of a tap test of a tool.
 
     Parameters
     ----------
@@ -177,13 +179,14 @@ def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: 
     parts = (struck.x,) if struck.y is None else (struck.x, struck.y)
     lights = [light for direction, part in zip(directions, parts, strict=True) for light in _lights_of(direction, part)]
     lights.append(_direction_light(struck, directions))
+    # Limits rest on every step before them.
     sound = not any(light.colour == "red" for light in lights)
     return TapStudy(tuple(directions), limits, (*lights, _limit_light(limits, dict(values or {}), sound)))
 
 
-def _direction(name: str, given: HammerStudy | Frf, tip: str | None, progress: Progress) -> TappedDirection:
-    hits = given if isinstance(given, HammerStudy) else None
-    frf = along_positive_axes(given.frf if isinstance(given, HammerStudy) else given)
+def _direction(name: str, test: HammerStudy | Frf, tip: str | None, progress: Progress) -> TappedDirection:
+    hits = test if isinstance(test, HammerStudy) else None
+    frf = along_positive_axes(test.frf if isinstance(test, HammerStudy) else test)
     label = tool_directions(check_driving_points(frf, f"the test along {name}"), tip, "same", what=f"the test along {name}").x
     tip_alone = frf.selected([label], [label])
     band = find_compliant_band(tip_alone, usable_band(frf) if hits is None else hits.band)
@@ -214,22 +217,22 @@ def _hits_light(direction: TappedDirection) -> Light:
     if windowed := [doubt for doubt in study.doubts if doubt.what == "window"]:
         return Light(step, "red", windowed[0].why, windowed[0].remedy)
     force = float(np.median([verdict.hit.force for verdict in study.verdicts if verdict.hit.accepted]))
-    if not FORCES[0] < force < FORCES[1]:
+    if not HAND_BLOW_FORCE_RANGE[0] < force < HAND_BLOW_FORCE_RANGE[1]:
         return Light(step, "red", f"{words}, of {force:.2g} N: no blow of a hand-held hammer",
                      "check the sensitivity of the hammer and its unit (mV/N, V/N)")
-    if study.used < ENOUGH:
-        missing = ENOUGH - study.used
-        return Light(step, "amber", f"{words}: scatter is hardly known", f"strike at least {missing} times more along {name}")
+    if study.used < MIN_SCATTER_HITS:
+        more_hits = MIN_SCATTER_HITS - study.used
+        return Light(step, "amber", f"{words}: scatter is hardly known", f"strike at least {more_hits} times more along {name}")
     if 2 * study.used < len(study.verdicts):
         return Light(step, "amber", f"{words}: most were refused", f"look at the reasons and strike again along {name}")
-    left = [doubt for doubt in study.doubts if doubt.what not in _lit(direction)]
-    if left:
-        return Light(step, "amber", str(left[0].within(words)), left[0].remedy)
+    other_doubts = [doubt for doubt in study.doubts if doubt.what not in _lit_elsewhere(direction)]
+    if other_doubts:
+        return Light(step, "amber", str(other_doubts[0].within(words)), other_doubts[0].remedy)
     return Light(step, "green", f"{words}, of {force:.3g} N")
 
 
-def _lit(direction: TappedDirection) -> set[str]:
-    """Return what other lights say of doubts: those of the driving point."""
+def _lit_elsewhere(direction: TappedDirection) -> set[str]:
+    """Return the subjects of doubts that other lights show: those of the driving point."""
     return {str(direction.tip.outputs[0]), "one hit only"}
 
 
@@ -240,13 +243,14 @@ def _response_light(direction: TappedDirection) -> Light:
     # What lies below the band was measured, and is drift.
     lowest = float(direction.tip.frequency[direction.tip.frequency > 0][0])
     if doubts := sorted(question_tip(inside, measured_from=lowest), key=lambda doubt: not doubt.grave):
-        worst = doubts[0]
-        return Light(step, "red" if worst.grave else "amber", f"{worst.why} ({band})",
-                     f"along {direction.name}: {worst.remedy}")
+        gravest = doubts[0]
+        return Light(step, "red" if gravest.grave else "amber", f"{gravest.why} ({band})",
+                     f"along {direction.name}: {gravest.remedy}")
     spread = direction.spread
     if spread is None:
         return Light(step, "amber", f"passive {band}; its scatter is not known", "")
     size = np.abs(inside.values[:, 0, 0])
+    # Only lines near the peaks decide the limits.
     scatter = float(np.median(spread[size > 0.3 * size.max()]))
     if scatter > 0.05:
         return Light(step, "amber", f"scatters by {100 * scatter:.1f} % at its peaks {band}",
@@ -256,7 +260,9 @@ def _response_light(direction: TappedDirection) -> Light:
 
 def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
     step, identified = f"modes along {direction.name}", direction.modes
-    soft = part.compliance > MATTERS * part.compliance.max(initial=0.0)
+    # Doubts about stiff modes hardly move the tool point.
+    soft = part.compliance > MIN_COMPLIANCE_RATIO * part.compliance.max(initial=0.0)
+    # The identification's own fit, or that of the modes as they are used for the limits, whichever is worse.
     fit = min(identified.fit, 1 - measure_misfit(identified, direction.tip, direction.band.ends))
     words = (f"{identified.modes.count} modes, {len(identified.dominant)} stand out, {int(identified.doubtful.sum())} doubtful "
              f"({int((identified.doubtful[part.vibrates] & soft).sum())} of them soft); they explain {100 * fit:.1f} %; "
@@ -284,12 +290,12 @@ def _direction_light(struck: TappedTip, directions: list[TappedDirection]) -> Li
 
 
 def _limit_light(limits: TapLimits, values: Mapping[str, Any], sound: bool) -> Light:
-    limit, low, high, _ = limits.lowest
+    limit, lower, upper, _ = limits.lowest
     if not sound:
         return Light("limits", "red", "limits stand on a step above that is red: none is to be used")
-    words = f"least limit {1e3 * limit:.3g} mm, 95 % interval {1e3 * low:.3g} .. {1e3 * high:.3g} mm"
-    beyond = [note for note in limits.notes if "the FRF ends at" in note or "missing is the band" in note]
-    if beyond:
+    words = f"least limit {1e3 * limit:.3g} mm, 95 % interval {1e3 * lower:.3g} .. {1e3 * upper:.3g} mm"
+    band_notes = [note for note in limits.notes if "the FRF ends at" in note or "missing is the band" in note]
+    if band_notes:
         return Light("limits", "amber", f"{words}; the chatter band goes on beyond the measurement: limits may be too high",
                      "strike with a harder tip")
     if not {"material", "tangential"} & set(values):
@@ -297,6 +303,6 @@ def _limit_light(limits: TapLimits, values: Mapping[str, Any], sound: bool) -> L
     if limits.chart.doubts:
         doubt = limits.chart.doubts[0]
         return Light("limits", "amber", f"{words}; {doubt.why}", doubt.remedy)
-    if high > WIDE * low:
+    if upper > MAX_INTERVAL_RATIO * lower:
         return Light("limits", "amber", f"{words}: wide", "strike more often; calibrate the coefficients of this material")
     return Light("limits", "green", words)

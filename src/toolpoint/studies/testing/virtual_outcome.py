@@ -1,4 +1,4 @@
-"""What a planned hammer test would give, told by a virtual one: modes found, errors, shapes after expansion."""
+"""Outcome of a planned hammer test by a virtual one: modes found, errors, shapes after expansion."""
 
 from __future__ import annotations
 
@@ -17,14 +17,17 @@ from toolpoint.studies.testing.point_choice import expand
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import mac
 
-WAYS = ("+x", "+y", "+z")
-SAME = 0.02  # share of frequency within which a mode counts as one of the model
+SENSOR_DIRECTIONS = ("+x", "+y", "+z")
+MODE_FREQUENCY_TOLERANCE = 0.02  # relative distance within which a mode counts as one of the model
 
 
 @dataclass(frozen=True, eq=False)
 class VirtualOutcome:
-    """Outcome of a virtual test: for every mode of the model its errors (relative frequency, relative damping; not a number
-    where it was not found) and the MAC of the measured shape, expanded to all points, with the model's."""
+    """Outcome of a virtual test, for every mode of the model.
+
+    frequency_error, damping_error : relative, not a number where the mode was not found; mac : of the measured shape, expanded
+    to all points, with the model's.
+    """
 
     points: tuple[str | int, ...]
     frequency_error: FloatArray
@@ -44,15 +47,15 @@ class VirtualOutcome:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers."""
-        plain = (lambda values: [None if np.isnan(v) else float(v) for v in values])
-        return {"points": list(self.points), "frequency_error": plain(self.frequency_error),
-                "damping_error": plain(self.damping_error), "mac": plain(self.mac), "false_modes": self.false}
+        plain_numbers = (lambda values: [None if np.isnan(v) else float(v) for v in values])
+        return {"points": list(self.points), "frequency_error": plain_numbers(self.frequency_error),
+                "damping_error": plain_numbers(self.damping_error), "mac": plain_numbers(self.mac), "false_modes": self.false}
 
 
 def run_virtual_test(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], *, hammer: Hammer, block: float,
                      highest: float, noise: float, rng: np.random.Generator,
-                     progress: Callable[[int, int], None] = lambda done, total: None) -> VirtualOutcome:
-    """Return what the test finds: a sensor of three directions at every point, every Dof of `struck` struck each time.
+                     progress: Callable[[int, int], None] = lambda finished, total: None) -> VirtualOutcome:
+    """Return the outcome of the test: a sensor of three directions at every point, every Dof of `struck` struck each time.
 
     progress : of set-ups that were struck, of all; the identification behind them counts as much as all of them.
     """
@@ -61,28 +64,28 @@ def run_virtual_test(modes: Modes, points: Sequence[str | int], struck: Sequence
     for force in struck:
         for point in points:
             progress(len(parts), 2 * count)
-            record = hammer_records(modes, force, [Dof(point, way) for way in WAYS], rng=rng, hammer=hammer,
+            record = hammer_records(modes, force, [Dof(point, way) for way in SENSOR_DIRECTIONS], rng=rng, hammer=hammer,
                                     imperfections=Imperfections(noise=noise))
             parts.append(hammer_test(record, block, highest=highest).frf)
     frf = join_setups(parts)
     progress(count, 2 * count)
-    low = 0.4 * float(modes.frequency.min())
+    frequency_min = 0.4 * float(modes.frequency.min())
     nothing = np.full(modes.count, np.nan)
     try:
-        result = identify(frf, band=(max(low, float(frf.frequency[1])), highest)).modes
+        result = identify(frf, band=(max(frequency_min, float(frf.frequency[1])), highest)).modes
     except ToolpointError:
         return VirtualOutcome(tuple(points), nothing, nothing, np.zeros(modes.count))
-    return _compared(modes, result, tuple(points))
+    return _pair_with_model(modes, result, tuple(points))
 
 
-def _compared(modes: Modes, result: Modes, points: tuple[str | int, ...]) -> VirtualOutcome:
+def _pair_with_model(modes: Modes, result: Modes, points: tuple[str | int, ...]) -> VirtualOutcome:
     """Pair modes by their expanded shapes among those of near frequency, and return the errors."""
     # Responses that hear nothing but noise are left out by `identify`: their rows of the shapes are not there.
     measured, placed = set(result.dofs), set(points)
     dofs = [dof for dof in modes.dofs if dof.point in placed and dof in measured]
-    same = mac(modes.shape, expand(modes, result, dofs))
-    near = np.abs(result.frequency[None, :] / modes.frequency[:, None] - 1) < SAME
-    worth = np.where(near, same, 0.0)
+    macs = mac(modes.shape, expand(modes, result, dofs))
+    is_near = np.abs(result.frequency[None, :] / modes.frequency[:, None] - 1) < MODE_FREQUENCY_TOLERANCE
+    worth = np.where(is_near, macs, 0.0)
     frequency, damping, shape = (np.full(modes.count, np.nan) for _ in range(3))
     taken: set[int] = set()
     for i in np.argsort(-worth.max(axis=1)).tolist():
@@ -92,5 +95,5 @@ def _compared(modes: Modes, result: Modes, points: tuple[str | int, ...]) -> Vir
             taken.add(j)
             frequency[i] = result.frequency[j] / modes.frequency[i] - 1
             damping[i] = result.damping_ratio[j] / modes.damping_ratio[i] - 1
-            shape[i] = same[i, j]
+            shape[i] = macs[i, j]
     return VirtualOutcome(points, frequency, damping, np.nan_to_num(shape), result.count - len(taken))

@@ -1,1 +1,1 @@
-"""Studies of videos: modes from a clip, and what they say about a machine's interfaces."""
+"""Studies of videos: modes from a clip, and what they show of a machine's interfaces."""

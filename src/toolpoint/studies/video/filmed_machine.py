@@ -1,4 +1,4 @@
-"""One or more videos of a machine in one call: modes of each, the machine's interfaces ranked or the machine updated."""
+"""Study of one or more videos of a machine: modes of each, the machine's interfaces ranked or the machine updated."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from toolpoint.vision.view import View
 
 @dataclass(frozen=True, eq=False)
 class FilmedMachine(NotebookText):
-    """What videos of a machine tell: the study of each, and the ranking or the update of the machine, None without one."""
+    """Results of videos of a machine: the study of each, and the ranking or the update of the machine, None without one."""
 
     videos: tuple[VideoStudy, ...]
     machine: Machine | None = None
@@ -36,7 +36,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def notes(self) -> list[str]:
-        """What was done to the videos."""
+        """Processing of the videos, in words."""
         return [note for study in self.videos for note in study.notes]
 
     @property
@@ -47,8 +47,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def places(self) -> Geometry | None:
-        """Where the points of `modes` are, m: those of the machine, else the windows in the picture's plane; None without a
-        scale."""
+        """Places of the points of `modes`, m: the machine's, else the windows in the picture's plane; None without a scale."""
         first = self.videos[0]
         if self.machine is None:
             return first.places
@@ -56,7 +55,7 @@ class FilmedMachine(NotebookText):
 
     @property
     def nouns(self) -> dict[str, Modes | Geometry]:
-        """The modes and, where they are known, the places of their points: what a file of modes keeps."""
+        """Modes and, where they are known, the places of their points: the contents of a file of modes."""
         places = self.places
         return {"modes": self.modes} if places is None else {"modes": self.modes, "places": places}
 
@@ -69,13 +68,13 @@ class FilmedMachine(NotebookText):
 
     @property
     def updated_file(self) -> MachineDescription:
-        """The updated machine to be written, marked with what is doubted of it."""
+        """Description of the updated machine, marked with its doubts."""
         if not isinstance(self.answer, VideoUpdate):
             fail("updated_file", "the machine was not updated", "study the videos with update=True")
         return self.answer.machine_file
 
     def table(self) -> str:
-        """Return the modes of every video, and what they say of the machine, as text."""
+        """Return the modes of every video, and the answer for the machine, as text."""
         return "\n".join([*(study.table() for study in self.videos), *([] if self.answer is None else [self.answer.table()])])
 
     def to_dict(self) -> dict[str, Any]:
@@ -89,7 +88,7 @@ def study_videos(
     record: Frf | Record | Modes | None = None, band: tuple[float, float] | None = None, progress: Progress | None = None,
     **how: Any,
 ) -> FilmedMachine:
-    """Return what one or more videos tell, two of orthogonal planes mostly.
+    """Return the results of one or more videos, two of orthogonal planes mostly.
 
     Parameters
     ----------
@@ -107,16 +106,16 @@ def study_videos(
         What `study_video` takes besides.
     """
     poles = None if record is None else poles_of(record, band)
-    shown = views or (None,)
+    view_list = views or (None,)
 
-    def report(name: str, done: int, total: int) -> None:
+    def report(name: str, finished: int, total: int) -> None:
         if progress is not None:
-            progress(name, done, max(total, done))  # a clip may say too few frames
+            progress(name, finished, max(total, finished))  # a clip may say too few frames
 
     def studied(clip: Clip, view: View | None) -> VideoStudy:
         return study_video(clip, view=view, machine=machine, band=band, poles=poles, progress=report, **how)
 
-    videos = tuple(studied(clip, shown[min(number, len(shown) - 1)]) for number, clip in enumerate(clips))
+    videos = tuple(studied(clip, view_list[min(number, len(view_list) - 1)]) for number, clip in enumerate(clips))
     if machine is None:
         return FilmedMachine(videos)
     if not update:
@@ -136,8 +135,11 @@ def shape_warp(video: VideoStudy) -> ShapeWarp:
 
 def magnify_motion(video: VideoStudy, factor: float = 20.0, *, mode: int = 1, band: tuple[float, float] | None = None,
                    attenuation: float = 0.5) -> Iterator[Frames]:
-    """Return the frames of a video with the motion of a mode (1 is the first) magnified by its shape, or that in a band (Hz)
-    by phase; `attenuation` of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a tenth."""
+    """Return the frames of a video with the motion of a mode magnified by its shape, or that in a band by phase.
+
+    mode : 1 is the first; band : Hz; attenuation : of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a
+    tenth.
+    """
     if band is not None:
         return PhaseMagnification(*band, factor, attenuation).frames(video.scan)
     if not 1 <= mode <= video.poles.count:

@@ -1,4 +1,4 @@
-r"""Which interface is soft: relative motion of its two bodies in the video times what the model says it matters.
+r"""Ranking of soft interfaces: relative motion of two bodies in the video times the sensitivity of the model.
 
 For every joint and mode: :math:`m_{jr}`, the length of the bodies' relative displacement at the joint and of their relative
 turn times the child's half length, over the largest motion of the mode; :math:`w_r`, the mode's share of the motion after
@@ -27,8 +27,8 @@ from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.vision.modes.bodies import BodyMotion
 
 HEADER = ("rank", "interface", "relative motion in the modes", "sigma", "model sensitivity", "score", "verdict")
-TOLD = 5.0
-SMALL = 0.05
+MIN_MOTION_SIGMA = 5.0  # standard deviations, from which a relative motion counts
+MIN_WEIGHTED_MOTION = 0.05  # of a mode's largest motion, from which an interface moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +68,10 @@ class InterfaceRanking(NotebookText):
 
     def table(self) -> str:
         """Return the ranking as text."""
-        heard = ", ".join(f"{f:.2f}" for f in self.frequencies)
+        frequency_text = ", ".join(f"{f:.2f}" for f in self.frequencies)
         return "\n".join([*mark_notes(self.doubts),
-                          text_table(f"Interfaces by relative motion in the modes at {heard} Hz", HEADER, self.rows())])
+                          text_table(f"Interfaces by relative motion in the modes at {frequency_text} Hz", HEADER,
+                                     self.rows())])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ranking as plain data."""
@@ -95,55 +96,57 @@ def rank_interfaces(machine: Machine, videos: Sequence[VideoStudy],
         if not video.bodies:
             fail("videos", f"{video.scan.clip.name} has no bodies", "must show bodies of the machine",
                  remedy="give their regions, or a view that places the machine in the picture")
-        motion, sigma, weight = _relative(machine, video, pose)
+        motion, sigma, weight = _relative_motion(machine, video, pose)
         motions.append(motion)
         weights.append(weight)
         sigmas.append(sigma)
         frequencies.append(video.poles.frequency[video.is_mode])
         doubts += list(video.doubts)
     motion, sigma = np.concatenate(motions, axis=1), np.concatenate(sigmas, axis=1)
-    heard, share = np.concatenate(frequencies), np.concatenate(weights)
-    sensitivity = _sensitivity(machine, heard.size, pose)
+    all_frequencies, share = np.concatenate(frequencies), np.concatenate(weights)
+    sensitivity = _sensitivity(machine, all_frequencies.size, pose)
     entries = []
     for j, name in enumerate(machine.description.joints):
-        sure = np.where(sigma[j] > TOLD, share * motion[j], 0.0)
+        sure = np.where(sigma[j] > MIN_MOTION_SIGMA, share * motion[j], 0.0)
         score = float(sure.sum() * np.sqrt(sensitivity[name]))
         unknown = np.isnan(motion[j]).all()
-        moves = bool((sure > SMALL).any())
+        is_moving = bool((sure > MIN_WEIGHTED_MOTION).any())
         verdict = "unknown: a body without texture" if unknown else (
-            "moves: update it" if moves else "does not move: leave it as it is")
+            "moves: update it" if is_moving else "does not move: leave it as it is")
         entries.append(InterfaceRank(name, motion[j], sigma[j], sensitivity[name], 0.0 if unknown else score, verdict))
     entries.sort(key=lambda entry: -entry.score)
-    return InterfaceRanking(tuple(entries), heard, tuple(dict.fromkeys(doubts)))
+    return InterfaceRanking(tuple(entries), all_frequencies, tuple(dict.fromkeys(doubts)))
 
 
-def _relative(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None) -> tuple[FloatArray, FloatArray,
-                                                                                              FloatArray]:
+def _relative_motion(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None) -> tuple[FloatArray, FloatArray,
+                                                                                                     FloatArray]:
     """Return relative motion over the mode's largest and over its deviation, (n_joints, n_modes), and the modes' weights."""
     place = place_machine(machine, pose)
     bodies = {body.name: body for body in video.bodies}
-    at = np.flatnonzero(video.is_mode)
+    mode_indices = np.flatnonzero(video.is_mode)
     largest = np.max([np.abs(body.coefficients[:, [0, 6]]).max(axis=1) + np.abs(body.coefficients[:, [1, 2, 7, 8]]).max(axis=1)
-                      for body in video.bodies if "unknown" not in body.orders], axis=0)[at]
+                      for body in video.bodies if "unknown" not in body.orders], axis=0)[mode_indices]
     frames = {name: k for k, name in enumerate(machine.joint_names)}
-    motion = np.full((len(machine.description.joints), at.size), np.nan)
+    motion = np.full((len(machine.description.joints), mode_indices.size), np.nan)
     sigma = np.zeros_like(motion)
     for j, (name, joint) in enumerate(machine.description.joints.items()):
         where = place.joint_frames[0, frames[name], :3, 3] if name in frames else np.asarray(joint.frame.at)
         pixel = video.view.project(where[None])
         parent, child = bodies.get(joint.parent), bodies.get(joint.child)
+        # A body that the video does not show leaves its joints unknown.
         if child is None or (parent is None and joint.parent != GROUND) or any(
                 body is not None and "unknown" in body.orders for body in (parent, child)):
             continue
         value, variance = _difference(child, parent, pixel)
-        motion[j] = np.sqrt((np.abs(value) ** 2).sum(axis=0))[at] / largest
-        sigma[j] = np.sqrt((np.abs(value) ** 2 / np.maximum(variance, 1e-30)).sum(axis=0))[at]
+        motion[j] = np.sqrt((np.abs(value) ** 2).sum(axis=0))[mode_indices] / largest
+        sigma[j] = np.sqrt((np.abs(value) ** 2 / np.maximum(variance, 1e-30)).sum(axis=0))[mode_indices]
     return motion, sigma, largest / largest.max()
 
 
 def _difference(child: BodyMotion, parent: BodyMotion | None, pixel: FloatArray) -> tuple[ComplexArray, FloatArray]:
     """Return relative right, down and turn times the child's half length at a place, (3, r), and their variances."""
     reach = max(child.region.width, child.region.height) / 2
+    # Motion at the place, and to the right of it and below, gives the turn.
     steps = np.array([[0.0, 0.0], [reach, 0.0], [0.0, reach]])
     value: ComplexArray = np.zeros((3, child.coefficients.shape[0]), complex)
     variance = np.zeros(value.shape)

@@ -1,4 +1,4 @@
-"""A machine in a picture: where each body is seen, and the motion of its joints as the video has it."""
+"""Machine in a picture: the region of each body, and the motion of its joints in the video."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from toolpoint.spatial import transform as tf
 from toolpoint.vision.clip import Region
 from toolpoint.vision.view import View
 
-INSET = 2
+INSET_PIXELS = 2  # from the edge of a body's box inwards
 
 
 def body_regions(machine: Machine, view: View, shape: tuple[int, int], *, pose: Mapping[str, float] | None = None
                  ) -> dict[str, Region]:
-    """Return where the boxes of a machine's bodies are seen in a picture of (rows, columns), from back to front."""
-    seen = []
+    """Return the regions of the boxes of a machine's bodies in a picture of (rows, columns), from back to front."""
+    regions = []
     for name, corners in body_corners(machine, pose).items():
         pixels = view.project(corners)
-        low = np.maximum(np.ceil(pixels.min(axis=0)) + INSET, 0).astype(int)
-        high = np.minimum(np.floor(pixels.max(axis=0)) - INSET, (shape[1] - 1, shape[0] - 1)).astype(int)
-        if (high - low >= 8).all():
-            region = Region(int(low[0]), int(low[1]), int(high[0] - low[0] + 1), int(high[1] - low[1] + 1))
-            seen.append((-float((corners @ view.normal).min()), name, region))
-    if not seen:
+        first_pixel = np.maximum(np.ceil(pixels.min(axis=0)) + INSET_PIXELS, 0).astype(int)
+        last_pixel = np.minimum(np.floor(pixels.max(axis=0)) - INSET_PIXELS, (shape[1] - 1, shape[0] - 1)).astype(int)
+        if (last_pixel - first_pixel >= 8).all():
+            region = Region(int(first_pixel[0]), int(first_pixel[1]), int(last_pixel[0] - first_pixel[0] + 1),
+                            int(last_pixel[1] - first_pixel[1] + 1))
+            regions.append((-float((corners @ view.normal).min()), name, region))
+    if not regions:
         fail("view", "no body of the machine lies in the picture", "must show them",
              remedy="check scale, origin and directions")
-    return {name: region for _, name, region in sorted(seen)}
+    return {name: region for _, name, region in sorted(regions)}
 
 
 def body_corners(machine: Machine, pose: Mapping[str, float] | None = None) -> dict[str, FloatArray]:

@@ -1,4 +1,4 @@
-"""Poles from a hammer or accelerometer record beside the camera: then the video gives the shapes, also above half its rate."""
+"""Poles from a hammer or accelerometer record beside the camera, for shapes by the video, also above half its rate."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from toolpoint.modal_identification import Identification, identify
 from toolpoint.signals import hammer_test
 from toolpoint.vibration import Dof, Frf, Modes, Record
 
-BLOCK = 1.0
-SETTLING = 0.005
+RECORD_BLOCK_SECONDS = 1.0  # s, at most
+RECORDED_BLOW_TIME = 0.005  # s after the largest sample
 
 
 def poles_of(measured: Frf | Record | Modes, band: tuple[float, float] | None = None) -> Modes:
@@ -20,6 +20,11 @@ def poles_of(measured: Frf | Record | Modes, band: tuple[float, float] | None = 
     ------
     ToolpointError
         Where no mode is found; for a record with several forces.
+
+    Examples
+    --------
+    >>> poles_of(Modes([80.0, 120.0], [0.02, 0.03], [[0.1, 0.05]], ["tool:+x"])).frequency.tolist()
+    [80.0, 120.0]
     """
     if isinstance(measured, Modes):
         return measured
@@ -36,10 +41,10 @@ def _responses(record: Record) -> Frf:
     if len(forces) > 1:
         fail("record", f"{len(forces)} forces", "must be one hammer or none")
     if forces:
-        return hammer_test(record, min(BLOCK, 0.8 * record.duration)).frf
+        return hammer_test(record, min(RECORD_BLOCK_SECONDS, 0.8 * record.duration)).frf
     samples = record.samples - record.samples.mean(axis=0)
     energy = (samples**2).sum(axis=1)
-    first = int(np.argmax(energy)) + round(SETTLING * record.sample_rate)
+    first = int(np.argmax(energy)) + round(RECORDED_BLOW_TIME * record.sample_rate)
     part = samples[first:]
     if len(part) < 64:
         fail("record", f"{len(part)} samples after the largest", "must be 64 at least", remedy="record longer after the blow")

@@ -31,13 +31,13 @@ def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, *,
 def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, *, places: Mapping[str | int, tuple[str, FloatArray]]
                ) -> Modes:
     """Return the modes at places on bodies, (3,) in m, in both directions of the picture, metres."""
-    known = {body.name: body for body in bodies}
+    bodies_by_name = {body.name: body for body in bodies}
     rows, variances, labels = [], [], []
     for name, (owner, place) in places.items():
-        if owner not in known:
-            fail("places", f"no body {owner!r} in the video", f"must be of {', '.join(known) or 'none'}",
-                 remedy=suggestion(owner, list(known)))
-        body = known[owner]
+        if owner not in bodies_by_name:
+            fail("places", f"no body {owner!r} in the video", f"must be of {', '.join(bodies_by_name) or 'none'}",
+                 remedy=suggestion(owner, list(bodies_by_name)))
+        body = bodies_by_name[owner]
         if "unknown" in body.orders:
             continue
         pixel = view.project(np.asarray(place, float)[None])
@@ -59,21 +59,21 @@ def body_covariance(poles: Modes, bodies: Sequence[BodyMotion], view: View, *,
     floor : deviation of a body's motion, over the root mean square of the shape at all places, that it has at least. It is
     that of the three numbers of a rigid motion, not of each place: it is spread over the rows of the body.
     """
-    known = {body.name: body for body in bodies}
+    bodies_by_name = {body.name: body for body in bodies}
     by_body: dict[str, list[FloatArray]] = {}
     rows: dict[str, list[int]] = {}
     count = 0
     for owner, place in places.values():
-        if "unknown" not in known[owner].orders:
+        if "unknown" not in bodies_by_name[owner].orders:
             by_body.setdefault(owner, []).append(view.project(np.asarray(place, float)[None])[0])
             rows.setdefault(owner, []).extend((count, count + 1))
             count += 2
     power = (np.abs(body_modes(poles, bodies, view, places=places).shape) ** 2).mean(axis=0)
     result = np.zeros((poles.count, count, count))
     for owner, pixels in by_body.items():
-        joint = known[owner].joint_covariance_at(np.array(pixels)) * view.metres**2
-        least = floor**2 * max(1.0, len(rows[owner]) / RIGID_NUMBERS) * power
-        joint += least[:, None, None] * np.eye(len(rows[owner]))
+        joint = bodies_by_name[owner].joint_covariance_at(np.array(pixels)) * view.metres**2
+        floor_variance = floor**2 * max(1.0, len(rows[owner]) / RIGID_NUMBERS) * power
+        joint += floor_variance[:, None, None] * np.eye(len(rows[owner]))
         place = np.array(rows[owner])
         result[:, place[:, None], place] = joint
     return result

@@ -17,19 +17,19 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.camera_motion import find_camera_motion
 from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.shape_modes import body_covariance, body_modes, window_modes
-from toolpoint.studies.video.video_doubts import SEEN, has_smoothed_frames, video_doubts
+from toolpoint.studies.video.video_doubts import MIN_SEEN_SIGMA, has_smoothed_frames, video_doubts
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.geometry import Geometry
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.displacement.background import CameraMotion, without_camera
 from toolpoint.vision.displacement.measure import Method, Scan, measure, scan
-from toolpoint.vision.displacement.points import BLIND, choose_points, grid_windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, choose_points, grid_windows
 from toolpoint.vision.displacement.quality import Quality, judge_quality
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.displacement.templates import TemplateProducts
 from toolpoint.vision.modes.artefacts import name_artefacts, shake_lines
-from toolpoint.vision.modes.bodies import RIGID, BodyMotion, fit_bodies
+from toolpoint.vision.modes.bodies import RIGID_ORDERS, BodyMotion, fit_bodies
 from toolpoint.vision.modes.body_orders import ORDERS
 from toolpoint.vision.modes.decay import FreeDecay, decay_of, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
@@ -37,26 +37,26 @@ from toolpoint.vision.modes.jumps import Jump, find_unbroken
 from toolpoint.vision.modes.lines import alias_candidates, lamp_lines, lamps_alone, lamps_everywhere, name_line, name_modes
 from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, count_transient_frames, point_shapes
-from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
+from toolpoint.vision.modes.scatter import inflate_by_loss, inflate_by_windows
 from toolpoint.vision.view import View
 
 HEADER = ("mode", "frequency Hz", "± Hz", "damping %", "± %", "largest motion px", "seen", "if aliased Hz", "remark")
 # Advice of an identification of measured responses that does not hold for the transforms of a decay.
-_OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", "stated variance")
-CYCLES = 0.9
-LARGE = 0.5
-FEWEST_WINDOWS = 12
+_RESPONSE_ADVICE = ("half-power width", "no driving point", "responses fit below", "stated variance")
+MIN_LINE_CYCLES = 0.9  # of the lowest line, in the length of the decay
+LARGE_MOTION_PIXELS = 0.5  # from which windows are tracked in place of projected frames
+MIN_POLE_WINDOWS = 12  # below which poles come from the points
 # Share of the strongest mode below which compression makes lines, at most.
 MAX_LOSS = 0.15
 # Share of every body's motion that its windows do not share, from which a pole is no mode.
-INCOHERENT = 0.5
-FAINT = "doubtful: faint, it may be noise"
-OF_COMPRESSION = "doubtful: faint beside the strongest, compression makes such lines"
+MAX_INCOHERENT_FRACTION = 0.5
+FAINT_REMARK = "doubtful: faint, it may be noise"
+COMPRESSION_REMARK = "doubtful: faint beside the strongest, compression makes such lines"
 
 
 @dataclass(frozen=True, eq=False)
 class VideoStudy(NotebookText):
-    """What a video tells.
+    """Modes of a video, with its quality, decay and bodies.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class VideoStudy(NotebookText):
         Frequencies, damping and their covariance; one Dof.
     names : tuple of str
         What each pole may be instead of a mode, empty for a mode.
-    seen : (r,) floats
+    motion_sigma : (r,) floats
         Largest motion of each mode over its standard deviation.
     shapes : PointShapes
         Of the points.
@@ -92,7 +92,7 @@ class VideoStudy(NotebookText):
     identification: Identification | None
     poles: Modes
     names: tuple[str, ...]
-    seen: FloatArray
+    motion_sigma: FloatArray
     shapes: PointShapes
     picture: FullField
     bodies: tuple[BodyMotion, ...]
@@ -103,7 +103,7 @@ class VideoStudy(NotebookText):
 
     @property
     def is_mode(self) -> np.ndarray:
-        """Which poles are taken for modes of the machine."""
+        """Mask of the poles taken for modes of the machine, (r,) bools."""
         return np.array([not name for name in self.names], bool)
 
     @property
@@ -119,7 +119,7 @@ class VideoStudy(NotebookText):
 
     @property
     def places(self) -> Geometry | None:
-        """Where the labels of `modes` are, in the plane of the picture through the machine's origin; None without a scale."""
+        """Places of the labels of `modes`, in the plane of the picture through the machine's origin; None without a scale."""
         if self.view.scale is None:
             return None
         return Geometry(dict(enumerate(self.view.locate(self.points.windows.centres), start=1)), [])
@@ -145,13 +145,13 @@ class VideoStudy(NotebookText):
         rate = self.scan.clip.frame_rate
         lengths = np.sqrt((np.abs(self.shapes.shape) ** 2).sum(axis=1)).max(axis=0)
         for i in range(self.poles.count):
-            low, high = alias_candidates(float(self.poles.frequency[i]), rate)
+            alias_below, alias_above = alias_candidates(float(self.poles.frequency[i]), rate)
             widths = ("", "") if self.poles.covariance is None else (
                 f"{self.poles.frequency_interval[i]:.2g}", f"{100 * self.poles.damping_interval[i]:.2g}")
             damping = (f"{100 * self.poles.damping_ratio[i]:.3f}", widths[1]) if self.gives_damping else ("refused", "")
             result.append([str(i + 1), f"{self.poles.frequency[i]:.3f}", widths[0], *damping, f"{lengths[i]:.4f}",
-                           "no" if self.seen[i] < SEEN else f"{self.seen[i]:.0f} sigma",
-                           f"{low:.1f}, {high:.1f}" if self.source == "video" else "", self.names[i]])
+                           "no" if self.motion_sigma[i] < MIN_SEEN_SIGMA else f"{self.motion_sigma[i]:.0f} sigma",
+                           f"{alias_below:.1f}, {alias_above:.1f}" if self.source == "video" else "", self.names[i]])
         return result
 
     def table(self) -> str:
@@ -170,7 +170,8 @@ class VideoStudy(NotebookText):
         result: dict[str, Any] = {
             "doubts": list(self.doubts), "frame_rate_hz": self.scan.clip.frame_rate, "source_of_poles": self.source,
             "frequency_hz": self.poles.frequency.tolist(), "damping_ratio": damping, "remark": list(self.names),
-            "seen_sigma": self.seen.tolist(), "accepts_amplitude": self.quality.accepts_amplitude, "notes": list(self.notes),
+            "seen_sigma": self.motion_sigma.tolist(), "accepts_amplitude": self.quality.accepts_amplitude,
+            "notes": list(self.notes),
             "bodies": {body.name: list(body.orders) for body in self.bodies}}
         if self.poles.covariance is not None:
             result["frequency_interval_hz"] = _finite(self.poles.frequency_interval)
@@ -187,7 +188,7 @@ def study_video(
     start: float | None = None, stop: float | None = None, poles: Modes | None = None, side: int = 16,
     orders: Sequence[str] | None = None, machine: Machine | None = None, progress: Progress | None = None,
 ) -> VideoStudy:
-    """Return the modes that a video shows.
+    """Return the modes in a video.
 
     Parameters
     ----------
@@ -227,102 +228,112 @@ def study_video(
     scanned = scan(clip, progress)
     quality = judge_quality(scanned)
     regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
-    still = [region.within(scanned.clip.shape, "background") for region in background]
+    resting_regions = [region.within(scanned.clip.shape, "background") for region in background]
     shaken = measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress)
-    camera = find_camera_motion(scanned, shaken, still, bodies=regions, side=side, method=method)
-    field = _steady(shaken, camera)
-    whole = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
-    decay, jumps = _decay(whole, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
+    camera = find_camera_motion(scanned, shaken, resting_regions, bodies=regions, side=side, method=method)
+    field = _remove_camera(shaken, camera)
+    all_windows = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
+    decay, jumps = _decay(all_windows, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
     lamps = lamps_everywhere(lamp_lines(scanned.survey.brightness, clip.frame_rate), scanned.survey.means, clip.frame_rate)
-    known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
-    skip = count_transient_frames(field, known.poles, decay.first, stop=decay.stop)
-    shapes = point_shapes(field, known.poles, decay.first, stop=decay.stop, skip=skip)
+    used_poles, identification = (poles, None) if poles is not None else _identify_poles(decay, all_windows, band,
+                                                                                         loss=quality.loss)
+    skip = count_transient_frames(field, used_poles.poles, decay.first, stop=decay.stop)
+    shapes = point_shapes(field, used_poles.poles, decay.first, stop=decay.stop, skip=skip)
     line = clip.frame_rate / len(decay.components)
-    lamps = lamps_alone(lamps, known, clip.frame_rate, resolution=line)
-    names = ("",) * known.count if poles is not None else name_modes(_with_shapes(known, shapes), lamps, clip.frame_rate,
-                                                                     resolution=line)
+    lamps = lamps_alone(lamps, used_poles, clip.frame_rate, resolution=line)
+    names = ("",) * used_poles.count if poles is not None else name_modes(_with_shapes(used_poles, shapes), lamps,
+                                                                          clip.frame_rate,
+                                                                          resolution=line)
     if poles is None:
-        names = tuple(name or ("below the band" if band and known.frequency[i] < band[0] else "")
+        names = tuple(name or ("below the band" if band and used_poles.frequency[i] < band[0] else "")
                       for i, name in enumerate(names))
-        names = name_artefacts(_with_shapes(known, shapes), names, clip.frame_rate, resolution=line, is_lossy=clip.is_lossy,
+        names = name_artefacts(_with_shapes(used_poles, shapes), names, clip.frame_rate, resolution=line,
+                               is_lossy=clip.is_lossy,
                                shake=shake_lines(camera, clip.frame_rate))
-    shown = _whole_picture(scanned, known, decay, field=field, camera=camera, side=side, skip=skip, progress=progress)
-    seen = _seen(shapes)
-    names = _with_doubtful(names, identification, seen, loss=quality.loss)
-    moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)),
+    picture = _whole_picture(scanned, used_poles, decay, field=field, camera=camera, side=side, skip=skip, progress=progress)
+    motion_sigma = _motion_sigma(shapes)
+    names = _mark_doubtful(names, identification, motion_sigma, loss=quality.loss)
+    moved = fit_bodies(picture.windows, picture.shapes, regions,
+                       orders=tuple(orders or (ORDERS if machine is None else RIGID_ORDERS)),
                        counted=np.array([not name for name in names]), loss=quality.loss)
     if poles is None:
-        names = _with_incoherent(names, moved)
-    doubts = video_doubts(scanned, quality, field, decay=decay, known=known, shapes=shapes, bodies=moved,
-                          unseen=[i for i, name in enumerate(names) if seen[i] < SEEN and name in ("", FAINT)],
+        names = _mark_incoherent(names, moved)
+    doubts = video_doubts(scanned, quality, field, decay=decay, poles=used_poles, shapes=shapes, bodies=moved,
+                          unseen=[i for i, name in enumerate(names) if motion_sigma[i] < MIN_SEEN_SIGMA
+                                  and name in ("", FAINT_REMARK)],
                           of_record=poles is not None, jumps=jumps)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
              *_advice(identification, names))
-    return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, shown, moved, view or View(),
+    return VideoStudy(scanned, quality, field, decay, identification, used_poles, names, motion_sigma, shapes, picture, moved,
+                      view or View(),
                       "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
 
 
 def _all_windows(scanned: Scan, points: DisplacementField, camera: CameraMotion | None, *, side: int, method: str | Method,
                  progress: Progress | None) -> DisplacementField:
     """Return the field of windows side by side over the picture, for the poles: every pixel counts once; else the points."""
+    # Windows without texture see no motion.
     windows = grid_windows(scanned.reference, scanned.survey, min(2 * side, min(scanned.clip.shape) // 4))
-    windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
-    if len(windows.corners) < FEWEST_WINDOWS:
+    windows = windows.selected(np.flatnonzero(windows.sight > BLIND_SIGHT))
+    if len(windows.corners) < MIN_POLE_WINDOWS:
         return points
-    return _steady(measure(scanned, windows, method, progress=progress), camera)
+    return _remove_camera(measure(scanned, windows, method, progress=progress), camera)
 
 
-def _decay(whole: DisplacementField, bodies: Mapping[str, Region], start: float | None, stop: float | None, *,
+def _decay(field: DisplacementField, bodies: Mapping[str, Region], start: float | None, stop: float | None, *,
            is_smoothed: bool) -> tuple[FreeDecay, tuple[Jump, ...]]:
     """Return the decay and its jumps: by all windows, or pooled by bodies where compression or little motion hides it."""
     if not is_smoothed:
         try:
-            return find_unbroken(lambda low, high: find_decay(whole, low, high), start, stop)
+            return find_unbroken(lambda lower, upper: find_decay(field, lower, upper), start, stop)
         except ToolpointError as error:
             reason = error
-    pooled = pool_windows(whole, bodies)
+    pooled = pool_windows(field, bodies)
     try:
-        return find_unbroken(lambda low, high: decay_of(pooled.copy(), whole.frame_rate, start=low, stop=high), start, stop,
+        return find_unbroken(lambda lower, upper: decay_of(pooled.copy(), field.frame_rate, start=lower, stop=upper), start,
+                             stop,
                              smoothed=is_smoothed)
     except ToolpointError as error:
         raise error if is_smoothed else reason from None
 
 
-def _steady(field: DisplacementField, camera: CameraMotion | None) -> DisplacementField:
+def _remove_camera(field: DisplacementField, camera: CameraMotion | None) -> DisplacementField:
     return field if camera is None else without_camera(field, camera)
 
 
-def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None, *, loss: float
-                ) -> tuple[Modes, Identification]:
+def _identify_poles(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None, *, loss: float
+                    ) -> tuple[Modes, Identification]:
     length = len(decay.components) / decay.frame_rate
     try:
         # Lines below the band stay: a strong mode of few cycles would be cut to a line or two, and lost with all its motion.
-        result = identify(decay.responses(CYCLES / length), band=band and (min(CYCLES / length, band[0]), band[1]))
+        result = identify(decay.responses(MIN_LINE_CYCLES / length),
+                          band=band and (min(MIN_LINE_CYCLES / length, band[0]), band[1]))
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
-    modes = widen_by_windows(result.modes, field, first=decay.first, count=len(decay.components))
-    return widen_by_loss(modes, loss), result
+    modes = inflate_by_windows(result.modes, field, first=decay.first, count=len(decay.components))
+    return inflate_by_loss(modes, loss), result
 
 
-def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray, *, loss: float
+def _mark_doubtful(names: tuple[str, ...], identification: Identification | None, motion_sigma: FloatArray, *, loss: float
                    ) -> tuple[str, ...]:
     """Return the names with those poles marked that the decay or the picture does not bear."""
     if identification is None:
-        return tuple(name or ("" if seen[i] >= SEEN else FAINT) for i, name in enumerate(names))
-    unsure, least = identification.doubtful, min(loss, MAX_LOSS) * float(seen.max())
-    return tuple(name or (FAINT if unsure[i] or seen[i] < SEEN else OF_COMPRESSION if seen[i] < least else "")
+        return tuple(name or ("" if motion_sigma[i] >= MIN_SEEN_SIGMA else FAINT_REMARK) for i, name in enumerate(names))
+    unsure, sigma_min = identification.doubtful, min(loss, MAX_LOSS) * float(motion_sigma.max())
+    return tuple(name or (FAINT_REMARK if unsure[i] or motion_sigma[i] < MIN_SEEN_SIGMA else COMPRESSION_REMARK
+                          if motion_sigma[i] < sigma_min else "")
                  for i, name in enumerate(names))
 
 
-def _with_incoherent(names: tuple[str, ...], bodies: Sequence[BodyMotion]) -> tuple[str, ...]:
+def _mark_incoherent(names: tuple[str, ...], bodies: Sequence[BodyMotion]) -> tuple[str, ...]:
     """Return the names with those poles marked in which no body moves as one."""
-    left = [body.left for body in bodies if body.left.size]
-    if not left:
+    unshared_motion = [body.residual_fraction for body in bodies if body.residual_fraction.size]
+    if not unshared_motion:
         return names
-    return tuple(name or ("doubtful: no body moves as one in it" if worst > INCOHERENT else "")
-                 for name, worst in zip(names, np.min(left, axis=0), strict=True))
+    return tuple(name or ("doubtful: no body moves as one in it" if unshared > MAX_INCOHERENT_FRACTION else "")
+                 for name, unshared in zip(names, np.min(unshared_motion, axis=0), strict=True))
 
 
 def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
@@ -331,19 +342,20 @@ def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
                  covariance=poles.covariance)
 
 
-def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, camera: CameraMotion | None,
+def _whole_picture(scanned: Scan, poles: Modes, decay: FreeDecay, *, field: DisplacementField, camera: CameraMotion | None,
                    side: int, skip: int, progress: Progress | None) -> FullField:
     """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
     size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
-    if size <= LARGE and camera is None:
-        return full_field(scanned, known.poles, decay.first, side=side, stop=decay.stop, skip=skip, progress=progress)
+    # Projection is linear in the brightness, which holds for small motion of a still camera alone.
+    if size <= LARGE_MOTION_PIXELS and camera is None:
+        return full_field(scanned, poles.poles, decay.first, side=side, stop=decay.stop, skip=skip, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side)
-    tracked = _steady(measure(scanned, windows, TemplateProducts(2 if camera is None else 4), progress=progress), camera)
-    shapes = point_shapes(tracked, known.poles, decay.first, stop=decay.stop, skip=skip)
-    return FullField(tracked.windows, shapes, np.zeros((known.count, 0, 0), complex))
+    tracked = _remove_camera(measure(scanned, windows, TemplateProducts(2 if camera is None else 4), progress=progress), camera)
+    shapes = point_shapes(tracked, poles.poles, decay.first, stop=decay.stop, skip=skip)
+    return FullField(tracked.windows, shapes, np.zeros((poles.count, 0, 0), complex))
 
 
-def _seen(shapes: PointShapes) -> FloatArray:
+def _motion_sigma(shapes: PointShapes) -> FloatArray:
     ratio = np.abs(shapes.shape) / np.maximum(shapes.deviation(), 1e-12)[:, :]
     used = shapes.covariance[:, 0, 0] + shapes.covariance[:, 1, 1] > 0
     # Together, not the luckiest point: root of the mean chi-squared, less what noise gives.
@@ -352,11 +364,11 @@ def _seen(shapes: PointShapes) -> FloatArray:
 
 
 def _advice(identification: Identification | None, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the advice that holds for a decay: not what is meant for responses, and not for poles that are no modes."""
+    """Return the advice that holds for a decay: not that for responses, nor that for poles that are no modes."""
     if identification is None:
         return ()
     skipped = [f"mode {i + 1} " for i, name in enumerate(names) if name]
-    return tuple(text for text in identification.advice if not any(part in text for part in (*_OF_RESPONSES, *skipped)))
+    return tuple(text for text in identification.advice if not any(part in text for part in (*_RESPONSE_ADVICE, *skipped)))
 
 
 def _finite(values: FloatArray) -> list[float | None]:

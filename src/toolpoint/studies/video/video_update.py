@@ -1,4 +1,4 @@
-"""A machine updated to videos: interfaces ranked, those that move freed, fitted to the modes of all planes."""
+"""Update of a machine to videos: interfaces ranked, the moving ones freed, fitted to the modes of all planes."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from toolpoint.vibration import Frf
 
 VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
 # MAC below which an updated machine does not have a measured mode.
-LOWEST_MAC = 0.95
+MIN_UPDATED_MAC = 0.95
 # Deviation of a shape's entries over its root mean square that rigid bodies in a picture have at least.
-SHAPE_FLOOR = 0.005
+MIN_SHAPE_DEVIATION = 0.005
 
 
 @dataclass(frozen=True, eq=False)
 class VideoUpdate(NotebookText):
-    """The ranking of the interfaces and, where any of them moves, the machine updated to the videos.
+    """Ranking of the interfaces and, where any of them moves, the machine updated to the videos.
 
     stated : doubts of what was stated of the views, where others explain the videos (`question_views`).
     """
@@ -48,20 +48,20 @@ class VideoUpdate(NotebookText):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What may not be believed: of the fit, of modes that the updated machine does not have, of the videos."""
+        """Doubts about the fit, about modes that the updated machine lacks, and about the videos."""
         status = self.update.fit.status
         fitted = [] if status == "converged" else [Doubt("update", status.removeprefix("doubtful: "))]
-        return tuple(dict.fromkeys((*self.stated, *fitted, *self._unlike, *self.ranking.doubts)))
+        return tuple(dict.fromkeys((*self.stated, *fitted, *self._unlike_modes, *self.ranking.doubts)))
 
     @property
-    def _unlike(self) -> list[Doubt]:
+    def _unlike_modes(self) -> list[Doubt]:
         """Modes of the videos that the updated machine does not have."""
         return [Doubt(f"update, {video.scan.clip.name or 'video'}", f"MAC of the mode at {after.measured[r]:.4g} Hz is "
                       f"{after.mac[r]:.3f} with the updated machine's at {after.predicted[r]:.4g} Hz: it lacks this mode",
                       "another joint or another body moves, a view is wrong, or the fit ended in a wrong minimum",
                       figure=float(after.mac[r]))
                 for video, after in zip(self.videos, self.update.all_after, strict=False)
-                for r in np.flatnonzero(after.mac < LOWEST_MAC).tolist()]
+                for r in np.flatnonzero(after.mac < MIN_UPDATED_MAC).tolist()]
 
     @property
     def machine_file(self) -> MachineDescription:
@@ -69,7 +69,7 @@ class VideoUpdate(NotebookText):
         return replace(self.machine.description, doubts=self.doubts)
 
     def rows(self) -> list[list[str]]:
-        """Return the fitted values with their 95 % intervals, and which of them rest on what was assumed of them."""
+        """Return the fitted values with their 95 % intervals; values that rest on assumptions are marked."""
         fit, assumed = self.update.fit, name_undetermined(self.update.fit)
         result = []
         for name in fit.values:
@@ -133,23 +133,23 @@ def update_from_videos(
         places = seen_places(machine, video, pose)
         modes = video.modes_at(places)
         targets.append(Targets(modes, None, damping=damped and any(".damping." in n for n in names), shape=len(modes.dofs) > 2,
-                               shape_covariance=video.shape_covariance_at(places, floor=SHAPE_FLOOR)))
+                               shape_covariance=video.shape_covariance_at(places, floor=MIN_SHAPE_DEVIATION)))
     if frf is not None:
         targets.append(Targets(None, frf))
-    near = update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence)
-    fit = search_widely(near.problem, near.fit)
-    best = replace(near, machine=machine.with_values(fit.values), fit=fit, all_after=agreements(near.problem, fit.x))
+    local = update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence)
+    fit = search_widely(local.problem, local.fit)
+    best = replace(local, machine=machine.with_values(fit.values), fit=fit, all_after=agreements(local.problem, fit.x))
     return VideoUpdate(ranking, best, tuple(videos))
 
 
 def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None = None
                 ) -> dict[str | int, tuple[str, FloatArray]]:
     """Return the machine's named points on bodies that the video shows: name to (body, place in m)."""
-    place, shown = place_machine(machine, pose), {body.name for body in video.bodies}
-    seen: dict[str | int, tuple[str, FloatArray]] = {
+    place, body_names = place_machine(machine, pose), {body.name for body in video.bodies}
+    places: dict[str | int, tuple[str, FloatArray]] = {
         name: (point.body, np.array(place.position(point)[0])) for name, point in machine.description.points.items()
-        if point.body in shown}
-    if not seen:
+        if point.body in body_names}
+    if not places:
         fail("machine", f"no named point on a body seen in {video.scan.clip.name}", "must have one at least",
              remedy="write points on the bodies under 'points:'")
-    return seen
+    return places

@@ -1,4 +1,4 @@
-"""A machine updated to virtual videos of a machine of known truth: two planes filmed, modes, interfaces, update, FRAC."""
+"""Machine updated to virtual videos of a machine of known truth: two planes filmed, modes, interfaces, update, FRAC."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate, upd
 from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
 from toolpoint.vibration import Dof, Frf, correlation, frequency_response
 from toolpoint.vision.clip import Clip
-from toolpoint.vision.modes.bodies import RIGID
+from toolpoint.vision.modes.bodies import RIGID_ORDERS
 from toolpoint.vision.rendering.scene import Camera
 from toolpoint.vision.view import View
 
-BAND = (5.0, 100.0)
-LINES = 476
+FILMED_BAND = (5.0, 100.0)
+FRAC_LINES = 476
 # A picture of 1.08 m by 0.96 m, as wide as the source's, with the floor near its lower edge.
-SHAPE, SCALE, ORIGIN = (432, 384), 2.5e-3, (192.0, 400.0)
+PICTURE_SHAPE, PICTURE_SCALE, PICTURE_ORIGIN = (432, 384), 2.5e-3, (192.0, 400.0)
 # What the filmed mill of the package has in place of its file's values: chosen, so that each plane has a mode near 13 Hz and
 # one near 64 Hz, as published.
 FILMED_TRUTH: Mapping[str, float] = {
@@ -41,14 +41,14 @@ class VirtualUpdate(NotebookText):
     videos: tuple[VideoStudy, ...]
     update: VideoUpdate
     truth: tuple[Frf, ...]
-    before: tuple[Frf, ...]
-    after: tuple[Frf, ...]
+    before_update: tuple[Frf, ...]
+    after_update: tuple[Frf, ...]
 
     @property
     def frac(self) -> FloatArray:
         """FRAC before and after, (planes, 2)."""
         return np.array([[float(correlation.frac(t, part)[0, 0]) for part in (b, a)]
-                         for t, b, a in zip(self.truth, self.before, self.after, strict=True)])
+                         for t, b, a in zip(self.truth, self.before_update, self.after_update, strict=True)])
 
     def table(self) -> str:
         """Return modes, ranking, fitted values and FRAC as text."""
@@ -89,23 +89,24 @@ def update_from_virtual_videos(
     recorded : function of a video and its plane to the clip that is measured, optional
         For example one that writes it compressed and reads it again.
     """
-    camera = camera or Camera(shape=SHAPE)
+    camera = camera or Camera(shape=PICTURE_SHAPE)
     filmed = machine.with_values(dict(truth))
     videos = []
     for plane in planes:
         if step is not None:
             step(f"filming the {plane} plane")
-        video = film_machine(filmed, View.of_plane(plane, SCALE, ORIGIN), Dof(point, "+" + plane[0]), rng=rng, camera=camera,
+        video = film_machine(filmed, View.of_plane(plane, PICTURE_SCALE, PICTURE_ORIGIN), Dof(point, "+" + plane[0]), rng=rng,
+                             camera=camera,
                              frames=frames)
         clip = video.clip if recorded is None else recorded(video, plane)
         if step is not None:
             step(f"modes of the {plane} plane")
-        videos.append(study_video(clip, view=video.view, bodies=video.regions, band=BAND, method=method,
-                                  orders=RIGID))
+        videos.append(study_video(clip, view=video.view, bodies=video.regions, band=FILMED_BAND, method=method,
+                                  orders=RIGID_ORDERS))
     if step is not None:
         step("update")
     update = update_from_videos(machine, videos)
-    lines = np.linspace(*BAND, LINES)
+    lines = np.linspace(*FILMED_BAND, FRAC_LINES)
     responses = [[frequency_response.direct(assemble(model, None, (Dof(point, "+" + plane[0]),)), lines) for plane in planes]
                  for model in (filmed, machine, update.machine)]
     return VirtualUpdate(tuple(videos), update, *(tuple(part) for part in responses))

@@ -1,4 +1,4 @@
-"""A video test of a machine with known truth: its bodies, textured, filmed while they ring after a blow."""
+"""Video test of a machine with known truth: its bodies, textured, filmed while they ring after a blow."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from toolpoint._check import FloatArray, fail, positive
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.video.machine_view import INSET, body_corners, body_regions
+from toolpoint.studies.video.machine_view import INSET_PIXELS, body_corners, body_regions
 from toolpoint.vibration import Dof, SecondOrderSystem, eigen
 from toolpoint.vision.clip import Clip, Region
-from toolpoint.vision.rendering.scene import MARGIN, Camera, Motion, PicturedBody, Scene2D, film
+from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, Motion, PicturedBody, Scene2D, film
 from toolpoint.vision.rendering.texture import plain, random_texture
 from toolpoint.vision.view import View
 
-CONTRAST, BLUR, WALL = 14.0, 1.3, 215.0
+TEXTURE_CONTRAST, TEXTURE_BLUR, WALL_GREY = 14.0, 1.3, 215.0  # grey levels; pixels; grey level
 
 
 @dataclass(frozen=True, eq=False)
 class VirtualVideo:
-    """The clip, the scene it is of (with its true motion), where it was filmed from and where the bodies are seen."""
+    """Virtual video: the clip, its scene with the true motion, the view, and the regions of the bodies."""
 
     clip: Clip
     scene: Scene2D
@@ -33,7 +33,7 @@ class VirtualVideo:
 
 def film_machine(
     machine: Machine, view: View, struck: Dof | str, *, rng: np.random.Generator, camera: Camera | None = None,
-    frames: int = 960, largest: float = 0.5, pose: Mapping[str, float] | None = None, contrast: float = CONTRAST,
+    frames: int = 960, largest: float = 0.5, pose: Mapping[str, float] | None = None, contrast: float = TEXTURE_CONTRAST,
     textured: Mapping[str, bool] | None = None,
 ) -> VirtualVideo:
     """Return the video of a machine that rings after a blow.
@@ -64,17 +64,18 @@ def film_machine(
     motion = ring(assemble(machine, pose, (label,)))
     bodies = []
     for name, region in regions.items():
-        box = (region.left - INSET, region.top - INSET, region.width + 2 * INSET, region.height + 2 * INSET)
-        size = (box[3] + 2 * MARGIN, box[2] + 2 * MARGIN)
+        box = (region.left - INSET_PIXELS, region.top - INSET_PIXELS, region.width + 2 * INSET_PIXELS,
+               region.height + 2 * INSET_PIXELS)
+        size = (box[3] + 2 * TEXTURE_MARGIN, box[2] + 2 * TEXTURE_MARGIN)
         grey = float(rng.uniform(95, 140))
         has = (textured or {}).get(name, True)
-        texture = random_texture(size, rng, blur=BLUR, contrast=contrast, grey=grey) if has else plain(size, grey)
+        texture = random_texture(size, rng, blur=TEXTURE_BLUR, contrast=contrast, grey=grey) if has else plain(size, grey)
         face = float((body_corners(machine, pose)[name] @ view.normal).min())
         twist = shapes.twists[machine.link(name)]
         bodies.append(PicturedBody(name, box, texture, _field(box, twist, view, face)))
     rows, columns = camera.shape
-    scene = Scene2D(tuple(bodies), motion, plain((rows + 2 * MARGIN, columns + 2 * MARGIN), WALL))
-    scene = scene.changed(_scaled(motion, _largest(scene, camera, frames), positive("largest", largest)))
+    scene = Scene2D(tuple(bodies), motion, plain((rows + 2 * TEXTURE_MARGIN, columns + 2 * TEXTURE_MARGIN), WALL_GREY))
+    scene = scene.changed(_scale_motion(motion, _largest_motion(scene, camera, frames), positive("largest", largest)))
     return VirtualVideo(film(scene, camera, frames, rng=rng, name=f"virtual video {view.right[1]}{view.down[1]}"), scene, view,
                         regions)
 
@@ -105,22 +106,22 @@ def _in_modes(matrix: FloatArray | None, vectors: FloatArray) -> FloatArray | No
     return None if matrix is None else vectors.T @ matrix @ vectors
 
 
-def _scaled(motion: Motion, now: float, then: float) -> Motion:
+def _scale_motion(motion: Motion, now: float, then: float) -> Motion:
     if now <= 0:
         fail("struck", "the blow moves nothing in the picture", "must have a part along it",
              remedy="strike in the plane of the picture")
     return lambda times: motion(times) * (then / now)
 
 
-def _largest(scene: Scene2D, camera: Camera, frames: int) -> float:
+def _largest_motion(scene: Scene2D, camera: Camera, frames: int) -> float:
     """Return the largest motion of a body's corner over the frames, pixels."""
     amplitudes = scene.amplitudes(np.arange(frames) / camera.frame_rate)
-    top = 0.0
+    largest = 0.0
     for body in scene.bodies:
         left, upper, width, height = body.box
         corners = np.array([[left + i * width, upper + j * height] for i in (0, 1) for j in (0, 1)], float)
-        top = max(top, float(np.abs(np.einsum("nir,tr->tni", body.shape_at(corners), amplitudes)).max()))
-    return top
+        largest = max(largest, float(np.abs(np.einsum("nir,tr->tni", body.shape_at(corners), amplitudes)).max()))
+    return largest
 
 
 def _field(box: tuple[int, int, int, int], twist: FloatArray, view: View, face: float) -> FloatArray:

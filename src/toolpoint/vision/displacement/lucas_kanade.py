@@ -12,7 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
-from toolpoint.vision.displacement.points import BOTH, Windows
+from toolpoint.vision.displacement.points import FULL_SIGHT, Windows
 from toolpoint.vision.displacement.reference import Reference
 from toolpoint.vision.displacement.templates import Pass
 
@@ -35,21 +35,22 @@ class LucasKanade:
         n, side = len(windows.corners), windows.side
         picture, right, down = reference.moved(0.0, 0.0)
         y, x = windows.corners[:, 0], windows.corners[:, 1]
-        cut = [np.ascontiguousarray(sliding_window_view(part, (side, side))[y, x], np.float32)
-               for part in (picture, -right, -down, reference.variance)]
-        slopes = np.stack(cut[1:3], axis=1)
+        window_arrays = [np.ascontiguousarray(sliding_window_view(part, (side, side))[y, x], np.float32)
+                         for part in (picture, -right, -down, reference.variance)]
+        slopes = np.stack(window_arrays[1:3], axis=1)
         gram = np.einsum("nihw,njhw->nij", slopes, slopes).astype(float)
-        usable = windows.sight == BOTH
+        usable = windows.sight == FULL_SIGHT
         gram[~usable] = np.eye(2)
         inverse = np.linalg.inv(gram)
         inverse[~usable] = 0.0
-        noise = np.einsum("nihw,nhw,njhw->nij", slopes, cut[3], slopes)
+        noise = np.einsum("nihw,nhw,njhw->nij", slopes, window_arrays[3], slopes)
         covariance = inverse @ noise @ inverse
-        state, lost = np.zeros((n, 2)), np.zeros(n, np.int64)
+        state, lost_frames = np.zeros((n, 2)), np.zeros(n, np.int64)
         corners = np.ascontiguousarray(windows.corners)
 
         def measure(frames: Frames) -> FloatArray:
             result = np.zeros((len(frames), n, 2), np.float32)
-            follow(frames, corners, cut[0], slopes, inverse, self.tolerance, state, result, lost)
+            # The templates are the unmoved texture: light that changes is not fitted, unlike in `templates`.
+            follow(frames, corners, window_arrays[0], slopes, inverse, self.tolerance, state, result, lost_frames)
             return result
-        return measure, covariance, lost
+        return measure, covariance, lost_frames

@@ -1,4 +1,4 @@
-"""measure: one call from a clip to displacement, for every method; progress, doubts and background motion on the way."""
+"""Measurement of displacement in one call, by every method, with progress and doubts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Clip
 from toolpoint.vision.displacement.lucas_kanade import LucasKanade
 from toolpoint.vision.displacement.phase import LocalPhase
-from toolpoint.vision.displacement.points import BLIND, Windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, Windows
 from toolpoint.vision.displacement.reference import Reference, take_reference
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress, Survey, survey_clip
@@ -20,7 +20,7 @@ from toolpoint.vision.displacement.templates import TemplateProducts
 METHODS: dict[str, TemplateProducts | LucasKanade | LocalPhase] = {
     "templates": TemplateProducts(), "lucas-kanade": LucasKanade(), "phase": LocalPhase()}
 Method = TemplateProducts | LucasKanade | LocalPhase
-LOST = 0.01
+MAX_LOST_FRACTION = 0.01  # of the frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,48 +51,52 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
     method : str or method object
         ``templates`` (default), ``lucas-kanade``, ``phase``, or one with its own settings, e.g. ``LocalPhase(wavelength=10)``.
     """
-    chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
+    tracker = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     if len(windows.corners) == 0:
         fail("windows", "none", "must be one at least", remedy="choose points where the picture has texture")
     clip = scanned.clip
-    run, covariance, lost = chosen.prepare(scanned.reference, windows)
+    run, covariance, lost_frames = tracker.prepare(scanned.reference, windows)
     values = np.empty((scanned.survey.frames, len(windows.corners), 2), np.float32)
-    at = 0
+    frame_index = 0
     for frames in clip.chunks():
-        values[at:at + len(frames)] = run(frames)
-        at += len(frames)
+        values[frame_index:frame_index + len(frames)] = run(frames)
+        frame_index += len(frames)
         if progress is not None:
-            progress("measuring displacement", at, scanned.survey.frames)
-    seen = windows.measured_with(covariance)
-    faint = int((windows.sight > BLIND).sum() - (seen.sight > BLIND).sum()) if isinstance(chosen, TemplateProducts) else 0
-    windows, values = _without_lost(seen, values, lost)
-    doubts = _doubts(windows, lost, scanned.survey.frames, faint=faint)
-    return DisplacementField(windows, values, covariance, clip.frame_rate, clip.row_delay, lost, chosen.name, tuple(doubts))
+            progress("measuring displacement", frame_index, scanned.survey.frames)
+    visible_windows = windows.measured_with(covariance)
+    faint_count = int((windows.sight > BLIND_SIGHT).sum()
+                      - (visible_windows.sight > BLIND_SIGHT).sum()) if isinstance(tracker, TemplateProducts) else 0
+    windows, values = _without_lost(visible_windows, values, lost_frames)
+    doubts = _doubts(windows, lost_frames, scanned.survey.frames, faint_count=faint_count)
+    return DisplacementField(windows, values, covariance, clip.frame_rate, clip.row_delay, lost_frames, tracker.name,
+                             tuple(doubts))
 
 
-def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tuple[Windows, FloatArray]:
-    """Return the windows with those blind that were lost for more than a hundredth of the frames."""
-    gone = lost > LOST * len(values)
-    if not gone.any():
+def _without_lost(windows: Windows, values: FloatArray, lost_frames: IndexArray) -> tuple[Windows, FloatArray]:
+    """Return the windows with sight removed from those lost for more than `MAX_LOST_FRACTION` of the frames."""
+    is_lost = lost_frames > MAX_LOST_FRACTION * len(values)
+    if not is_lost.any():
         return windows, values
-    values[:, gone] = 0.0
-    return replace(windows, sight=np.where(gone, BLIND, windows.sight),
-                   bound=np.where(gone[:, None], np.inf, windows.bound)), values
+    values[:, is_lost] = 0.0
+    return replace(windows, sight=np.where(is_lost, BLIND_SIGHT, windows.sight),
+                   bound=np.where(is_lost[:, None], np.inf, windows.bound)), values
 
 
-def _doubts(windows: Windows, lost: IndexArray, frames: int, *, faint: int) -> list[Doubt]:
+def _doubts(windows: Windows, lost_frames: IndexArray, frames: int, *, faint_count: int) -> list[Doubt]:
     doubts: list[Doubt] = []
-    if faint:
-        doubts.append(Doubt("windows", f"{faint} of {len(lost)} windows are left out: a change of the light, or noise of the "
+    if faint_count:
+        doubts.append(Doubt("windows",
+                            f"{faint_count} of {len(lost_frames)} windows are left out: a change of the light, or noise of the "
                             "picture at rest, explains their texture as well as motion", "more texture or more light",
-                            figure=faint / len(lost)))
-    gone = int((lost > LOST * frames).sum())
-    if gone:
-        doubts.append(Doubt("windows", f"{gone} of {len(lost)} windows were lost for more than {100 * LOST:g} % of the frames "
-                            "and are left out", "they moved out of the picture, or too far from frame to frame",
-                            figure=gone / len(lost)))
-    clipped = int((windows.saturated > 0.02).sum())
-    if clipped:
-        doubts.append(Doubt("windows", f"{clipped} of {len(lost)} windows are saturated (black or white pixels) and are left "
-                            "out", "change the exposure or the light", figure=clipped / len(lost)))
+                            figure=faint_count / len(lost_frames)))
+    lost_count = int((lost_frames > MAX_LOST_FRACTION * frames).sum())
+    if lost_count:
+        doubts.append(Doubt("windows", f"{lost_count} of {len(lost_frames)} windows were lost for more than "
+                            f"{100 * MAX_LOST_FRACTION:g} % of the frames and are left out",
+                            "they moved out of the picture, or too far from frame to frame",
+                            figure=lost_count / len(lost_frames)))
+    saturated_count = int((windows.saturated > 0.02).sum())
+    if saturated_count:
+        doubts.append(Doubt("windows", f"{saturated_count} of {len(lost_frames)} windows are saturated (black or white pixels) "
+                            "and are left out", "change the exposure or the light", figure=saturated_count / len(lost_frames)))
     return doubts

@@ -16,12 +16,12 @@ from scipy.ndimage import convolve1d
 
 from toolpoint._check import ComplexArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
-from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, Windows
 from toolpoint.vision.displacement.reference import Reference
 from toolpoint.vision.displacement.templates import Pass
 
 # Standard deviations by which the amplitude of a filter must stand above its noise for its phase to be followed.
-CLEAR = 4.0
+MIN_AMPLITUDE_DEVIATIONS = 4.0
 
 
 class PhaseFilter(NamedTuple):
@@ -35,12 +35,12 @@ class PhaseFilter(NamedTuple):
 class PhaseWindows(NamedTuple):
     """Windows that are followed by their phase.
 
-    rest : (n, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n, 2, 2, k, k) derivative of the
-    phase by right and down; inverse : (n, 2, 2); last, turns : (n, 2, k, k) phase of the frame before and whole turns since
-    the first.
+    reference_bands : (n, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n, 2, 2, k, k) derivative
+    of the phase by right and down; inverse : (n, 2, 2); last, turns : (n, 2, k, k) phase of the frame before and whole turns
+    since the first.
     """
 
-    rest: FloatArray
+    reference_bands: FloatArray
     slopes: FloatArray
     inverse: FloatArray
     last: FloatArray
@@ -80,39 +80,44 @@ class LocalPhase:
         wave, bell = self.kernels
         half, n, side = len(wave) // 2, len(windows.corners), windows.side
         rows, columns = reference.picture.shape
-        number = -(-side // self.stride)
-        rest, slopes = np.zeros((n, 2, 2, number, number), np.float32), np.zeros((n, 2, 2, number, number), np.float32)
+        filter_count = -(-side // self.stride)
+        reference_bands, slopes = np.zeros((n, 2, 2, filter_count, filter_count),
+                                           np.float32), np.zeros((n, 2, 2, filter_count, filter_count), np.float32)
         filtered = [self._filtered(reference, axis) for axis in (1, 0)]
         inside = ((windows.corners >= half) & (windows.corners + side + half <= (rows, columns))).all(axis=1)
-        usable = inside & (windows.sight > BLIND)
-        share = float((np.abs(wave) ** 2).sum() * (bell**2).sum()) / 2  # of a pixel's noise, in each component of the filter
+        usable = inside & (windows.sight > BLIND_SIGHT)
+        # Share of a pixel's noise, in each component of the filter
+        noise_gain = float((np.abs(wave) ** 2).sum() * (bell**2).sum()) / 2
         covariance, inverse = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         for p in np.flatnonzero(usable).tolist():
-            cut = tuple(slice(at, at + side, self.stride) for at in windows.corners[p])
+            cut = tuple(slice(start, start + side, self.stride) for start in windows.corners[p])
             for o, (value, by_right, by_down) in enumerate(filtered):
-                part = value[cut]
-                power = np.maximum(np.abs(part) ** 2, 1e-12)
+                response = value[cut]
+                power = np.maximum(np.abs(response) ** 2, 1e-12)
                 # Where noise turns the phase by whole turns it is unwrapped wrongly, and the error stays for all later frames.
-                part = np.where(power > CLEAR**2 * share * reference.variance[cut], part, 0.0)
-                rest[p, o] = part.real, part.imag
-                slopes[p, o] = [(slope[cut] * part.conj()).imag / power for slope in (by_right, by_down)]
-            inverse[p] = _inverse(rest[p], slopes[p], windows, p)
-            covariance[p] = self._covariance(reference, windows, p, rest=rest[p], slopes=slopes[p], inverse=inverse[p])
-        last, turns = np.zeros((n, 2, number, number), np.float32), np.zeros((n, 2, number, number), np.int32)
-        lost = np.zeros(n, np.int64)
-        at = np.flatnonzero(usable)
-        corners = np.ascontiguousarray(windows.corners[at])
-        across = PhaseFilter(*(np.ascontiguousarray(part, np.float32) for part in (wave.real, wave.imag, bell)))
-        fixed = PhaseWindows(rest[at], slopes[at], inverse[at], last[at], turns[at])
+                response = np.where(power > MIN_AMPLITUDE_DEVIATIONS**2 * noise_gain * reference.variance[cut], response, 0.0)
+                reference_bands[p, o] = response.real, response.imag
+                slopes[p, o] = [(slope[cut] * response.conj()).imag / power for slope in (by_right, by_down)]
+            inverse[p] = _inverse(reference_bands[p], slopes[p], windows, p)
+            covariance[p] = self._covariance(reference, windows, p, reference_bands=reference_bands[p], slopes=slopes[p],
+                                             inverse=inverse[p])
+        last, turns = np.zeros((n, 2, filter_count, filter_count), np.float32), np.zeros((n, 2, filter_count, filter_count),
+                                                                                         np.int32)
+        lost_frames = np.zeros(n, np.int64)
+        used_windows = np.flatnonzero(usable)
+        corners = np.ascontiguousarray(windows.corners[used_windows])
+        phase_filter = PhaseFilter(*(np.ascontiguousarray(response, np.float32) for response in (wave.real, wave.imag, bell)))
+        phase_windows = PhaseWindows(reference_bands[used_windows], slopes[used_windows], inverse[used_windows],
+                                     last[used_windows], turns[used_windows])
 
         def measure(frames: Frames) -> FloatArray:
-            part = np.zeros((len(frames), at.size, 2), np.float32)
-            follow_phase(frames, corners, side, self.stride, across, fixed, part)
+            displacement = np.zeros((len(frames), used_windows.size, 2), np.float32)
+            follow_phase(frames, corners, side, self.stride, phase_filter, phase_windows, displacement)
             result = np.zeros((len(frames), n, 2), np.float32)
-            result[:, at] = part
+            result[:, used_windows] = displacement
             return result
-        lost[~usable] = 1
-        return measure, covariance, lost
+        lost_frames[~usable] = 1
+        return measure, covariance, lost_frames
 
     def _filtered(self, reference: Reference, axis: int) -> list[ComplexArray]:
         """Return the filtered picture and its derivatives by right and down of the motion."""
@@ -124,19 +129,19 @@ class LocalPhase:
                           + 1j * convolve1d(lines, wave.imag[::-1], axis=axis, mode="nearest"))
         return result
 
-    def _covariance(self, reference: Reference, windows: Windows, p: int, *, rest: FloatArray, slopes: FloatArray,
+    def _covariance(self, reference: Reference, windows: Windows, p: int, *, reference_bands: FloatArray, slopes: FloatArray,
                     inverse: FloatArray) -> FloatArray:
-        """Return the covariance of a frame: for small motion the method is linear in the pixels, by the adjoint filters."""
+        """Return the covariance of a frame's displacement: for small motion linear in the pixels, by the adjoint filters."""
         wave, bell = self.kernels
         half, side = len(wave) // 2, windows.side
-        top, left = windows.corners[p] - half
-        noise = reference.variance[top:top + side + 2 * half, left:left + side + 2 * half]
+        first_row, first_column = windows.corners[p] - half
+        noise = reference.variance[first_row:first_row + side + 2 * half, first_column:first_column + side + 2 * half]
         weights = np.zeros((2, *noise.shape))
         for o in range(2):
             for i in range(2):
                 spread = np.zeros(noise.shape, complex)
-                spread[half:half + side:self.stride, half:half + side:self.stride] = slopes[o,
-                                                                                            i] * (rest[o, 0] + 1j * rest[o, 1])
+                spread[half:half + side:self.stride, half:half + side:self.stride] = (
+                    slopes[o, i] * (reference_bands[o, 0] + 1j * reference_bands[o, 1]))
                 axis = 1 - o
                 lines = convolve1d(spread.real, bell, axis=1 - axis) + 1j * convolve1d(spread.imag, bell, axis=1 - axis)
                 weights[i] += (convolve1d(lines.real, wave.imag, axis=axis, mode="constant")
@@ -145,10 +150,11 @@ class LocalPhase:
         return inverse @ middle @ inverse.T
 
 
-def _inverse(rest: FloatArray, slopes: FloatArray, windows: Windows, p: int) -> FloatArray:
-    power = (rest.astype(float) ** 2).sum(axis=1)
+def _inverse(reference_bands: FloatArray, slopes: FloatArray, windows: Windows, p: int) -> FloatArray:
+    """Return the inverse (2, 2) of the phase gradients' normal matrix; along the normal only at an edge."""
+    power = (reference_bands.astype(float) ** 2).sum(axis=1)
     gram = np.einsum("oihw,ohw,ojhw->ij", slopes, power, slopes)
-    if windows.sight[p] == EDGE:
+    if windows.sight[p] == EDGE_SIGHT:
         n = windows.normal[p]
         return np.outer(n, n) / max(float(n @ gram @ n), 1e-30)
     return np.asarray(np.linalg.inv(gram))

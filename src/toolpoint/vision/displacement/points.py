@@ -8,16 +8,16 @@ import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint.vision.displacement.reference import Reference
-from toolpoint.vision.displacement.survey import SATURATED, Survey
+from toolpoint.vision.displacement.survey import MAX_SATURATED_FRACTION, Survey
 
-BLIND, EDGE, BOTH = 0, 1, 2
+BLIND_SIGHT, EDGE_SIGHT, FULL_SIGHT = 0, 1, 2  # places in `SIGHTS`
 SIGHTS = ("blind", "across the edge only", "both directions")
 # Pixels a frame: a direction whose standard deviation is above this is not measured.
-COARSEST = 0.3
-SURE = 1.0
+MAX_POINT_DEVIATION = 0.3
+MIN_TEXTURE_RATIO = 1.0  # information of the texture over what noise of the reference looks like
 # Pixels along the border of a window, and the least share of its information within them over that of even texture: an edge
 # that only reaches into a window leaves it by its own motion, and a window that follows it wanders.
-BORDER, INNER = 2, 0.5
+BORDER_WIDTH, MIN_INNER_INFORMATION = 2, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +48,13 @@ class Windows:
 
     def measured_with(self, covariance: FloatArray) -> Windows:
         """Return the windows with those blind that a method does not measure: their covariance (n, 2, 2) is zero."""
-        nothing = np.trace(covariance, axis1=1, axis2=2) <= 0
-        return replace(self, sight=np.where(nothing, BLIND, self.sight), bound=np.where(nothing[:, None], np.inf, self.bound))
+        is_unmeasured = np.trace(covariance, axis1=1, axis2=2) <= 0
+        return replace(self, sight=np.where(is_unmeasured, BLIND_SIGHT, self.sight),
+                       bound=np.where(is_unmeasured[:, None], np.inf, self.bound))
 
 
 def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturated: FloatArray | None = None,
-               coarsest: float = COARSEST) -> Windows:
+               max_deviation: float = MAX_POINT_DEVIATION) -> Windows:
     """Return the windows at these corners (top row, left column), judged by their texture."""
     rows, columns = reference.picture.shape
     if side < 5 or side > min(rows, columns) - 4:
@@ -64,24 +65,26 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     size, vectors = size[:, ::-1], vectors[:, :, ::-1]  # the normal, which shows best, first
     bound = np.where(size > 0, 1 / np.sqrt(np.maximum(size, 1e-12)), np.inf)
     # What noise of the reference looks like is no texture; fluctuations of it neither.
-    seen = (bound <= coarsest) & (size > SURE * reference.false_information(side))
-    inner = side - 2 * BORDER
-    within = np.einsum("nij,nik,nkj->nj", vectors, reference.information(inner)[middle[:, 0], middle[:, 1]], vectors)
-    seen &= within > INNER * (inner / side) ** 2 * size
-    sight = seen[:, 0].astype(int) + (seen[:, 0] & seen[:, 1])
-    clipped = np.zeros(len(corners)) if saturated is None else _share(saturated, corners, side)
-    sight = np.where(clipped > SATURATED, BLIND, sight)
+    is_measured = (bound <= max_deviation) & (size > MIN_TEXTURE_RATIO * reference.false_information(side))
+    inner_side = side - 2 * BORDER_WIDTH
+    inner_information = np.einsum("nij,nik,nkj->nj", vectors, reference.information(inner_side)[middle[:, 0], middle[:, 1]],
+                                  vectors)
+    is_measured &= inner_information > MIN_INNER_INFORMATION * (inner_side / side) ** 2 * size
+    sight = is_measured[:, 0].astype(int) + (is_measured[:, 0] & is_measured[:, 1])
+    clipped_share = np.zeros(len(corners)) if saturated is None else _share(saturated, corners, side)
+    sight = np.where(clipped_share > MAX_SATURATED_FRACTION, BLIND_SIGHT, sight)
     bound = np.where(np.arange(2) < sight[:, None], bound, np.inf)
-    return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped)
+    return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped_share)
 
 
 def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4,
-                 coarsest: float = COARSEST) -> Windows:
+                 max_deviation: float = MAX_POINT_DEVIATION) -> Windows:
     """Return windows side by side over the whole picture."""
     rows, columns = reference.picture.shape
-    top, left = np.arange(margin, rows - side - margin + 1, side), np.arange(margin, columns - side - margin + 1, side)
-    corners = np.stack(np.meshgrid(top, left, indexing="ij"), axis=-1).reshape(-1, 2)
-    return windows_at(reference, corners, side, saturated=survey.saturated, coarsest=coarsest)
+    first_rows, first_columns = np.arange(margin, rows - side - margin + 1,
+                                          side), np.arange(margin, columns - side - margin + 1, side)
+    corners = np.stack(np.meshgrid(first_rows, first_columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    return windows_at(reference, corners, side, saturated=survey.saturated, max_deviation=max_deviation)
 
 
 def choose_points(reference: Reference, survey: Survey, count: int = 200, *, side: int = 21) -> Windows:
@@ -95,27 +98,28 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, *, sid
     if min(rows, columns) <= 2 * margin:
         fail("window", f"{side} pixels in a picture of {columns} x {rows}", "must leave room to move",
              remedy="take a smaller one")
-    size = np.linalg.eigvalsh(reference.information(side - 2 * BORDER))
+    size = np.linalg.eigvalsh(reference.information(side - 2 * BORDER_WIDTH))
     size[:margin], size[-margin:], size[:, :margin], size[:, -margin:] = 0.0, 0.0, 0.0, 0.0
     score = np.maximum(size[..., 0], 1e-3 * size[..., 1])
-    step = max(side // 2, int(np.sqrt(rows * columns / (4 * count))))
+    cell_side = max(side // 2, int(np.sqrt(rows * columns / (4 * count))))
     places = []
-    for top in range(0, rows, step):
-        for left in range(0, columns, step):
-            cell = score[top:top + step, left:left + step]
-            at = np.unravel_index(int(np.argmax(cell)), cell.shape)
-            if cell[at] > 0:
-                places.append((float(cell[at]), top + int(at[0]), left + int(at[1])))
+    for first_row in range(0, rows, cell_side):
+        for first_column in range(0, columns, cell_side):
+            cell = score[first_row:first_row + cell_side, first_column:first_column + cell_side]
+            peak = np.unravel_index(int(np.argmax(cell)), cell.shape)
+            if cell[peak] > 0:
+                places.append((float(cell[peak]), first_row + int(peak[0]), first_column + int(peak[1])))
     places.sort(reverse=True)
     if not places:
         fail("clip", "no texture", "needs edges or corners that move",
              remedy="stick or spray a pattern on the machine, light it, focus")
     corners = np.array([(y - side // 2, x - side // 2) for _, y, x in places])
     windows = windows_at(reference, corners, side, saturated=survey.saturated)
-    return windows.selected(np.flatnonzero(windows.sight > BLIND)[:count])
+    return windows.selected(np.flatnonzero(windows.sight > BLIND_SIGHT)[:count])
 
 
 def _share(saturated: FloatArray, corners: IndexArray, side: int) -> FloatArray:
+    """Return the share of saturated pixels in each window, from a summed-area table."""
     total = np.pad(np.cumsum(np.cumsum(saturated > 0.5, axis=0), axis=1), ((1, 0), (1, 0)))
     y, x = corners[:, 0], corners[:, 1]
     return (total[y + side, x + side] - total[y, x + side] - total[y + side, x] + total[y, x]) / side**2

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 
 from toolpoint._doubt import Doubt
 from toolpoint.vision.displacement.measure import Scan
-from toolpoint.vision.displacement.survey import SATURATED
+from toolpoint.vision.displacement.survey import MAX_SATURATED_FRACTION
 
 # Correlation of successive changes (-0.5 is white), of neighbours (0), kurtosis (3). x264 on noise of two grey levels:
 # quality 10: -0.494 0.01 3.15, quality 14: -0.495 0.02 3.3, quality 18: -0.458 0.15 4.4, 23: less noise than one level.
-WHITE_ENOUGH, GRAIN, KURTOSIS = -0.46, 0.06, 3.8
-ROUNDED = 0.35
-FEW_REPEATS = 0
-# Excess kurtosis below which the noise does not tell compression from none.
-LEAST_LOSS = 0.03
+MAX_WHITENESS, MAX_GRAIN_CORRELATION, MAX_NOISE_KURTOSIS = -0.46, 0.06, 3.8
+MIN_RESOLVED_NOISE = 0.35  # grey levels: noise below is hidden by the rounding to whole levels
+MAX_REPEATED_FRAMES = 0  # frames equal to the one before
+# Excess kurtosis below which the noise cannot show compression.
+MIN_COMPRESSION_LOSS = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,30 +41,31 @@ def judge_quality(scanned: Scan) -> Quality:
     clip, survey, reference = scanned.clip, scanned.survey, scanned.reference
     refusals: list[Doubt] = []
     notes: list[Doubt] = []
-    spoilt = reference.whiteness > WHITE_ENOUGH or reference.grain > GRAIN or reference.kurtosis > KURTOSIS
-    if clip.is_lossy and (spoilt or reference.noise < ROUNDED):
+    is_smoothed = (reference.whiteness > MAX_WHITENESS or reference.grain > MAX_GRAIN_CORRELATION
+                   or reference.kurtosis > MAX_NOISE_KURTOSIS)
+    if clip.is_lossy and (is_smoothed or reference.noise < MIN_RESOLVED_NOISE):
         refusals.append(Doubt(
             "compressed too much", f"the noise of the sensor is smoothed away ({reference.noise:.2f} grey levels left, "
             f"correlation of successive changes {reference.whiteness:.3f}, of neighbours {reference.grain:.2f}, kurtosis "
             f"{reference.kurtosis:.1f}; a sensor has -0.5, 0 and 3), so small motion is too; amplitudes and damping are not "
             "given", "record with less compression (x264 at quality 10 or better), or raw frames"))
-    elif spoilt and reference.noise > ROUNDED:
+    elif is_smoothed and reference.noise > MIN_RESOLVED_NOISE:
         notes.append(Doubt("noise", f"is not that of a sensor (correlation of successive changes {reference.whiteness:.3f} "
                            f"instead of -0.5, of neighbours {reference.grain:.2f} instead of 0): the camera or a conversion "
                            "smoothed the frames; stated uncertainties may be too small"))
-    if len(survey.repeats) > FEW_REPEATS:
+    if len(survey.repeats) > MAX_REPEATED_FRAMES:
         refusals.append(Doubt(
             "frames", f"{len(survey.repeats)} frames repeat the one before, first frame {survey.repeats[0]}: the true rate is "
             "lower than stated or frames were filled in; damping is not given", "export the frames of the camera as they are"))
     refusals += list(survey.doubts)
-    if reference.noise < ROUNDED:
+    if reference.noise < MIN_RESOLVED_NOISE:
         notes.append(Doubt("noise", f"{reference.noise:.2f} grey levels are below the rounding of the levels: stated "
                            "uncertainties are rough", "a little more gain makes small motion measurable"))
-    clipped = float((survey.saturated > 0.5).mean())
-    if clipped > SATURATED:
-        notes.append(Doubt("picture", f"{100 * clipped:.0f} % of it is black or white (saturated) and shows no motion",
-                           figure=clipped))
-    loss = max(reference.kurtosis - 3, LEAST_LOSS) if clip.is_lossy else 0.0
+    clipped_fraction = float((survey.saturated > 0.5).mean())
+    if clipped_fraction > MAX_SATURATED_FRACTION:
+        notes.append(Doubt("picture", f"{100 * clipped_fraction:.0f} % of it is black or white (saturated) and shows no motion",
+                           figure=clipped_fraction))
+    loss = max(reference.kurtosis - 3, MIN_COMPRESSION_LOSS) if clip.is_lossy else 0.0
     return Quality(not refusals, tuple(refusals), tuple(dict.fromkeys((*clip.doubts, *notes))), loss)
 
 

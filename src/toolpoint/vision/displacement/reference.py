@@ -17,9 +17,9 @@ from toolpoint._check import BoolArray, FloatArray
 from toolpoint.vision.clip import Clip
 from toolpoint.vision.displacement.survey import Survey
 
-BINS = 24
-PLAIN_SHARE = 0.3
-ROUNDING = 1 / 12
+BRIGHTNESS_CLASSES = 24  # of equal numbers of pixels, for noise over brightness
+PLAIN_PIXEL_FRACTION = 0.3  # of the pixels, those with the least slope
+LEVEL_ROUNDING_VARIANCE = 1 / 12  # variance of rounding to whole grey levels: the least that noise can have
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Reference:
     @property
     def variance(self) -> FloatArray:
         """Variance of the noise of every pixel of a single frame, (rows, columns)."""
-        return np.maximum(self.constant + self.slope * self.picture, ROUNDING)
+        return np.maximum(self.constant + self.slope * self.picture, LEVEL_ROUNDING_VARIANCE)
 
     @property
     def noise(self) -> float:
@@ -95,20 +95,23 @@ def _weights(shift: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _spline5(x: FloatArray) -> FloatArray:
+    """Return the quintic B-spline at x."""
     s = np.abs(x)
-    near, middle = 66 - 60 * s**2 + 30 * s**4 - 10 * s**5, 51 + 75 * s - 210 * s**2 + 150 * s**3 - 45 * s**4 + 5 * s**5
-    return np.select([s < 1, s < 2, s < 3], [near, middle, np.maximum(3 - s, 0) ** 5], 0.0) / 120
+    inner_piece, middle_piece = (66 - 60 * s**2 + 30 * s**4 - 10 * s**5,
+                                 51 + 75 * s - 210 * s**2 + 150 * s**3 - 45 * s**4 + 5 * s**5)
+    return np.select([s < 1, s < 2, s < 3], [inner_piece, middle_piece, np.maximum(3 - s, 0) ** 5], 0.0) / 120
 
 
 def _slope5(x: FloatArray) -> FloatArray:
+    """Return the derivative of the quintic B-spline at x."""
     s, sign = np.abs(x), np.sign(x)
-    near = -120 * s + 120 * s**3 - 50 * s**4
-    middle = 75 - 420 * s + 450 * s**2 - 180 * s**3 + 25 * s**4
-    return sign * np.select([s < 1, s < 2, s < 3], [near, middle, -5 * np.maximum(3 - s, 0) ** 4], 0.0) / 120
+    inner_piece = -120 * s + 120 * s**3 - 50 * s**4
+    middle_piece = 75 - 420 * s + 450 * s**2 - 180 * s**3 + 25 * s**4
+    return sign * np.select([s < 1, s < 2, s < 3], [inner_piece, middle_piece, -5 * np.maximum(3 - s, 0) ** 4], 0.0) / 120
 
 
 def take_reference(clip: Clip, survey: Survey) -> Reference:
-    """Return the reference of a clip: the mean of its frames alike, and the noise of its quiet ones."""
+    """Return the reference of a clip: mean of its reference frames, noise from its quiet ones."""
     from toolpoint.vision.displacement.kernels import add_differences
 
     rows, columns = clip.shape
@@ -116,50 +119,52 @@ def take_reference(clip: Clip, survey: Survey) -> Reference:
     sums = np.zeros((4, rows, columns), np.float32)
     gain = (1 / (1 + survey.brightness)).astype(np.float32)
     start, stop = survey.quiet
-    alike = set(survey.alike.tolist())
-    at = 0
-    last: list[np.ndarray] = []
+    reference_frames = set(survey.reference_frames.tolist())
+    frame_index = 0
+    recent_frames: list[np.ndarray] = []
     for frames in clip.chunks():
-        for k, frame in enumerate(frames, start=at):
-            if k in alike:
+        for k, frame in enumerate(frames, start=frame_index):
+            if k in reference_frames:
                 total += frame
             if start <= k < stop:
-                last = [*last[-2:], frame * gain[k]]  # lamps are no noise
-                if len(last) == 3:
-                    add_differences(last[0], last[1], last[2], sums)
-        at += len(frames)
-    count = stop - start - 2
-    picture, variance = total / len(alike), sums[0] / (2 * count)
-    a, b = _fit_noise(picture, variance, count)
-    return Reference(picture.astype(np.float32), a, b, *_noise_shape(sums[:, _plain(picture)], count), len(alike))
+                recent_frames = [*recent_frames[-2:], frame * gain[k]]  # lamps are no noise
+                if len(recent_frames) == 3:
+                    add_differences(recent_frames[0], recent_frames[1], recent_frames[2], sums)
+        frame_index += len(frames)
+    change_count = stop - start - 2
+    picture, variance = total / len(reference_frames), sums[0] / (2 * change_count)
+    a, b = _fit_noise(picture, variance, change_count)
+    return Reference(picture.astype(np.float32), a, b, *_noise_shape(sums[:, _plain(picture)], change_count),
+                     len(reference_frames))
 
 
 def _noise_shape(sums: FloatArray, frames: int) -> tuple[float, float, float]:
     """Return correlation in time, correlation of neighbours, and kurtosis of the changes of pixels, from their sums (4, n)."""
-    squares, products, beside, fourths = sums.astype(float).sum(axis=1)
+    squares, products, neighbour_products, fourths = sums.astype(float).sum(axis=1)
     power = max(squares, 1e-9)
-    return products / power, beside / power, fourths * frames * sums.shape[1] / power**2
+    return products / power, neighbour_products / power, fourths * frames * sums.shape[1] / power**2
 
 
 def _plain(picture: FloatArray) -> BoolArray:
     """Return the pixels with the least texture: what changes there is noise, also where the machine moves."""
     down, right = np.gradient(picture)
     slope = np.hypot(down, right)
-    return slope <= np.quantile(slope, PLAIN_SHARE)
+    return slope <= np.quantile(slope, PLAIN_PIXEL_FRACTION)
 
 
 def _fit_noise(picture: FloatArray, variance: FloatArray, frames: int) -> tuple[float, float]:
     """Return a and b of the variance a + b I through the medians of classes of equal brightness."""
     order = np.argsort(picture, axis=None)
-    groups = np.array_split(order, BINS)
+    groups = np.array_split(order, BRIGHTNESS_CLASSES)
     level = np.array([np.median(picture.flat[group]) for group in groups])
     # Medians, so that moving edges do not swell the noise; that of a chi-squared variable lies below its mean.
     freedoms = 2 * frames / 3
     noise = np.array([np.median(variance.flat[group]) for group in groups]) / (1 - 2 / (9 * freedoms)) ** 3
-    used = (level > 2) & (noise > 0)
-    if used.sum() < 3 or np.ptp(level[used]) < 20:
-        return max(float(noise.mean()), ROUNDING), 0.0
-    slope, constant = np.polyfit(level[used], noise[used], 1)
+    is_used = (level > 2) & (noise > 0)
+    if is_used.sum() < 3 or np.ptp(level[is_used]) < 20:
+        return max(float(noise.mean()), LEVEL_ROUNDING_VARIANCE), 0.0
+    slope, constant = np.polyfit(level[is_used], noise[is_used], 1)
     if slope <= 0 or constant < 0:
-        return (max(float(noise[used].mean()), ROUNDING), 0.0) if slope <= 0 else (0.0, float((noise / level)[used].mean()))
+        return (max(float(noise[is_used].mean()), LEVEL_ROUNDING_VARIANCE),
+                0.0) if slope <= 0 else (0.0, float((noise / level)[is_used].mean()))
     return float(constant), float(slope)

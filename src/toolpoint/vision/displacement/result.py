@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray, IndexArray, fail, frozen
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Record
-from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, SIGHTS, Windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, FULL_SIGHT, SIGHTS, Windows
 from toolpoint.vision.view import View
 
 
@@ -30,7 +30,7 @@ class DisplacementField(NotebookText):
         Hz.
     row_delay : float
         Time between rows, s.
-    lost : (n,) ints
+    lost_frames : (n,) ints
         Frames in which a window was not followed.
     method : str
     doubts : tuple of str
@@ -46,7 +46,7 @@ class DisplacementField(NotebookText):
     covariance: FloatArray
     frame_rate: float
     row_delay: float
-    lost: IndexArray
+    lost_frames: IndexArray
     method: str
     doubts: tuple[Doubt, ...] = field(default=())
     start: float = 0.0
@@ -67,13 +67,13 @@ class DisplacementField(NotebookText):
 
     @property
     def quality(self) -> list[str]:
-        """What each window sees: ``both directions``, ``across the edge only`` or ``blind``."""
+        """Sight of each window: ``both directions``, ``across the edge only`` or ``blind``."""
         return [SIGHTS[sight] for sight in self.windows.sight]
 
     def selected(self, keep: np.ndarray) -> DisplacementField:
         """Return these windows."""
         return replace(self, windows=self.windows.selected(keep), values=self.values[:, keep],
-                       covariance=self.covariance[keep], lost=self.lost[keep])
+                       covariance=self.covariance[keep], lost_frames=self.lost_frames[keep])
 
     def changed(self, values: FloatArray, *doubts: Doubt) -> DisplacementField:
         """Return the field with other values and further doubts."""
@@ -86,7 +86,7 @@ class DisplacementField(NotebookText):
         that sees both ways gives right and down, one at an edge the direction of its normal.
         """
         sight, normal = self.windows.sight, self.windows.normal
-        both, edge = np.flatnonzero(sight == BOTH), np.flatnonzero(sight == EDGE)
+        both, edge = np.flatnonzero(sight == FULL_SIGHT), np.flatnonzero(sight == EDGE_SIGHT)
         window = np.concatenate([np.repeat(both, 2), edge])
         direction = np.concatenate([np.tile(np.eye(2), (both.size, 1)), normal[edge]])
         values = np.einsum("tni,ni->tn", self.values[:, window], direction)
@@ -101,7 +101,7 @@ class DisplacementField(NotebookText):
         """
         view = view or View()
         part = self if windows is None else self.selected(windows)
-        if not (part.windows.sight > BLIND).any():
+        if not (part.windows.sight > BLIND_SIGHT).any():
             fail("record", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
         values, _, window, direction = part.measured()
         factor = 1.0 if view.scale is None else view.scale
@@ -111,7 +111,7 @@ class DisplacementField(NotebookText):
                       units=("px" if view.scale is None else "m",) * len(labels), start=self.start, name=self.method)
 
     def __repr__(self) -> str:
-        kinds = [int((self.windows.sight == sight).sum()) for sight in (BOTH, EDGE, BLIND)]
+        kinds = [int((self.windows.sight == sight).sum()) for sight in (FULL_SIGHT, EDGE_SIGHT, BLIND_SIGHT)]
         return (f"DisplacementField({len(self.values)} frames, windows: {kinds[0]} see both directions, {kinds[1]} across an "
                 f"edge, {kinds[2]} blind; {self.method})")
 

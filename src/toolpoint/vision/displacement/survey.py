@@ -1,4 +1,4 @@
-"""Survey: the first pass over a clip, what its frames are like before anything is measured in them."""
+"""Survey of a clip in a first pass: brightness, saturation, repeated, quiet and reference frames."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Clip
 
-SIDE = 16
-MOST_VALUES = 60_000_000
-FEWEST_FRAMES = 16
-QUIET_FRAMES = 64
-SATURATED = 0.02
-LIVELY = 200
+SURVEY_BLOCK_SIDE = 16  # pixels of a block
+MAX_BLOCK_MEANS = 60_000_000  # block means of a clip that are held: 240 MB
+MIN_CLIP_FRAMES = 16
+QUIET_FRAME_COUNT = 64  # frames from which the noise is taken
+MAX_SATURATED_FRACTION = 0.02  # of a window or picture: share of black or white pixels
+MOVING_BLOCK_COUNT = 200  # blocks that change most, by which places of the machine are compared
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What the first pass tells.
+    """Result of the first pass over a clip.
 
     frames : how many; means : (frames, rows, columns) of blocks of `side` pixels, grey levels; saturated : (rows, columns)
     share of the frames in which a pixel is black or white; repeats : frames equal to the one before; quiet : first and
-    last (excluded) of the frames with the least motion; alike : numbers of frames in which the machine is at the same place;
-    doubts : what is wrong with time stamps and the file.
+    last (excluded) of the frames with the least motion; reference_frames : numbers of frames in which the machine is at the
+    same place; doubts : what is wrong with time stamps and the file.
     """
 
     frames: int
@@ -36,7 +36,7 @@ class Survey:
     saturated: FloatArray
     repeats: tuple[int, ...]
     quiet: tuple[int, int]
-    alike: IndexArray
+    reference_frames: IndexArray
     doubts: tuple[Doubt, ...]
 
     @property
@@ -57,29 +57,31 @@ def survey_clip(clip: Clip, progress: Progress | None = None) -> Survey:
     from toolpoint.vision.displacement.kernels import sum_blocks
 
     rows, columns = clip.shape
-    side = SIDE if min(rows, columns) >= 4 * SIDE else max(4, min(rows, columns) // 4)
+    side = SURVEY_BLOCK_SIDE if min(rows, columns) >= 4 * SURVEY_BLOCK_SIDE else max(4, min(rows, columns) // 4)
     extremes = np.zeros((rows, columns), np.int32)
     parts: list[FloatArray] = []
     repeats: list[int] = []
-    last, at, sampled = None, 0, 0
+    last_frame, frame_index, sampled_count = None, 0, 0
     for frames in clip.chunks():
-        if (at + len(frames)) * (rows // side) * (columns // side) > MOST_VALUES:
-            fail("clip", f"more than {at} frames of {columns} x {rows} pixels", "is too long to be surveyed at once",
+        if (frame_index + len(frames)) * (rows // side) * (columns // side) > MAX_BLOCK_MEANS:
+            fail("clip", f"more than {frame_index} frames of {columns} x {rows} pixels", "is too long to be surveyed at once",
                  remedy="cut it to the decay, or state a region")
         means = np.empty((len(frames), rows // side, columns // side), np.float32)
         sum_blocks(frames, side, means, extremes, clip.white)
-        before = [last, *frames[:-1]] if last is not None else [None, *frames[:-1]]
-        repeats += [at + k for k, (frame, old) in enumerate(zip(frames, before, strict=True))
-                    if old is not None and _equal(frame, old)]
+        previous_frames = [last_frame, *frames[:-1]] if last_frame is not None else [None, *frames[:-1]]
+        repeats += [frame_index + k for k, (frame, previous) in enumerate(zip(frames, previous_frames, strict=True))
+                    if previous is not None and _equal(frame, previous)]
         parts.append(means)
-        last, at, sampled = frames[-1].copy(), at + len(frames), sampled + -(-len(frames) // 8)
+        last_frame, frame_index = frames[-1].copy(), frame_index + len(frames)
+        sampled_count = sampled_count + -(-len(frames) // 8)
         if progress is not None:
-            progress("reading frames", at, 0)
-    if at < FEWEST_FRAMES:
-        fail("clip", f"{at} frames", f"must be {FEWEST_FRAMES} at least", remedy="film longer")
-    whole = np.concatenate(parts)
-    return Survey(at, side, whole, extremes / max(sampled, 1), tuple(repeats), _quiet(whole), _alike(whole),
-                  _stamps(clip))
+            progress("reading frames", frame_index, 0)
+    if frame_index < MIN_CLIP_FRAMES:
+        fail("clip", f"{frame_index} frames", f"must be {MIN_CLIP_FRAMES} at least", remedy="film longer")
+    block_means = np.concatenate(parts)
+    return Survey(frame_index, side, block_means, extremes / max(sampled_count, 1), tuple(repeats),
+                  _find_quiet_run(block_means), _choose_reference_frames(block_means),
+                  _time_stamp_doubts(clip))
 
 
 def _equal(first: np.ndarray, second: np.ndarray) -> bool:
@@ -87,10 +89,10 @@ def _equal(first: np.ndarray, second: np.ndarray) -> bool:
     return bool((first[middle] == second[middle]).all()) and bool((first == second).all())
 
 
-def _quiet(means: FloatArray) -> tuple[int, int]:
+def _find_quiet_run(means: FloatArray) -> tuple[int, int]:
     """Return the run of frames whose block means keep closest to each other: least motion, and no lamp takes part."""
     frames = len(means)
-    run = min(QUIET_FRAMES, frames // 2)
+    run = min(QUIET_FRAME_COUNT, frames // 2)
     flat = means.reshape(frames, -1)
     flat = flat / np.maximum(flat.mean(axis=1, keepdims=True), 1e-9)
     change = np.abs(np.diff(flat, axis=0)).mean(axis=1)
@@ -99,7 +101,7 @@ def _quiet(means: FloatArray) -> tuple[int, int]:
     return start, start + run
 
 
-def _alike(means: FloatArray) -> IndexArray:
+def _choose_reference_frames(means: FloatArray) -> IndexArray:
     """Return the frames nearest to the middle place of the motion: their mean is sharp, however large the motion.
 
     Places are compared by the first three principal components of the block means that change most.
@@ -107,14 +109,14 @@ def _alike(means: FloatArray) -> IndexArray:
     flat = means.reshape(len(means), -1)
     flat = flat / np.maximum(flat.mean(axis=1, keepdims=True), 1e-9)
     flat = flat - np.median(flat, axis=0)
-    lively = np.argsort(-flat.var(axis=0))[:LIVELY]
-    left, size, _ = np.linalg.svd(flat[:, lively], full_matrices=False)
-    distance = ((left[:, :3] * size[:3]) ** 2).sum(axis=1)
-    number = min(max(QUIET_FRAMES // 4, len(means) // 8), QUIET_FRAMES)
-    return np.sort(np.argsort(distance, kind="stable")[:number])
+    moving_blocks = np.argsort(-flat.var(axis=0))[:MOVING_BLOCK_COUNT]
+    components, singular_values, _ = np.linalg.svd(flat[:, moving_blocks], full_matrices=False)
+    distance = ((components[:, :3] * singular_values[:3]) ** 2).sum(axis=1)
+    frame_count = min(max(QUIET_FRAME_COUNT // 4, len(means) // 8), QUIET_FRAME_COUNT)
+    return np.sort(np.argsort(distance, kind="stable")[:frame_count])
 
 
-def _stamps(clip: Clip) -> tuple[Doubt, ...]:
+def _time_stamp_doubts(clip: Clip) -> tuple[Doubt, ...]:
     times = getattr(clip.source, "times", None)
     header = getattr(clip.source, "header", None)
     if times is None or header is None:

@@ -17,12 +17,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
-from toolpoint.vision.displacement.points import BLIND, EDGE, SURE, Windows
+from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, MIN_TEXTURE_RATIO, Windows
 from toolpoint.vision.displacement.reference import Reference
 
-BATCH = 400
-# Frames that a window counts as lost which cannot be measured at a part of a pixel where it has come.
-LOST_FOR_GOOD = 1 << 40
+WINDOW_BATCH_SIZE = 400  # windows that are solved at once: bounds the memory
+# Count of lost frames of a window whose texture cannot be measured at a part of a pixel that it has reached.
+UNMEASURABLE_LOST_FRAMES = 1 << 40
 Pass = Callable[[Frames], FloatArray]
 
 
@@ -45,11 +45,11 @@ class TemplateProducts:
         from toolpoint.vision.displacement.kernels import track
 
         n, side, step = len(windows.corners), windows.side, self.step
-        wide = -(-side // 8) * 8  # whole vectors: the columns beyond the window have no weight
-        templates = np.zeros((n, step, step, 2, side, wide), np.float32)
+        padded_width = -(-side // 8) * 8  # whole vectors: the columns beyond the window have no weight
+        templates = np.zeros((n, step, step, 2, side, padded_width), np.float32)
         covariance = np.zeros((n, 2, 2))
-        ready, spoilt = np.zeros((step, step), np.int8), np.zeros(n, bool)
-        batches = np.array_split(np.arange(n), -(-n // BATCH))
+        ready, is_unmeasurable = np.zeros((step, step), np.int8), np.zeros(n, bool)
+        batches = np.array_split(np.arange(n), -(-n // WINDOW_BATCH_SIZE))
 
         def build(i: int, j: int) -> BoolArray:
             moved, blind = self._secants(reference, j / step, i / step), np.zeros(n, bool)
@@ -61,23 +61,23 @@ class TemplateProducts:
             return blind
 
         build(0, 0)
-        state, lost = np.zeros((n, 2)), np.zeros(n, np.int64)
+        state, lost_frames = np.zeros((n, 2)), np.zeros(n, np.int64)
         corners, normal = np.ascontiguousarray(windows.corners), np.ascontiguousarray(windows.normal)
-        edges, unmeasured = windows.sight == EDGE, np.trace(covariance, axis1=1, axis2=2) <= 0
+        edges, unmeasured = windows.sight == EDGE_SIGHT, np.trace(covariance, axis1=1, axis2=2) <= 0
 
         def measure(frames: Frames) -> FloatArray:
             result = np.zeros((len(frames), n, 2), np.float32)
-            begin = state.copy(), lost.copy()
+            chunk_state = state.copy(), lost_frames.copy()
             while True:
-                track(frames, corners, templates, ready, step, 0.75 / step, edges, normal, state, result, lost)
-                missing = np.argwhere(ready == 2)
-                if missing.size == 0:
+                track(frames, corners, templates, ready, step, 0.75 / step, edges, normal, state, result, lost_frames)
+                needed_cells = np.argwhere(ready == 2)
+                if needed_cells.size == 0:
                     return result
                 # Templates for other parts of a pixel are built when motion first comes there, and the chunk is done again.
-                for i, j in missing:
-                    spoilt[:] |= build(int(i), int(j)) & ~unmeasured
-                state[:], lost[:] = begin[0], np.where(spoilt, LOST_FOR_GOOD, begin[1])
-        return measure, covariance, lost
+                for i, j in needed_cells:
+                    is_unmeasurable[:] |= build(int(i), int(j)) & ~unmeasured
+                state[:], lost_frames[:] = chunk_state[0], np.where(is_unmeasurable, UNMEASURABLE_LOST_FRAMES, chunk_state[1])
+        return measure, covariance, lost_frames
 
     def _secants(self, reference: Reference, right: float, down: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the moved texture and its change per pixel of motion over three quarters of a cell.
@@ -101,34 +101,37 @@ def solve_windows(
     """
     side, n = windows.side, len(windows.corners)
     y, x = windows.corners[:, 0], windows.corners[:, 1]
-    cut = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float) for part in (*moved, reference.variance)]
-    picture, right, down, noise = cut
+    window_arrays = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float)
+                     for part in (*moved, reference.variance)]
+    picture, right, down, noise = window_arrays
     weight = 1 / noise
-    seen = np.stack([right, down], axis=2)
+    gradients = np.stack([right, down], axis=2)
     normal = windows.normal
-    edge = np.einsum("npk,nk->np", seen, normal)
+    edge = np.einsum("npk,nk->np", gradients, normal)
     # One unknown along the normal where only that shows; the other column is left empty.
-    seen = np.where((windows.sight == EDGE)[:, None, None], np.stack([edge, np.zeros_like(edge)], axis=2), seen)
-    seen = _free_of(np.stack([np.ones_like(picture), picture - picture.mean(axis=1, keepdims=True)], axis=2), seen, weight)
-    gram = np.einsum("npi,np,npj->nij", seen, weight, seen)
+    gradients = np.where((windows.sight == EDGE_SIGHT)[:, None, None], np.stack([edge, np.zeros_like(edge)], axis=2), gradients)
+    gradients = _remove_light(np.stack([np.ones_like(picture), picture - picture.mean(axis=1, keepdims=True)], axis=2),
+                              gradients, weight)
+    gram = np.einsum("npi,np,npj->nij", gradients, weight, gradients)
     # Noise in the reference looks like texture and would make every motion a little too small.
-    false = reference.false_information(side)
-    gram[:, 0, 0] -= false
-    gram[:, 1, 1] -= np.where(windows.sight == EDGE, 0.0, false)
-    gram[windows.sight == EDGE, 1, 1] = gram[windows.sight == EDGE, 0, 0]
-    measured = (windows.sight > BLIND) & (np.linalg.eigvalsh(gram)[:, 0] > SURE * false)
+    noise_information = reference.false_information(side)
+    gram[:, 0, 0] -= noise_information
+    gram[:, 1, 1] -= np.where(windows.sight == EDGE_SIGHT, 0.0, noise_information)
+    gram[windows.sight == EDGE_SIGHT, 1, 1] = gram[windows.sight == EDGE_SIGHT, 0, 0]
+    measured = (windows.sight > BLIND_SIGHT) & (np.linalg.eigvalsh(gram)[:, 0] > MIN_TEXTURE_RATIO * noise_information)
     gram[~measured] = np.eye(2)
     inverse = np.linalg.inv(gram)
-    rows = np.einsum("nij,npj,np->nip", inverse, seen, weight)
-    turn = np.where((windows.sight == EDGE)[:, None, None], np.stack([normal, np.zeros_like(normal)], axis=2), np.eye(2))
-    turn = np.where(measured[:, None, None], turn, 0.0)
-    inverse[windows.sight == EDGE, 1, 1] = 0.0
-    covariance = turn @ inverse @ np.swapaxes(turn, 1, 2)
-    return (turn @ rows).reshape(n, 2, side, side).astype(np.float32), covariance
+    rows = np.einsum("nij,npj,np->nip", inverse, gradients, weight)
+    back_rotation = np.where((windows.sight == EDGE_SIGHT)[:, None, None], np.stack([normal, np.zeros_like(normal)], axis=2),
+                             np.eye(2))
+    back_rotation = np.where(measured[:, None, None], back_rotation, 0.0)
+    inverse[windows.sight == EDGE_SIGHT, 1, 1] = 0.0
+    covariance = back_rotation @ inverse @ np.swapaxes(back_rotation, 1, 2)
+    return (back_rotation @ rows).reshape(n, 2, side, side).astype(np.float32), covariance
 
 
-def _free_of(nuisance: FloatArray, columns: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return the columns less what light could explain of them, in the weighted sense."""
+def _remove_light(nuisance: FloatArray, columns: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the columns less the part that gain and offset of the light explain, in the weighted sense."""
     gram = np.einsum("npi,np,npj->nij", nuisance, weight, nuisance)
     gram += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(gram.shape[1])
     share = np.linalg.solve(gram, np.einsum("npi,np,npj->nij", nuisance, weight, columns))

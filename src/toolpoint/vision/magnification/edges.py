@@ -1,4 +1,4 @@
-"""Edges of the deformed machine drawn over the machine at rest: how a shape is shown on paper (the source's figure).
+"""Edges of the deformed machine drawn over the machine at rest, the way to show a shape on paper.
 
 Source: Canny, IEEE PAMI 8 (1986) 679.
 """
@@ -11,14 +11,17 @@ from scipy.ndimage import gaussian_filter, label, maximum_filter
 
 from toolpoint._check import BoolArray, FloatArray
 
-BLUR, LOW, HIGH = 1.6, 0.35, 0.8
-REST, DEFORMED = (40, 110, 200), (220, 60, 30)
+# Standard deviation of the smoothing, pixels; limits of hysteresis as shares of the slope that one pixel in twenty exceeds.
+EDGE_BLUR, WEAK_SLOPE_FRACTION, STRONG_SLOPE_FRACTION = 1.6, 0.35, 0.8
+REST_COLOUR, DEFORMED_COLOUR = (40, 110, 200), (220, 60, 30)  # colours of the edges, red, green, blue
 
 
-def find_edges(picture: FloatArray, blur: float = BLUR, low: float = LOW, *, high: float = HIGH) -> BoolArray:
+def find_edges(picture: FloatArray, blur: float = EDGE_BLUR, weak_fraction: float = WEAK_SLOPE_FRACTION, *,
+               strong_fraction: float = STRONG_SLOPE_FRACTION) -> BoolArray:
     """Return the edges of a picture (rows, columns), one pixel wide.
 
-    blur : standard deviation, pixels; low, high : limits of hysteresis as shares of the slope that one pixel in twenty exceeds.
+    blur : standard deviation, pixels; weak_fraction, strong_fraction : limits of hysteresis as shares of the slope that one
+    pixel in twenty exceeds.
     """
     smooth = gaussian_filter(np.asarray(picture, float), blur)
     down, right = np.gradient(smooth)
@@ -26,27 +29,28 @@ def find_edges(picture: FloatArray, blur: float = BLUR, low: float = LOW, *, hig
     level = float(np.quantile(slope, 0.95))
     if level < 0.5:
         return np.zeros(slope.shape, bool)
-    ridge = slope >= _beside(slope, right, down)
-    strong, weak = ridge & (slope > high * level), ridge & (slope > low * level)
+    ridge = slope >= _neighbour_slopes(slope, right, down)
+    # Hysteresis: a weak ridge counts where it is connected with a strong one.
+    strong, weak = ridge & (slope > strong_fraction * level), ridge & (slope > weak_fraction * level)
     groups, count = label(weak, np.ones((3, 3)))
-    kept = np.zeros(count + 1, bool)
-    kept[np.unique(groups[strong])] = True
-    kept[0] = False
-    return np.asarray(kept[groups])
+    has_strong = np.zeros(count + 1, bool)
+    has_strong[np.unique(groups[strong])] = True
+    has_strong[0] = False
+    return np.asarray(has_strong[groups])
 
 
-def overlay(rest: FloatArray, deformed: FloatArray) -> NDArray[np.uint8]:
+def overlay(reference: FloatArray, deformed: FloatArray) -> NDArray[np.uint8]:
     """Return the picture at rest, faint, with its edges in blue and those of the deformed one in red, (rows, columns, 3)."""
-    grey = np.clip(np.asarray(rest, float), 0, None)
+    grey = np.clip(np.asarray(reference, float), 0, None)
     grey = grey * (255 / max(float(grey.max()), 1.0))
     canvas = np.repeat((170 + grey[..., None] / 3), 3, axis=2).astype(np.uint8)
     blur = 4.0  # the outlines of parts, not of their texture
-    for picture, colour in ((rest, REST), (deformed, DEFORMED)):
+    for picture, colour in ((reference, REST_COLOUR), (deformed, DEFORMED_COLOUR)):
         canvas[maximum_filter(find_edges(picture, blur), 2)] = colour
     return canvas
 
 
-def _beside(slope: FloatArray, right: FloatArray, down: FloatArray) -> FloatArray:
+def _neighbour_slopes(slope: FloatArray, right: FloatArray, down: FloatArray) -> FloatArray:
     """Return the larger slope of the two neighbours across each pixel's edge."""
     sector = np.round(np.arctan2(down, right) / (np.pi / 4)).astype(int) % 4
     padded = np.pad(slope, 1)

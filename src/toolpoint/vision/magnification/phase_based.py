@@ -20,9 +20,9 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.vision.clip import Frames
 from toolpoint.vision.displacement.measure import Scan
 from toolpoint.vision.magnification.pyramid import SteerablePyramid
-from toolpoint.vision.magnification.warp import LARGEST_FACTOR
+from toolpoint.vision.magnification.warp import MAX_MAGNIFICATION
 
-WIDEST = 8.0  # pixels of a band, of the smoothing at attenuation one
+MAX_SMOOTHING_WIDTH = 8.0  # pixels of a band, smoothing at attenuation one
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PhaseMagnification:
     factor : float
         Motion in the result over that in the clip.
     attenuation : float
-        0 .. 1, smoothing of the phase in space, a share of `WIDEST` pixels of each band.
+        0 .. 1, smoothing of the phase in space, a share of `MAX_SMOOTHING_WIDTH` pixels of each band.
     orientations : int
     """
 
@@ -51,26 +51,29 @@ class PhaseMagnification:
         rate = scanned.clip.frame_rate
         if not 0 < self.low < self.high < rate / 2:
             fail("band", f"{self.low:g} .. {self.high:g} Hz", f"must be 0 < low < high < {rate / 2:g}, half the frame rate")
-        if not 0 <= self.factor <= LARGEST_FACTOR or not 0 <= self.attenuation <= 1:
-            fail("factor, attenuation", f"{self.factor:g}, {self.attenuation:g}", f"must be 0 .. {LARGEST_FACTOR:g} and 0 .. 1")
+        if not 0 <= self.factor <= MAX_MAGNIFICATION or not 0 <= self.attenuation <= 1:
+            fail("factor, attenuation", f"{self.factor:g}, {self.attenuation:g}",
+                 f"must be 0 .. {MAX_MAGNIFICATION:g} and 0 .. 1")
         pyramid = SteerablePyramid.of_shape(scanned.clip.shape, self.orientations)
-        rest = [band.astype(np.complex64) for band in pyramid.split(scanned.reference.picture)[0]]
+        reference_bands = [band.astype(np.complex64) for band in pyramid.split(scanned.reference.picture)[0]]
         section = butter(1, (self.low, self.high), "bandpass", fs=rate, output="sos")[0]
-        memory = [np.zeros((2, *band.shape), np.float32) for band in rest]
+        filter_states = [np.zeros((2, *band.shape), np.float32) for band in reference_bands]
         for frames in scanned.clip.chunks():
             for frame in frames:
                 bands, spectrum = pyramid.split(frame)
-                moved = [self._magnified(band, still, state, section) for band, still,
-                         state in zip(bands, rest, memory, strict=True)]
-                whole = pyramid.join(moved, spectrum)
-                yield np.clip(whole + 0.5, 0, scanned.clip.white).astype(frame.dtype)
+                moved_bands = [self._magnified(band, reference_band, state, section) for band, reference_band,
+                               state in zip(bands, reference_bands, filter_states, strict=True)]
+                picture = pyramid.join(moved_bands, spectrum)
+                yield np.clip(picture + 0.5, 0, scanned.clip.white).astype(frame.dtype)
 
-    def _magnified(self, band: ComplexArray, still: ComplexArray, state: FloatArray, section: FloatArray) -> ComplexArray:
-        phase = np.angle(band * still.conj()).astype(np.float32)
+    def _magnified(self, band: ComplexArray, reference_band: ComplexArray, state: FloatArray,
+                   section: FloatArray) -> ComplexArray:
+        phase = np.angle(band * reference_band.conj()).astype(np.float32)
         filtered = _filtered(phase, state, section)
-        width = self.attenuation * WIDEST
+        width = self.attenuation * MAX_SMOOTHING_WIDTH
         if width > 0.1:
-            weight = np.abs(still) ** 2 + 1e-6
+            # Phase is noise where its amplitude is small: the mean is weighted by power.
+            weight = np.abs(reference_band) ** 2 + 1e-6
             filtered = gaussian_filter(filtered * weight, width) / gaussian_filter(weight, width)
         return np.asarray(band * np.exp(1j * (self.factor - 1) * filtered))
 

@@ -12,8 +12,8 @@ import numpy as np
 from toolpoint._check import fail, positive
 from toolpoint.vision.clip import Frames
 
-MOVING = (".gif", ".webp")
-QUALITY = "14"
+ANIMATED_SUFFIXES = (".gif", ".webp")
+X264_QUALITY = "14"  # constant rate factor of x264: no difference is seen, at a tenth of the size
 
 
 def write_frames(frames: Iterable[Frames], path: str | os.PathLike[str], rate: float = 30.0) -> Path:
@@ -25,16 +25,16 @@ def write_frames(frames: Iterable[Frames], path: str | os.PathLike[str], rate: f
     kind = target.suffix.lower()
     positive("rate", rate, 1000)
     if kind == "":
-        return _folder(frames, target)
-    if kind not in (".mp4", *MOVING):
+        return _write_folder(frames, target)
+    if kind not in (".mp4", *ANIMATED_SUFFIXES):
         fail("path", target.name, "must end in .mp4, .gif or .webp, or be a folder for PNG images")
     target.parent.mkdir(parents=True, exist_ok=True)
     draft = target.with_name(f".{target.name}.part{kind}")
     try:
         if kind == ".mp4":
-            _video(frames, draft, rate)
+            _write_video(frames, draft, rate)
         else:
-            _moving(frames, draft, rate)
+            _write_animation(frames, draft, rate)
         draft.replace(target)
     except BaseException:
         draft.unlink(missing_ok=True)
@@ -73,11 +73,11 @@ def eight_bits(frame: np.ndarray) -> np.ndarray:
     """Return a frame with 8 bits: 16-bit levels over their largest."""
     if frame.dtype == np.uint8:
         return np.ascontiguousarray(frame)
-    top = max(float(frame.max()), 1.0)
-    return (frame * (255 / top)).astype(np.uint8)
+    largest_level = max(float(frame.max()), 1.0)
+    return (frame * (255 / largest_level)).astype(np.uint8)
 
 
-def _folder(frames: Iterable[Frames], folder: Path) -> Path:
+def _write_folder(frames: Iterable[Frames], folder: Path) -> Path:
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -86,14 +86,14 @@ def _folder(frames: Iterable[Frames], folder: Path) -> Path:
     return folder
 
 
-def _moving(frames: Iterable[Frames], path: Path, rate: float) -> None:
+def _write_animation(frames: Iterable[Frames], path: Path, rate: float) -> None:
     images = [_image(frame) for frame in frames]
     if not images:
         fail("frames", "none", "must be one at least")
     images[0].save(path, save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0)
 
 
-def _video(frames: Iterable[Frames], path: Path, rate: float) -> None:
+def _write_video(frames: Iterable[Frames], path: Path, rate: float) -> None:
     from toolpoint.vision.reading.video import library
 
     av = library()
@@ -105,7 +105,7 @@ def _video(frames: Iterable[Frames], path: Path, rate: float) -> None:
             if stream is None:
                 stream = container.add_stream("libx264" if "libx264" in av.codecs_available else "mpeg4", rate=round(rate))
                 stream.width, stream.height, stream.pix_fmt = columns, rows, "yuv420p"
-                stream.options = {"crf": QUALITY}
+                stream.options = {"crf": X264_QUALITY}
             kind = "gray" if picture.ndim == 2 else "rgb24"
             container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture[:rows, :columns]),
                                                                    format=kind)))

@@ -19,14 +19,14 @@ from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Frf
 from toolpoint.vision.displacement.result import DisplacementField
 
-MOST_COMPONENTS = 10
-RARE = float(np.log(1e3))
-SETTLING = 0.006
-FEWEST_FRAMES = 48
+MAX_DECAY_COMPONENTS = 10  # singular components of a decay
+LINE_LOG_ODDS = float(np.log(1e3))  # logarithm of one over the chance that noise has such a line
+BLOW_SETTLING_TIME = 0.006  # s from the onset until the blow is over
+MIN_DECAY_FRAMES = 48  # of a decay
 # Above this share of the frame rate a pole's image beyond half the rate is too near to be a term outside the band.
-HIGHEST = 0.42
+MAX_FREQUENCY_FRACTION = 0.42
 # Chance that noise alone is taken for the onset in a frame.
-CHANCE = 1e-4
+ONSET_FALSE_ALARM = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +57,13 @@ class FreeDecay(NotebookText):
         """Frame after the last one of the decay."""
         return self.first + len(self.components)
 
-    def responses(self, low: float = 0.0) -> Frf:
-        """Return the transforms of the components as responses to one reference, from `low` (Hz) up."""
+    def responses(self, frequency_min: float = 0.0) -> Frf:
+        """Return the transforms of the components as responses to one reference, from `frequency_min` (Hz) up."""
         n = len(self.components)
         spectra = np.fft.rfft(self.components, axis=0) / self.frame_rate
         frequency = np.fft.rfftfreq(n, 1 / self.frame_rate)
-        keep = (frequency > max(low, 0.5 / n * self.frame_rate)) & (frequency <= HIGHEST * self.frame_rate)
+        keep = (frequency > max(frequency_min, 0.5 / n * self.frame_rate)) & (frequency <= MAX_FREQUENCY_FRACTION
+                                                                              * self.frame_rate)
         labels = tuple(Dof(f"component {k + 1}", "+x") for k in range(spectra.shape[1]))
         values = spectra[keep][:, :, None]
         noise = np.full(values.shape, n / self.frame_rate**2)
@@ -102,19 +103,21 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
 def decay_of(scaled: FloatArray, rate: float, *, start: float | None = None, stop: float | None = None) -> FreeDecay:
     """Return the free decay of histories (frames, m) in units of their noise, changed in place; see `find_decay`."""
     scaled -= scaled.mean(axis=0)
-    last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * rate))
-    first = _onset(scaled[:last], rate) if start is None else round(scalar("start", start) * rate)
-    if last - first < FEWEST_FRAMES or first < 0:
-        fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
+    end_frame = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * rate))
+    first_frame = _onset(scaled[:end_frame], rate) if start is None else round(scalar("start", start) * rate)
+    if end_frame - first_frame < MIN_DECAY_FRAMES or first_frame < 0:
+        fail("start", f"{max(0, end_frame - first_frame)} frames of decay after frame {first_frame}",
+             f"must be {MIN_DECAY_FRAMES} at least",
              remedy="film longer after the blow, or state where the decay starts and stops")
-    part = scaled[first:last]
-    left, singular, right, edge, kept = _components(part)
-    if not kept:
+    histories = scaled[first_frame:end_frame]
+    left_vectors, singular, right_vectors, edge, components = _components(histories)
+    if not components:
         fail("field", "no motion stands out of the noise of the camera",
              f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the "
              "noise's)",
              remedy="strike harder, come closer, light better; motion along the line of sight does not show")
-    return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, rate)
+    return FreeDecay(left_vectors[:, components] * singular[components], right_vectors[components].T, singular / edge,
+                     first_frame, rate)
 
 
 def _stands_out(history: FloatArray) -> bool:
@@ -123,43 +126,43 @@ def _stands_out(history: FloatArray) -> bool:
     Windows that overlap share noise, so that some of its singular values stand out: in time it is white all the same.
     """
     power = np.abs(np.fft.rfft(history)[1:]) ** 2
-    return bool(power.max() > (np.log(power.size) + RARE) * power.mean())
+    return bool(power.max() > (np.log(power.size) + LINE_LOG_ODDS) * power.mean())
 
 
-def _components(part: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float, list[int]]:
+def _components(histories: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float, list[int]]:
     """Return the singular value decomposition of histories less their means (in place), the edge of the singular values of
     noise, and the numbers of the components that stand out of it."""
-    part -= part.mean(axis=0)
-    left, singular, right = _svd(part)
-    edge = _noise_edge(singular, *part.shape)
-    above = np.flatnonzero(singular[:MOST_COMPONENTS] > edge)
-    return left, singular, right, edge, [int(k) for k in above if _stands_out(left[:, k])]
+    histories -= histories.mean(axis=0)
+    left_vectors, singular, right_vectors = _gram_svd(histories)
+    edge = _noise_edge(singular, *histories.shape)
+    candidates = np.flatnonzero(singular[:MAX_DECAY_COMPONENTS] > edge)
+    return left_vectors, singular, right_vectors, edge, [int(k) for k in candidates if _stands_out(left_vectors[:, k])]
 
 
-def _svd(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _gram_svd(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the singular value decomposition through the smaller Gram matrix: quick, and precise above the noise."""
     frames, channels = values.shape
     if frames <= channels:
-        square, left = np.linalg.eigh(values @ values.T)
-        singular, left = np.sqrt(np.maximum(square[::-1], 0.0)), left[:, ::-1]
-        return left, singular, (left.T @ values) / np.maximum(singular, 1e-12)[:, None]
-    square, right = np.linalg.eigh(values.T @ values)
-    singular, right = np.sqrt(np.maximum(square[::-1], 0.0)), right[:, ::-1]
-    return (values @ right) / np.maximum(singular, 1e-12), singular, right.T
+        eigenvalues, left_vectors = np.linalg.eigh(values @ values.T)
+        singular, left_vectors = np.sqrt(np.maximum(eigenvalues[::-1], 0.0)), left_vectors[:, ::-1]
+        return left_vectors, singular, (left_vectors.T @ values) / np.maximum(singular, 1e-12)[:, None]
+    eigenvalues, right_vectors = np.linalg.eigh(values.T @ values)
+    singular, right_vectors = np.sqrt(np.maximum(eigenvalues[::-1], 0.0)), right_vectors[:, ::-1]
+    return (values @ right_vectors) / np.maximum(singular, 1e-12), singular, right_vectors.T
 
 
 def _noise_edge(singular: FloatArray, frames: int, channels: int) -> float:
     """Return the largest singular value of noise, its size taken from the median singular value."""
     ratio = min(frames, channels) / max(frames, channels)
     # Median of the Marchenko-Pastur law, by its density on a grid.
-    low, high = (1 - np.sqrt(ratio)) ** 2, (1 + np.sqrt(ratio)) ** 2
-    x = np.linspace(low, high, 2001)[1:-1]
-    density = np.sqrt((high - x) * (x - low)) / x
+    eigenvalue_min, eigenvalue_max = (1 - np.sqrt(ratio)) ** 2, (1 + np.sqrt(ratio)) ** 2
+    x = np.linspace(eigenvalue_min, eigenvalue_max, 2001)[1:-1]
+    density = np.sqrt((eigenvalue_max - x) * (x - eigenvalue_min)) / x
     total = np.cumsum(density)
     median = float(x[int(np.searchsorted(total, 0.5 * total[-1]))])
     used = singular[:min(frames, channels)]
     if used.size > 8:
-        return float(np.median(used) * np.sqrt(high / median))
+        return float(np.median(used) * np.sqrt(eigenvalue_max / median))
     return float(np.sqrt(max(frames, channels)) * (1 + np.sqrt(ratio)))
 
 
@@ -169,14 +172,16 @@ def _onset(scaled: FloatArray, rate: float) -> int:
     The onset is looked for in what stands out of the noise, and beyond what noise has there: a decay that begins in frames
     before the blow comes out with half its damping, one that begins late as it is.
     """
-    left, singular, _, edge, kept = _components(scaled.copy())
-    if not kept:
+    left_vectors, singular, _, edge, components = _components(scaled.copy())
+    if not components:
         return 0
-    energy = ((left[:, kept] * singular[kept]) ** 2).mean(axis=1)
-    short = max(3, round(0.004 * rate))
-    smooth = np.convolve(energy, np.ones(short) / short, "same")
-    freedom = len(kept) * short
-    early, noise = float(smooth[:short].mean()), edge**2 / len(scaled) * float(chi2.isf(CHANCE, freedom)) / freedom
-    if early > max(0.2 * smooth.max(), noise) or smooth.max() < noise:
+    energy = ((left_vectors[:, components] * singular[components]) ** 2).mean(axis=1)
+    average_frames = max(3, round(0.004 * rate))
+    smooth = np.convolve(energy, np.ones(average_frames) / average_frames, "same")
+    freedom = len(components) * average_frames
+    start_energy = float(smooth[:average_frames].mean())
+    noise_energy = edge**2 / len(scaled) * float(chi2.isf(ONSET_FALSE_ALARM, freedom)) / freedom
+    if start_energy > max(0.2 * smooth.max(), noise_energy) or smooth.max() < noise_energy:
         return 0
-    return int(np.argmax(smooth > max(early + 0.1 * (smooth.max() - early), noise))) + max(1, round(SETTLING * rate))
+    return int(np.argmax(smooth > max(start_energy + 0.1 * (smooth.max() - start_energy),
+                                      noise_energy))) + max(1, round(BLOW_SETTLING_TIME * rate))

@@ -1,4 +1,4 @@
-"""Lines that are no modes: lamps, harmonics, steady forces; and what a frequency may be an alias of."""
+"""Lines that are no modes (lamps, harmonics, steady forces), and the true frequencies behind an alias."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray
 from toolpoint.vibration import Modes
-from toolpoint.vision.modes.decay import RARE, FreeDecay
+from toolpoint.vision.modes.decay import LINE_LOG_ODDS, FreeDecay
 
-MAINS = (50.0, 60.0)
-STEADY = 5e-4
-HARMONICS = (2, 3)
-LOBES = 24
+MAINS_FREQUENCIES = (50.0, 60.0)  # Hz
+MAX_STEADY_DAMPING = 5e-4  # damping ratio below which a line is driven
+MOTION_HARMONICS = (2, 3)  # times the frequency of a mode: large motion shows squared and cubed
+SIDE_LOBE_LINES = 24  # lines of the spectrum: side lobes of the window around a strong one
 # Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
-EXACT = 0.001
+HARMONIC_TOLERANCE = 0.001
 # Grey level below which a block tells nothing of the light; share of the mean change of light that half of the blocks have.
-DARK, EVERYWHERE = 8.0, 0.4
+MIN_BLOCK_BRIGHTNESS, MIN_COMMON_LIGHT_FRACTION = 8.0, 0.4
 # Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
-FADED = 1.0
+MIN_LOG_DECREASE = 1.0
 
 
 def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
@@ -27,29 +27,29 @@ def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
     n = len(brightness)
     window = np.hanning(n)
     power = np.abs(np.fft.rfft((brightness - brightness.mean()) * window)) ** 2
-    low = max(3, int(20 * n / frame_rate))
-    inside = power[low:]
-    if inside.size < 8:
+    first_line = max(3, int(20 * n / frame_rate))
+    upper_power = power[first_line:]
+    if upper_power.size < 8:
         return ()
-    level = np.median(inside) / np.log(2)
+    level = np.median(upper_power) / np.log(2)
     lines: list[float] = []
-    for k in np.argsort(-inside):
-        if inside[k] < 4 * (np.log(inside.size) + RARE) * level or len(lines) == 4:
+    for k in np.argsort(-upper_power):
+        if upper_power[k] < 4 * (np.log(upper_power.size) + LINE_LOG_ODDS) * level or len(lines) == 4:
             break
-        f = _interpolated(power, int(k) + low) * frame_rate / n
+        f = _interpolated(power, int(k) + first_line) * frame_rate / n
         # The window's own side lobes stand around a strong line.
-        if all(abs(f - other) > LOBES * frame_rate / n for other in lines):
+        if all(abs(f - other) > SIDE_LOBE_LINES * frame_rate / n for other in lines):
             lines.append(f)
     return tuple(lines)
 
 
 def lamps_everywhere(lamps: Sequence[float], means: FloatArray, frame_rate: float) -> tuple[float, ...]:
-    """Return the lines that half of the picture shares: a lamp lights all of it, motion changes the light at edges alone.
+    """Return the lines that half of the picture shares: a lamp lights all of it, motion changes the light at edges only.
 
     means : (frames, rows, columns) of blocks of pixels.
     """
     flat = means.reshape(len(means), -1).astype(float)
-    flat = flat[:, flat.mean(axis=0) > DARK]
+    flat = flat[:, flat.mean(axis=0) > MIN_BLOCK_BRIGHTNESS]
     if not lamps or not flat.size:
         return tuple(lamps)
     relative = (flat / flat.mean(axis=0) - 1) * np.hanning(len(flat))[:, None]
@@ -58,7 +58,7 @@ def lamps_everywhere(lamps: Sequence[float], means: FloatArray, frame_rate: floa
     for lamp in lamps:
         size = np.exp(-2j * np.pi * lamp * times) @ relative
         mean = size.mean()
-        if float(np.median((size * mean.conj()).real)) > EVERYWHERE * abs(mean) ** 2:
+        if float(np.median((size * mean.conj()).real)) > MIN_COMMON_LIGHT_FRACTION * abs(mean) ** 2:
             kept.append(lamp)
     return tuple(kept)
 
@@ -72,12 +72,13 @@ def _interpolated(power: FloatArray, k: int) -> float:
 
 def name_line(frequency: float, frame_rate: float) -> str:
     """Return what a lamp line is: twice the mains, or what that is seen as at this frame rate."""
-    for mains in MAINS:
-        for times in (2, 4, 6):
-            true = times * mains
-            seen = abs(true - frame_rate * round(true / frame_rate))
-            if abs(seen - frequency) < max(0.6, 0.004 * frequency):
-                return f"lamp line, {true:g} Hz of {mains:g} Hz mains" + ("" if true < frame_rate / 2 else ", aliased")
+    for mains in MAINS_FREQUENCIES:
+        for multiple in (2, 4, 6):
+            true_frequency = multiple * mains
+            alias = abs(true_frequency - frame_rate * round(true_frequency / frame_rate))
+            if abs(alias - frequency) < max(0.6, 0.004 * frequency):
+                return f"lamp line, {true_frequency:g} Hz of {mains:g} Hz mains" + ("" if true_frequency < frame_rate / 2
+                                                                                    else ", aliased")
     return "lamp line"
 
 
@@ -88,15 +89,15 @@ def fading(modes: Modes, resolution: float) -> BoolArray:
     """
     ratio = modes.damping_ratio if modes.covariance is None else modes.damping_ratio - np.nan_to_num(modes.damping_interval,
                                                                                                      nan=np.inf)
-    return np.asarray(2 * np.pi * ratio * modes.frequency / resolution > FADED)
+    return np.asarray(2 * np.pi * ratio * modes.frequency / resolution > MIN_LOG_DECREASE)
 
 
 def lamps_alone(lamps: Sequence[float], modes: Modes, frame_rate: float, *, resolution: float) -> tuple[float, ...]:
     """Return the lines of brightness that no fading mode explains: bodies that move towards the camera or over a bright wall
     change the brightness of the whole picture at their own frequencies."""
-    at = modes.frequency[fading(modes, resolution)]
-    return tuple(lamp for lamp in lamps if name_line(lamp, frame_rate) != "lamp line" or not at.size
-                 or np.abs(at - lamp).min() > 0.5 * resolution)
+    fading_frequencies = modes.frequency[fading(modes, resolution)]
+    return tuple(lamp for lamp in lamps if name_line(lamp, frame_rate) != "lamp line" or not fading_frequencies.size
+                 or np.abs(fading_frequencies - lamp).min() > 0.5 * resolution)
 
 
 def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resolution: float) -> tuple[str, ...]:
@@ -104,17 +105,17 @@ def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resol
 
     resolution : width of a line of the record, Hz.
     """
-    fades = fading(modes, resolution)
+    is_fading = fading(modes, resolution)
     names = []
     for i in range(modes.count):
         f, ratio = float(modes.frequency[i]), float(modes.damping_ratio[i])
-        near = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
+        near_lamp = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
         harmonic = _harmonic(modes, i)
-        if near is not None and not fades[i]:
-            names.append(name_line(near, frame_rate))
+        if near_lamp is not None and not is_fading[i]:
+            names.append(name_line(near_lamp, frame_rate))
         elif harmonic or _sideband(modes, i, lamps):
             names.append(harmonic or _sideband(modes, i, lamps))
-        elif ratio < STEADY:
+        elif ratio < MAX_STEADY_DAMPING:
             names.append("steady line: something drives it (spindle, pump, mains), no decay")
         else:
             names.append("")
@@ -127,23 +128,23 @@ def alias_candidates(frequency: float, frame_rate: float) -> tuple[float, float]
 
 
 def _harmonic(modes: Modes, i: int) -> str:
-    """Return whether mode i has n times frequency and decay of a stronger mode: large motion shows squared."""
+    """Return the remark on mode i with n times the frequency and decay of a stronger mode: large motion shows squared."""
     strength = np.abs(modes.shape).max(axis=0)
     for j in range(modes.count):
         if j == i or strength[j] < 5 * strength[i]:
             continue
-        for n in HARMONICS:
+        for n in MOTION_HARMONICS:
             width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
             if modes.covariance is not None:  # a mode of its own near the multiple is told by its interval
-                known = modes.frequency_interval[i] + n * modes.frequency_interval[j]
-                width = min(width, max(2 * known, EXACT * n * modes.frequency[j]))
+                combined_interval = modes.frequency_interval[i] + n * modes.frequency_interval[j]
+                width = min(width, max(2 * combined_interval, HARMONIC_TOLERANCE * n * modes.frequency[j]))
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
     return ""
 
 
 def _sideband(modes: Modes, i: int, lamps: Sequence[float]) -> str:
-    """Return whether mode i lies beside a lamp line by the frequency of a stronger mode: light times motion."""
+    """Return the remark on mode i beside a lamp line by the frequency of a stronger mode: light times motion."""
     strength = np.abs(modes.shape).max(axis=0)
     f = modes.frequency
     for j in np.flatnonzero(strength > 3 * strength[i]):
@@ -163,21 +164,21 @@ def find_break(decay: FreeDecay, poles: ComplexArray) -> tuple[int, float]:
     waves = np.exp(poles * (np.arange(n) / decay.frame_rate)[:, None])
     columns = np.concatenate([waves.real, -waves.imag], axis=1)
     size = columns.shape[1]
-    joint = _left(columns.T @ columns, columns.T @ decay.components)
+    joint_fit = _explained_power(columns.T @ columns, columns.T @ decay.components)
     best = (0, 0.0)
     # A part shorter than its slowest mode's period and a half fits drift as well as a break.
     slowest = 1.5 * decay.frame_rate * 2 * np.pi / float(np.abs(poles.imag).min())
-    least = max(24, 2 * size, min(int(slowest), n // 3))
-    for k in range(least, n - least, max(1, n // 240)):
-        parts = [_left(part.T @ part, part.T @ values)
+    min_part_frames = max(24, 2 * size, min(int(slowest), n // 3))
+    for k in range(min_part_frames, n - min_part_frames, max(1, n // 240)):
+        parts = [_explained_power(part.T @ part, part.T @ values)
                  for part, values in ((columns[:k], decay.components[:k]), (columns[k:], decay.components[k:]))]
-        gain = sum(parts) - joint
+        gain = sum(parts) - joint_fit
         if gain > best[1]:
             best = (k + decay.first, float(gain))
     return best
 
 
-def _left(gram: FloatArray, moments: FloatArray) -> float:
+def _explained_power(gram: FloatArray, moments: FloatArray) -> float:
     """Return the squared length that columns explain, from their normal equations."""
     scale = 1 / np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
     matrix = gram * scale[:, None] * scale + 1e-9 * np.eye(len(gram))

@@ -16,7 +16,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, complexes, fail
 from toolpoint.vision.displacement.result import DisplacementField
 
-LARGEST_CONDITION = 1e4
+MAX_DECAY_BASIS_CONDITION = 1e4  # of the normalised columns
 # Parts of a decay and least frames of one, by which first frames are left out; ratio of a part's residual to that of the
 # second half from which it holds more than noise.
 TRANSIENT_PARTS, MIN_TRANSIENT_FRAMES, MIN_TRANSIENT_RATIO = 48, 4, 1.05
@@ -67,12 +67,12 @@ def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] =
     waves = np.exp(s * (times[:, None] - times[0]))
     # Re(phi e^{st}) = Re phi Re e - Im phi Im e
     parts = np.stack([waves.real, -waves.imag], axis=-1).reshape(times.size, -1)
-    rest = [np.ones_like(times)] + ([np.linspace(-1, 1, times.size)] if drift else [])
-    known = [wave(2 * np.pi * f * times) for f in lines for wave in (np.cos, np.sin)]
-    columns = np.concatenate([parts, np.stack([*rest, *known], axis=1)], axis=1)
+    offsets = [np.ones_like(times)] + ([np.linspace(-1, 1, times.size)] if drift else [])
+    line_columns = [wave(2 * np.pi * f * times) for f in lines for wave in (np.cos, np.sin)]
+    columns = np.concatenate([parts, np.stack([*offsets, *line_columns], axis=1)], axis=1)
     size = np.linalg.norm(columns, axis=0)
     condition = np.linalg.cond(columns / size)
-    if condition > LARGEST_CONDITION:
+    if condition > MAX_DECAY_BASIS_CONDITION:
         fail("poles", ", ".join(f"{abs(p) / 2 / np.pi:.4g} Hz" for p in s), "the frames cannot tell them apart",
              remedy="leave one out, or film longer; at this frame rate two of them may be aliases of each other")
     fitted = np.linalg.pinv(columns[skip:] / size) / size[:, None]
@@ -126,25 +126,26 @@ def count_transient_frames(field: DisplacementField, poles: ComplexArray, first:
     part = values[first:stop] / sigma
     times = np.arange(len(part)) / field.frame_rate
     length = max(len(part) // TRANSIENT_PARTS, MIN_TRANSIENT_FRAMES)
-    longest = min(len(part) // 4, int(field.frame_rate / max(float(-poles.real.min()), 1e-12)))
+    max_skip = min(len(part) // 4, int(field.frame_rate / max(float(-poles.real.min()), 1e-12)))
     skip = 0
-    while skip + length <= longest:
+    while skip + length <= max_skip:
         residual = decay_basis(poles, times, skip=skip).residual(part)
         level = np.sqrt((residual[len(part) // 2:] ** 2).mean())
-        ahead = np.sqrt((residual[skip:skip + length] ** 2).mean()) / level
+        residual_ratio = np.sqrt((residual[skip:skip + length] ** 2).mean()) / level
         # The deviation of a mean square of n values is sqrt(2 / n), half of it that of the root.
-        if ahead < max(MIN_TRANSIENT_RATIO, 1 + 5 * np.sqrt(0.5 / (length * part.shape[1]))):
+        if residual_ratio < max(MIN_TRANSIENT_RATIO, 1 + 5 * np.sqrt(0.5 / (length * part.shape[1]))):
             break
         skip += length
     return skip
 
 
 def _scatter(field: DisplacementField, basis: DecayBasis, first: int) -> FloatArray:
+    """Return the residual of each window over its stated noise, (n,), about one."""
     values, sigma, window, _ = field.measured()
-    left = basis.residual(values[first:first + len(basis.columns)]) / sigma
-    freedom = len(left) - basis.columns.shape[1]
-    square = (left**2).sum(axis=0) / max(freedom, 1)
+    scaled_residual = basis.residual(values[first:first + len(basis.columns)]) / sigma
+    freedom = len(scaled_residual) - basis.columns.shape[1]
+    chi_squared = (scaled_residual**2).sum(axis=0) / max(freedom, 1)
     total, count = np.zeros(len(field.windows.corners)), np.zeros(len(field.windows.corners))
-    np.add.at(total, window, square)
+    np.add.at(total, window, chi_squared)
     np.add.at(count, window, 1.0)
     return np.sqrt(np.where(count > 0, total / np.maximum(count, 1), 1.0))

@@ -19,14 +19,14 @@ from toolpoint.vibration import Modes
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.modes.projection import decay_basis
 
-FEWEST_WINDOWS = 4
-DAMPED = 2.8
+MIN_SCATTER_WINDOWS = 4  # whose scatter has a variance that can be believed
+DAMPING_LOSS_FACTOR = 2.8  # relative error of the damping over the loss (`Quality.loss`), largest seen in compressed films
 # Share of the damping to which windows follow a decay as it shrinks: fitted to random films (benchmarks/video_records.py).
-FOLLOWED = 0.012
+DAMPING_TRACKING_ERROR = 0.012
 
 
-def widen_by_windows(modes: Modes, field: DisplacementField, *, first: int, count: int) -> Modes:
-    """Return the modes with the covariance of frequency and damping as wide as the windows of a field scatter, never narrower.
+def inflate_by_windows(modes: Modes, field: DisplacementField, *, first: int, count: int) -> Modes:
+    """Return the modes, covariance of frequency and damping inflated to the scatter between windows of a field.
 
     Parameters
     ----------
@@ -38,15 +38,15 @@ def widen_by_windows(modes: Modes, field: DisplacementField, *, first: int, coun
     """
     if modes.covariance is None:
         return modes
-    seen = pole_scatter(field, modes.poles, first=first, count=count)
-    if seen is None:
+    pole_covariance = pole_scatter(field, modes.poles, first=first, count=count)
+    if pole_covariance is None:
         return modes
-    size, turn = modes.omega, np.sqrt(np.maximum(1 - modes.damping_ratio**2, 1e-12))
+    pole_size, damped_fraction = modes.omega, np.sqrt(np.maximum(1 - modes.damping_ratio**2, 1e-12))
     # d(frequency, ratio) by d(sigma, omega): f = |s| / 2 pi, ratio = -sigma / |s|.
-    by = np.empty((modes.count, 2, 2))
-    by[:, 0, 0], by[:, 0, 1] = -modes.damping_ratio / (2 * np.pi), turn / (2 * np.pi)
-    by[:, 1, 0], by[:, 1, 1] = -turn**2 / size, -modes.damping_ratio * turn / size
-    scatter = by @ seen @ np.swapaxes(by, 1, 2)
+    jacobian = np.empty((modes.count, 2, 2))
+    jacobian[:, 0, 0], jacobian[:, 0, 1] = -modes.damping_ratio / (2 * np.pi), damped_fraction / (2 * np.pi)
+    jacobian[:, 1, 0], jacobian[:, 1, 1] = -damped_fraction**2 / pole_size, -modes.damping_ratio * damped_fraction / pole_size
+    scatter = jacobian @ pole_covariance @ np.swapaxes(jacobian, 1, 2)
     stated = np.diagonal(modes.covariance, axis1=1, axis2=2)
     ratio = np.sqrt(np.maximum(np.diagonal(scatter, axis1=1, axis2=2) / np.maximum(stated, 1e-300), 1.0))
     # Variances that are not known stay so.
@@ -54,20 +54,20 @@ def widen_by_windows(modes: Modes, field: DisplacementField, *, first: int, coun
     return replace(modes, covariance=modes.covariance * ratio[:, :, None] * ratio[:, None, :])
 
 
-def widen_by_loss(modes: Modes, loss: float) -> Modes:
+def inflate_by_loss(modes: Modes, loss: float) -> Modes:
     """Return the modes with intervals as wide as pixels and compression may move them (`Quality.loss`; no law: seen in films).
 
-    Small motion is smoothed more than large, so a decay looks faster: the ratio by up to `DAMPED` times the loss, the frequency
-    by half of the half-power width's change, both by no more than the ratio itself. Without compression windows follow
-    a decay to `FOLLOWED` of the damping.
+    Small motion is smoothed more than large, so a decay looks faster: the ratio by up to `DAMPING_LOSS_FACTOR` times the loss,
+    the frequency by half of the half-power width's change, both by no more than the ratio itself. Without compression windows
+    follow a decay to `DAMPING_TRACKING_ERROR` of the damping.
     """
     if modes.covariance is None:
         return modes
-    ratio = min(max(DAMPED * loss, FOLLOWED), 1.0) * modes.damping_ratio / 1.96
-    more = np.zeros(modes.covariance.shape)
-    part = ratio * modes.frequency * (0.5 if loss > 0 else 1.0)
-    more[:, 0, 0], more[:, 1, 1] = part**2, ratio**2
-    return replace(modes, covariance=modes.covariance + np.where(modes.covariance[:, :1, :1] >= 0, more, 0.0))
+    damping_deviation = min(max(DAMPING_LOSS_FACTOR * loss, DAMPING_TRACKING_ERROR), 1.0) * modes.damping_ratio / 1.96
+    added_variance = np.zeros(modes.covariance.shape)
+    frequency_deviation = damping_deviation * modes.frequency * (0.5 if loss > 0 else 1.0)
+    added_variance[:, 0, 0], added_variance[:, 1, 1] = frequency_deviation**2, damping_deviation**2
+    return replace(modes, covariance=modes.covariance + np.where(modes.covariance[:, :1, :1] >= 0, added_variance, 0.0))
 
 
 def pole_scatter(field: DisplacementField, poles: ComplexArray, *, first: int, count: int) -> FloatArray | None:
@@ -76,39 +76,40 @@ def pole_scatter(field: DisplacementField, poles: ComplexArray, *, first: int, c
     None where fewer than four windows see motion.
     """
     values, sigma, window, _ = field.measured()
-    seen = np.unique(window)
-    if seen.size < FEWEST_WINDOWS:
+    windows = np.unique(window)
+    if windows.size < MIN_SCATTER_WINDOWS:
         return None
     part = values[first:first + count] / sigma
     times = np.arange(len(part)) / field.frame_rate
     basis = decay_basis(poles, times)
     amplitude = basis.amplitudes(part)
     waves = times[:, None] * np.exp(poles * times[:, None])
-    steep = np.stack([waves.real, -waves.imag], axis=-1).reshape(len(times), -1)
-    steep = basis.residual(steep)
-    gram, moments = steep.T @ steep, steep.T @ part
-    turned = _turned(amplitude)
-    scores = np.einsum("cij,ic->cj", turned, moments)
-    inverse = np.linalg.pinv(np.einsum("cki,kl,clj->ij", turned, gram, turned), hermitian=True)
-    total = np.zeros((int(window.max()) + 1, scores.shape[1]))
-    np.add.at(total, window, scores)
-    groups = total[seen] - total[seen].mean(axis=0)
-    more = seen.size / max(seen.size - 1, 1)
-    every = inverse @ (groups.T @ groups * more + _shared(turned, gram, field)) @ inverse
-    return np.stack([every[2 * r:2 * r + 2, 2 * r:2 * r + 2] for r in range(poles.size)])
+    slope_waves = np.stack([waves.real, -waves.imag], axis=-1).reshape(len(times), -1)
+    slope_waves = basis.residual(slope_waves)
+    gram, moments = slope_waves.T @ slope_waves, slope_waves.T @ part
+    slope_factors = _slope_factors(amplitude)
+    scores = np.einsum("cij,ic->cj", slope_factors, moments)
+    inverse = np.linalg.pinv(np.einsum("cki,kl,clj->ij", slope_factors, gram, slope_factors), hermitian=True)
+    window_sums = np.zeros((int(window.max()) + 1, scores.shape[1]))
+    np.add.at(window_sums, window, scores)
+    window_scores = window_sums[windows] - window_sums[windows].mean(axis=0)
+    small_sample_factor = windows.size / max(windows.size - 1, 1)
+    pole_covariance = inverse @ (window_scores.T @ window_scores * small_sample_factor
+                                 + _shared(slope_factors, gram, field)) @ inverse
+    return np.stack([pole_covariance[2 * r:2 * r + 2, 2 * r:2 * r + 2] for r in range(poles.size)])
 
 
-def _shared(turned: FloatArray, gram: FloatArray, field: DisplacementField) -> FloatArray:
+def _shared(slope_factors: FloatArray, gram: FloatArray, field: DisplacementField) -> FloatArray:
     """Return the variance of the sum of scores by an error that all windows share, right and down."""
     _, sigma, _, direction = field.measured()
-    total = np.zeros((turned.shape[2], turned.shape[2]))
-    for way, variance in enumerate(field.common):
-        together = np.einsum("cij,c->ij", turned, direction[:, way] / sigma)
-        total += variance * together.T @ gram @ together
+    total = np.zeros((slope_factors.shape[2], slope_factors.shape[2]))
+    for component, variance in enumerate(field.common):
+        summed_factors = np.einsum("cij,c->ij", slope_factors, direction[:, component] / sigma)
+        total += variance * summed_factors.T @ gram @ summed_factors
     return total
 
 
-def _turned(amplitude: ComplexArray) -> FloatArray:
+def _slope_factors(amplitude: ComplexArray) -> FloatArray:
     """Return how each channel's motion changes by the parts of the poles, over the steep waves: (channels, 2 r, 2 r)."""
     r, channels = amplitude.shape
     turned = np.zeros((channels, 2 * r, 2 * r))

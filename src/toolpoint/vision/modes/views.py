@@ -16,7 +16,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.vibration import Dof, Modes
 
-TOLD = 5.0
+MIN_COMMON_MOTION_RATIO = 5.0  # motion in the common direction over its noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
     if not common:
         fail("join_views", "no common point and direction", "must be one at least",
              remedy="both planes show z: name points that both see")
-    extra = [dof for dof in second.dofs if dof not in first.dofs]
+    added_dofs = [dof for dof in second.dofs if dof not in first.dofs]
     kept, pairs, deviations, notes = [], [], [], []
     for i in range(first.count):
         j = int(np.argmin(np.abs(second.frequency - first.frequency[i])))
@@ -63,25 +63,26 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
         power = float((np.abs(b) ** 2).sum())
         noise = _noise(first, common, i) / max(float((np.abs(a) ** 2).sum()), 1e-300) + _noise(second, common, j) / max(power,
                                                                                                                         1e-300)
-        if power == 0 or noise > 1 / TOLD**2:
+        if power == 0 or noise > 1 / MIN_COMMON_MOTION_RATIO**2:
             notes.append(f"{first.frequency[i]:.4g} Hz: the common direction does not move enough for a common scale; the "
                          "two halves stay apart")
             continue
         scale = (b.conj() @ a) / power
-        kept.append(np.concatenate([first.shape[:, i], scale * second.shape_at(extra)[:, j]]))
+        kept.append(np.concatenate([first.shape[:, i], scale * second.shape_at(added_dofs)[:, j]]))
         pairs.append((i, j))
         deviations.append(float(np.sqrt(noise)))
     if not kept:
         fail("join_views", "; ".join(notes) or "no modes", "must have a mode that both videos show in their common direction",
              remedy="use the videos apart: each plane updates its own parameters")
-    at = [i for i, _ in pairs]
-    modes = Modes(first.frequency[at], first.damping_ratio[at], np.stack(kept, axis=1), (*first.dofs, *extra), "unscaled",
-                  covariance=None if first.covariance is None else first.covariance[at])
+    joined_modes = [i for i, _ in pairs]
+    modes = Modes(first.frequency[joined_modes], first.damping_ratio[joined_modes], np.stack(kept, axis=1),
+                  (*first.dofs, *added_dofs), "unscaled",
+                  covariance=None if first.covariance is None else first.covariance[joined_modes])
     return JoinedViews(modes, tuple(pairs), np.array(deviations), tuple(notes))
 
 
-def _noise(modes: Modes, common: Sequence[Dof], which: int) -> float:
+def _noise(modes: Modes, common: Sequence[Dof], mode: int) -> float:
     if modes.shape_variance is None:
         return 0.0
-    at = [modes.dofs.index(dof) for dof in common]
-    return float(modes.shape_variance[at, which].sum()) / len(at)
+    rows = [modes.dofs.index(dof) for dof in common]
+    return float(modes.shape_variance[rows, mode].sum()) / len(rows)

@@ -1,4 +1,4 @@
-"""The one way in for clips: the path's kind says the reader; the true frame rate is always asked for."""
+"""Reading of clips by the kind of their path; the true frame rate is always an argument."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from toolpoint._check import fail
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.reading import images, raw
 
-VIDEOS = (".mp4", ".mov", ".avi", ".mkv", ".m4v")
-ARRAYS = (".npy",)
-RAW = (".raw", ".bin")
+VIDEO_SUFFIXES = (".mp4", ".mov", ".avi", ".mkv", ".m4v")
+ARRAY_SUFFIXES = (".npy",)
+RAW_SUFFIXES = (".raw", ".bin")
 
 
 def read(
@@ -46,13 +46,13 @@ def read(
     """
     place = Path(path)
     kind = _kind(place)
-    if shape is not None and kind not in RAW:
+    if shape is not None and kind not in RAW_SUFFIXES:
         fail("shape", f"{shape} for {place.name}", "is for plain binary frames only", remedy="leave it out")
     if kind == "folder":
         clip = images.read(place, frame_rate)
-    elif kind in ARRAYS:
+    elif kind in ARRAY_SUFFIXES:
         clip = raw.read_array(place, frame_rate, bits)
-    elif kind in RAW:
+    elif kind in RAW_SUFFIXES:
         clip = raw.read_binary(place, frame_rate, shape, bits=bits)
     else:
         from toolpoint.vision.reading import video
@@ -76,7 +76,8 @@ def _kind(place: Path) -> str:
     if not stat.S_ISREG(mode):
         fail("path", str(place), "must be a file or a folder")
     kind = place.suffix.lower()
-    if kind not in (*VIDEOS, *ARRAYS, *RAW):
-        fail("path", place.name, f"must end in one of {' '.join((*VIDEOS, *ARRAYS, *RAW))}, or be a folder of images",
+    if kind not in (*VIDEO_SUFFIXES, *ARRAY_SUFFIXES, *RAW_SUFFIXES):
+        fail("path", place.name,
+             f"must end in one of {' '.join((*VIDEO_SUFFIXES, *ARRAY_SUFFIXES, *RAW_SUFFIXES))}, or be a folder of images",
              remedy="convert the video, for example to a folder of PNG images")
     return kind

@@ -11,11 +11,11 @@ import numpy as np
 
 from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
-from toolpoint.vision.clip import LARGEST, SMALLEST, Clip, Frames
+from toolpoint.vision.clip import MAX_FRAME_SIDE, MIN_FRAME_SIDE, Clip, Frames
 
-IMAGES = (".png", ".tif", ".tiff", ".pgm", ".bmp", ".jpg", ".jpeg")
-LOSSY = (".jpg", ".jpeg")
-_DEEP = ("I;16", "I;16B", "I;16L", "I")
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".bmp", ".jpg", ".jpeg")
+LOSSY_SUFFIXES = (".jpg", ".jpeg")
+_DEEP_IMAGE_MODES = ("I;16", "I;16B", "I;16L", "I")  # modes of Pillow for grey images of more than 8 bits
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class ImageFrames:
     def chunks(self, size: int) -> Iterator[Frames]:
         """Yield the frames in order."""
         for start in range(0, len(self.paths), size):
-            part = self.paths[start:start + size]
-            frames = np.empty((len(part), *self.shape), np.uint8 if self.bits == 8 else np.uint16)
-            for k, path in enumerate(part):
+            chunk_paths = self.paths[start:start + size]
+            frames = np.empty((len(chunk_paths), *self.shape), np.uint8 if self.bits == 8 else np.uint16)
+            for k, path in enumerate(chunk_paths):
                 image = read_image(path)
                 if image.shape != self.shape or (image.dtype == np.uint8) != (self.bits == 8):
                     fail("path", f"{path.name} is {image.shape[1]} x {image.shape[0]} pixels of {image.dtype}",
@@ -42,20 +42,21 @@ class ImageFrames:
 
 def read(folder: Path, frame_rate: float) -> Clip:
     """Return the clip of the images in a folder."""
-    paths = [path for path in folder.iterdir() if path.suffix.lower() in IMAGES and path.is_file()]
+    paths = [path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file()]
     if len(paths) < 2:
-        fail("path", f"{len(paths)} images in {folder}", f"must be two at least, of {' '.join(IMAGES)}")
+        fail("path", f"{len(paths)} images in {folder}", f"must be two at least, of {' '.join(IMAGE_SUFFIXES)}")
     kinds = {path.suffix.lower() for path in paths}
     if len(kinds) > 1:
         fail("path", f"{folder.name} holds images of {', '.join(sorted(kinds))}", "must be of one kind",
              remedy="move the others away")
     paths.sort(key=_number)
-    first = read_image(paths[0])
+    first_image = read_image(paths[0])
     doubts = _gaps(paths)
-    if first.dtype == np.uint8 and kinds & set(LOSSY):
+    if first_image.dtype == np.uint8 and kinds & set(LOSSY_SUFFIXES):
         doubts += (Doubt("JPEG images", "each frame was compressed with loss"),)
-    return Clip(ImageFrames(tuple(paths), (first.shape[0], first.shape[1]), 8 if first.dtype == np.uint8 else 16), frame_rate,
-                name=folder.name, doubts=doubts, is_lossy=bool(kinds & set(LOSSY)))
+    return Clip(ImageFrames(tuple(paths), (first_image.shape[0], first_image.shape[1]),
+                            8 if first_image.dtype == np.uint8 else 16), frame_rate,
+                name=folder.name, doubts=doubts, is_lossy=bool(kinds & set(LOSSY_SUFFIXES)))
 
 
 def read_image(path: Path) -> Frames:
@@ -65,9 +66,10 @@ def read_image(path: Path) -> Frames:
     try:
         with Image.open(path) as image:
             columns, rows = image.size
-            if not (SMALLEST <= rows <= LARGEST and SMALLEST <= columns <= LARGEST):
-                fail("path", f"{path.name} is {columns} x {rows} pixels", f"must be {SMALLEST} to {LARGEST} wide and high")
-            if image.mode in _DEEP:
+            if not (MIN_FRAME_SIDE <= rows <= MAX_FRAME_SIDE and MIN_FRAME_SIDE <= columns <= MAX_FRAME_SIDE):
+                fail("path", f"{path.name} is {columns} x {rows} pixels",
+                     f"must be {MIN_FRAME_SIDE} to {MAX_FRAME_SIDE} wide and high")
+            if image.mode in _DEEP_IMAGE_MODES:
                 return np.asarray(image).clip(0, 65535).astype(np.uint16)
             return np.asarray(image.convert("L"))
     except ToolpointError:
@@ -86,9 +88,11 @@ def _gaps(paths: list[Path]) -> tuple[Doubt, ...]:
     if not all(numbers):
         return ()
     steps = np.diff([number[0] for number in numbers])
-    usual = int(np.median(steps))
-    off = np.flatnonzero(steps != usual)
-    if off.size == 0:
+    # Cameras that keep every second or tenth image number them so: the usual step is no gap.
+    usual_step = int(np.median(steps))
+    gaps = np.flatnonzero(steps != usual_step)
+    if gaps.size == 0:
         return ()
-    return (Doubt("numbers of the images", f"they jump at {off.size} places, first after {paths[int(off[0])].name}: frames may "
+    return (Doubt("numbers of the images",
+                  f"they jump at {gaps.size} places, first after {paths[int(gaps[0])].name}: frames may "
                   "be missing there"),)

@@ -11,15 +11,16 @@ import numpy as np
 
 from toolpoint.vision.clip import Frames
 
-LARGEST_BYTES = 4_000_000_000
-SPARE = 2
+MAX_SCRATCH_BYTES = 4_000_000_000
+# A file takes at most this fraction of the free disk space, the rest is left to others.
+FREE_SPACE_DIVISOR = 2
 
 
 class Scratch:
     """Frames of one source in a temporary file without a name: it goes away with the object."""
 
     def __init__(self, limit: int | None = None) -> None:
-        self.limit = LARGEST_BYTES if limit is None else limit
+        self.limit = MAX_SCRATCH_BYTES if limit is None else limit
         self.is_whole = False
         self._file: IO[bytes] | None = None
         self._count = 0
@@ -29,11 +30,11 @@ class Scratch:
     def keep(self, chunks: Iterator[Frames]) -> Iterator[Frames]:
         """Pass chunks on and keep them as they come, as long as there is room."""
         self._file, self._count = None, 0
-        room = min(self.limit, shutil.disk_usage(tempfile.gettempdir()).free // SPARE)
-        file: IO[bytes] | None = tempfile.TemporaryFile() if room > 0 else None  # noqa: SIM115 - lives on with the object
+        available_bytes = min(self.limit, shutil.disk_usage(tempfile.gettempdir()).free // FREE_SPACE_DIVISOR)
+        file: IO[bytes] | None = tempfile.TemporaryFile() if available_bytes > 0 else None  # noqa: SIM115 - lives on with the object
         for frames in chunks:
             if file is not None:
-                if (self._count + len(frames)) * frames[0].nbytes > room:
+                if (self._count + len(frames)) * frames[0].nbytes > available_bytes:
                     file.close()
                     file = None
                 else:
@@ -48,7 +49,7 @@ class Scratch:
         assert self._file is not None
         rows, columns = self._shape
         for start in range(0, self._count, size):
-            number = min(size, self._count - start)
+            frame_count = min(size, self._count - start)
             # A reader that stops half way must not move the place of another one.
             self._file.seek(start * rows * columns * self._kind.itemsize)
-            yield np.fromfile(self._file, self._kind, number * rows * columns).reshape(number, rows, columns)
+            yield np.fromfile(self._file, self._kind, frame_count * rows * columns).reshape(frame_count, rows, columns)

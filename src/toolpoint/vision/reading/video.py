@@ -11,19 +11,19 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._doubt import Doubt
-from toolpoint.vision.clip import LARGEST, SMALLEST, Clip, Frames
+from toolpoint.vision.clip import MAX_FRAME_SIDE, MIN_FRAME_SIDE, Clip, Frames
 from toolpoint.vision.reading.scratch import Scratch
 
-LOSSLESS = ("ffv1", "rawvideo", "huffyuv", "ffvhuff", "png", "utvideo", "qtrle", "v210")
-# Rates at which players show frames: a true rate equal to one of these is mostly the wrong one.
-PLAYED = 61.0
-STEADY = 0.02
+LOSSLESS_CODECS = ("ffv1", "rawvideo", "huffyuv", "ffvhuff", "png", "utvideo", "qtrle", "v210")
+# Frames/s up to which players show frames: a stated rate equal to the played one is then mostly the wrong one.
+MAX_PLAYBACK_RATE = 61.0
+TIME_STAMP_TOLERANCE = 0.02  # of the usual step: time stamps that differ by less are even
 _RATE_TAGS = ("com.android.capture.fps", "com.apple.quicktime.capture.fps")
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a video file says of itself."""
+    """Properties of a video that its header and first frame state."""
 
     shape: tuple[int, int]
     bits: int
@@ -64,15 +64,15 @@ class VideoFrames:
         return self.scratch.keep(self._gathered(size))
 
     def _gathered(self, size: int) -> Iterator[Frames]:
-        part: list[Frames] = []
+        chunk: list[Frames] = []
         self.times.clear()
         for frame in self._decoded():
-            part.append(frame)
-            if len(part) == size:
-                yield np.stack(part)
-                part = []
-        if part:
-            yield np.stack(part)
+            chunk.append(frame)
+            if len(chunk) == size:
+                yield np.stack(chunk)
+                chunk = []
+        if chunk:
+            yield np.stack(chunk)
 
     def _decoded(self) -> Iterator[Frames]:
         av = library()
@@ -99,7 +99,7 @@ def read(path: Path, frame_rate: float, scratch: int | None = None) -> Clip:
     """Return the clip of a video file; its header is read now, its frames when they are needed."""
     header = read_header(path)
     return Clip(VideoFrames(path, header, Scratch(scratch)), frame_rate, name=path.name,
-                doubts=tuple(_header_doubts(header, frame_rate)), is_lossy=header.codec not in LOSSLESS)
+                doubts=tuple(_header_doubts(header, frame_rate)), is_lossy=header.codec not in LOSSLESS_CODECS)
 
 
 def is_turned(clip: Clip) -> bool:
@@ -129,8 +129,8 @@ def read_header(path: Path) -> Header:
         raise ToolpointError(f"path: {path.name} is no video that can be read ({type(error).__name__}: {str(error)[:200]}); "
                              "convert it, for example to FFV1 in .mkv or to a folder of PNG images", argument="path") from None
     rows, columns = header.shape
-    if not (SMALLEST <= rows <= LARGEST and SMALLEST <= columns <= LARGEST):
-        fail("path", f"{path.name} is {columns} x {rows} pixels", f"must be {SMALLEST} to {LARGEST} wide and high")
+    if not (MIN_FRAME_SIDE <= rows <= MAX_FRAME_SIDE and MIN_FRAME_SIDE <= columns <= MAX_FRAME_SIDE):
+        fail("path", f"{path.name} is {columns} x {rows} pixels", f"must be {MIN_FRAME_SIDE} to {MAX_FRAME_SIDE} wide and high")
     return header
 
 
@@ -151,31 +151,35 @@ def stamp_doubts(times: FloatArray, header: Header) -> list[Doubt]:
     steps = np.diff(times[np.isfinite(times)])
     if steps.size < 4:
         return []
-    usual = float(np.median(steps))
-    if usual <= 0 or (steps <= 0).any():
+    usual_step = float(np.median(steps))
+    if usual_step <= 0 or (steps <= 0).any():
         return [Doubt("time stamps", "they do not increase: the order of frames cannot be trusted")]
-    odd = np.flatnonzero(np.abs(steps / usual - 1) > max(STEADY, 0.6e-3 / usual * 2))
-    if odd.size == 0:
+    # Containers round time stamps to 1 ms or so: a step may differ by 0.6 ms at both of its ends.
+    uneven = np.flatnonzero(np.abs(steps / usual_step - 1) > max(TIME_STAMP_TOLERANCE, 0.6e-3 / usual_step * 2))
+    if uneven.size == 0:
         return []
-    whole = np.round(steps[odd] / usual)
-    if odd.size < 0.1 * steps.size and (np.abs(steps[odd] / usual - whole) < 0.1).all() and (whole > 1).all():
-        missing = int((whole - 1).sum())
-        return [Doubt("time stamps", f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all "
-                      "later times are wrong by as many frames", "cut the clip there", figure=missing / times.size)]
+    step_ratio = np.round(steps[uneven] / usual_step)
+    if uneven.size < 0.1 * steps.size and (np.abs(steps[uneven] / usual_step - step_ratio)
+                                           < 0.1).all() and (step_ratio > 1).all():
+        missing_count = int((step_ratio - 1).sum())
+        return [Doubt("time stamps",
+                      f"{missing_count} frames are missing by the time stamps, first after frame {int(uneven[0])}: all "
+                      "later times are wrong by as many frames", "cut the clip there", figure=missing_count / times.size)]
     return [Doubt("variable frame rate", f"steps between frames are {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms, and "
                   "frequencies and damping rest on equal steps", "record with a fixed rate")]
 
 
 def _header_doubts(header: Header, frame_rate: float) -> list[Doubt]:
     doubts: list[Doubt] = []
-    if header.codec not in LOSSLESS:
+    if header.codec not in LOSSLESS_CODECS:
         doubts.append(Doubt("video", f"compressed with loss ({header.codec}): small motion is smoothed, damping comes out too "
                             "large, and lines appear that are no modes; intervals are widened by what the noise has lost, by "
                             "experience with x264", "record without loss"))
     if header.stated_rate and abs(header.stated_rate / frame_rate - 1) > 0.02:
         doubts.append(Doubt("frame rate", f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, "
                             f"{frame_rate:g} was stated", "all frequencies scale with it"))
-    elif frame_rate <= PLAYED and abs(header.played_rate / frame_rate - 1) < 0.02:
+    # A rate above every player's cannot be the rate of playback by mistake.
+    elif frame_rate <= MAX_PLAYBACK_RATE and abs(header.played_rate / frame_rate - 1) < 0.02:
         doubts.append(Doubt("frame rate", f"the stated rate, {frame_rate:g} frames/s, is that at which the file is played: a "
                             "high-speed video is filmed faster, and all frequencies scale with the rate",
                             "state that of the camera"))

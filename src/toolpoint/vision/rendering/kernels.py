@@ -1,15 +1,16 @@
-"""Compiled rendering: every pixel is the value of the body's spline at the place that has moved there."""
+"""Compiled rendering: each pixel takes the value of the body's spline at the material point that has moved there."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from toolpoint.vision.rendering.texture import FINE
+from toolpoint.vision.rendering.texture import SPLINE_POINTS_PER_PIXEL
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _cubic(f, w):
+    """Put the four weights of a cubic B-spline at the fraction f, 0 <= f < 1, into w (4,) float32."""
     g = 1.0 - f
     w[0] = g * g * g / 6.0
     w[1] = (4.0 - 3.0 * f * f * (2.0 - f)) / 6.0
@@ -21,18 +22,19 @@ def _cubic(f, w):
 def draw_body(picture, texture, cover, corner, size, centre, extent, field, amplitude):
     """Draw one body into a picture (rows, columns), float32.
 
-    texture, cover : (h, w) spline coefficients of grey and of how much of the pixel the body covers, `FINE` a pixel, their
-    corner at `corner` (column, row); size : (columns, rows) drawn around it. field : (n_modes, 2, 6) displacement over
-    (1, a, b, a^2, a b, b^2), a and b from `centre` in units of `extent`; amplitude : (rows of picture or 1, n_modes).
+    texture, cover : (h, w) float32, spline coefficients of grey and of how much of the pixel the body covers,
+    `SPLINE_POINTS_PER_PIXEL` a pixel, their corner at `corner` (2,) int64 (column, row); size : (2,) int64 (columns, rows)
+    drawn around it; centre : (2,) float64, pixels; extent : pixels; field : (n_modes, 2, 6) float64 displacement over
+    (1, a, b, a^2, a b, b^2), a and b from `centre` in units of `extent`; amplitude : (rows of picture or 1, n_modes) float64.
     """
     rows, columns = picture.shape
     h, w = texture.shape
     n_modes = field.shape[0]
     wx, wy = np.empty(4, np.float32), np.empty(4, np.float32)
     c = np.empty((2, 6), np.float64)
-    top, left = max(0, corner[1] - 4), max(0, corner[0] - 4)
-    bottom, right = min(rows, corner[1] + size[1] + 4), min(columns, corner[0] + size[0] + 4)
-    for y in range(top, bottom):
+    first_row, first_column = max(0, corner[1] - 4), max(0, corner[0] - 4)
+    end_row, end_column = min(rows, corner[1] + size[1] + 4), min(columns, corner[0] + size[0] + 4)
+    for y in range(first_row, end_row):
         q = amplitude[min(y, amplitude.shape[0] - 1)]
         c[:] = 0.0
         for r in range(n_modes):
@@ -40,16 +42,20 @@ def draw_body(picture, texture, cover, corner, size, centre, extent, field, ampl
                 for k in range(6):
                     c[i, k] += q[r] * field[r, i, k]
         b = (y - centre[1]) / extent
-        for x in range(left, right):
+        for x in range(first_column, end_column):
             a = (x - centre[0]) / extent
-            px = FINE * (x - (c[0, 0] + a * (c[0, 1] + a * c[0, 3] + b * c[0, 4]) + b * (c[0, 2] + b * c[0, 5])) - corner[0])
-            py = FINE * (y - (c[1, 0] + a * (c[1, 1] + a * c[1, 3] + b * c[1, 4]) + b * (c[1, 2] + b * c[1, 5])) - corner[1])
+            # Texture point X of pixel x: X = x - d(x), with d = c (1, a, b, a^2, a b, b^2)^T by Horner's rule.
+            px = SPLINE_POINTS_PER_PIXEL * (x - (c[0, 0] + a * (c[0, 1] + a * c[0, 3] + b * c[0, 4]) + b
+                                                 * (c[0, 2] + b * c[0, 5])) - corner[0])
+            py = SPLINE_POINTS_PER_PIXEL * (y - (c[1, 0] + a * (c[1, 1] + a * c[1, 3] + b * c[1, 4]) + b
+                                                 * (c[1, 2] + b * c[1, 5])) - corner[1])
             ix, iy = int(np.floor(px)), int(np.floor(py))
             if ix < 1 or iy < 1 or ix > w - 3 or iy > h - 3:
                 continue
             _cubic(px - ix, wx)
             _cubic(py - iy, wy)
             if cover[iy - 1, ix - 1] * cover[iy - 1, ix + 2] * cover[iy + 2, ix - 1] * cover[iy + 2, ix + 2] >= 1.0:
+                # Coefficients are cut to 0 or 1 away from edges: four full corners mean a pixel that is covered whole.
                 share = 1.0
             else:
                 share = 0.0
@@ -67,7 +73,11 @@ def draw_body(picture, texture, cover, corner, size, centre, extent, field, ampl
 
 @njit(cache=True, nogil=True, fastmath=True)
 def expose(picture, noise, start, gain, white, out):
-    """Round a picture to grey levels with noise from a pool, beginning at `start`."""
+    """Round a picture to grey levels, out = floor(gain * picture + noise + 1/2) between 0 and `white`.
+
+    picture : (rows, columns) float32; noise : pool of float32 values, read from `start` on; out : (rows, columns) uint8 or
+    uint16.
+    """
     rows, columns = picture.shape
     k = start
     for y in range(rows):

@@ -11,11 +11,11 @@ from scipy.ndimage import gaussian_filter
 
 from toolpoint._check import FloatArray, count, fail, floats
 from toolpoint.vision.clip import Clip, FrameArray, Frames
-from toolpoint.vision.rendering.texture import FINE
+from toolpoint.vision.rendering.texture import SPLINE_POINTS_PER_PIXEL
 
-POOL = 1 << 22
+NOISE_POOL_SIZE = 1 << 22  # random numbers: frames draw their noise from one pool, which is quicker than new noise for each
 Motion = Callable[[FloatArray], FloatArray]
-MARGIN = 12
+TEXTURE_MARGIN = 12  # pixels around a body's box or the picture that its texture covers, so that motion finds texture there
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class PicturedBody:
     ----------
     name : str
     box : (left, top, width, height) in pixels
-    texture : spline coefficients of the box and `MARGIN` pixels around it, from `rendering.texture`
+    texture : spline coefficients of the box and `TEXTURE_MARGIN` pixels around it, from `rendering.texture`
     field : (n_modes, 2, 6)
         Displacement (right, down) in pixels for unit modal amplitude over (1, a, b, a^2, a b, b^2), with a and b the
         distance from the box' centre to the right and down in units of `extent`.
@@ -38,10 +38,11 @@ class PicturedBody:
     field: FloatArray
 
     def __post_init__(self) -> None:
-        need = (FINE * (self.box[3] + 2 * MARGIN), FINE * (self.box[2] + 2 * MARGIN))
-        if self.texture.shape != need:
+        expected_shape = (SPLINE_POINTS_PER_PIXEL * (self.box[3] + 2 * TEXTURE_MARGIN),
+                          SPLINE_POINTS_PER_PIXEL * (self.box[2] + 2 * TEXTURE_MARGIN))
+        if self.texture.shape != expected_shape:
             fail("PicturedBody.texture", f"shape {self.texture.shape}",
-                 f"must be {need}: {FINE} a pixel, the box and {MARGIN} around it")
+                 f"must be {expected_shape}: {SPLINE_POINTS_PER_PIXEL} a pixel, the box and {TEXTURE_MARGIN} around it")
         object.__setattr__(self, "field", floats("PicturedBody.field", self.field, (None, 2, 6)))
 
     @property
@@ -60,12 +61,12 @@ class PicturedBody:
 
     @cached_property
     def cover(self) -> FloatArray:
-        """How much of each pixel the body covers, spline coefficients like `texture`."""
+        """Covered fraction of each pixel, as spline coefficients like `texture`."""
         cover = np.zeros(self.texture.shape)
-        edge = FINE * MARGIN
+        edge = SPLINE_POINTS_PER_PIXEL * TEXTURE_MARGIN
         cover[edge:-edge, edge:-edge] = 1.0
-        soft = gaussian_filter(cover, FINE * 0.8)
-        return np.where(soft > 0.999, 1.0, np.where(soft < 0.001, 0.0, soft)).astype(np.float32)
+        blurred = gaussian_filter(cover, SPLINE_POINTS_PER_PIXEL * 0.8)
+        return np.where(blurred > 0.999, 1.0, np.where(blurred < 0.001, 0.0, blurred)).astype(np.float32)
 
 
 def quadratic_terms(places: FloatArray) -> FloatArray:
@@ -76,7 +77,7 @@ def quadratic_terms(places: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """What the camera adds.
+    """Rate, noise, shutter, light and shake of a virtual camera.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ class Scene2D:
     ----------
     bodies : sequence of PicturedBody
     amplitudes : function of times (n,), s, to modal amplitudes (n, n_modes)
-    background : spline coefficients of the picture and `MARGIN` pixels around it
+    background : spline coefficients of the picture and `TEXTURE_MARGIN` pixels around it
     """
 
     bodies: tuple[PicturedBody, ...]
@@ -126,7 +127,7 @@ class Scene2D:
 
 @dataclass(frozen=True, eq=False)
 class RenderedFrames:
-    """Frames that are drawn when they are read, the same every time: the seed stands for the noise."""
+    """Frames drawn whenever they are read, the same each time: the seed determines the noise."""
 
     scene: Scene2D
     camera: Camera
@@ -149,7 +150,7 @@ class RenderedFrames:
         rng = np.random.default_rng(self.seed)
         rows, columns = self.shape
         factor = 2 ** (self.bits - 8)
-        pool = (self.camera.noise * factor * rng.standard_normal(POOL + rows * columns, np.float32))
+        pool = (self.camera.noise * factor * rng.standard_normal(NOISE_POOL_SIZE + rows * columns, np.float32))
         for start in range(0, self.frames, size):
             yield self._drawn(range(start, min(start + size, self.frames)), pool, rng)
 
@@ -162,7 +163,7 @@ class RenderedFrames:
         times = np.asarray(numbers) / camera.frame_rate
         gain = factor * (1 + camera.flicker * np.sin(2 * np.pi * camera.flicker_frequency * times))
         for k, time in enumerate(times):
-            start = int(rng.integers(POOL))
+            start = int(rng.integers(NOISE_POOL_SIZE))
             expose(self.picture(float(time)), pool, start, np.float32(gain[k]), 2**self.bits - 1, result[k])
         return result
 
@@ -177,16 +178,18 @@ class RenderedFrames:
         amplitude = np.concatenate([amplitude, np.broadcast_to(shake, (len(delays), 2))], axis=1)
         picture = np.zeros(self.shape, np.float32)
         rows, columns = self.shape
-        if not hasattr(self, "_still") or camera.shake is not None:
-            draw_body(picture, scene.background, np.ones_like(scene.background), np.array([-MARGIN, -MARGIN]),
-                      np.array([columns + 2 * MARGIN, rows + 2 * MARGIN]), np.zeros(2), 1.0, _SHAKE, amplitude[:, -2:])
-            object.__setattr__(self, "_still", picture.copy())
-        picture[:] = self._still  # type: ignore[attr-defined]
+        if not hasattr(self, "_background_picture") or camera.shake is not None:
+            draw_body(picture, scene.background, np.ones_like(scene.background), np.array([-TEXTURE_MARGIN, -TEXTURE_MARGIN]),
+                      np.array([columns + 2 * TEXTURE_MARGIN, rows + 2 * TEXTURE_MARGIN]), np.zeros(2), 1.0, _SHAKE,
+                      amplitude[:, -2:])
+            object.__setattr__(self, "_background_picture", picture.copy())
+        picture[:] = self._background_picture  # type: ignore[attr-defined]
         for body in scene.bodies:
-            corner = np.array([body.box[0] - MARGIN, body.box[1] - MARGIN])
-            size = np.array([body.box[2] + 2 * MARGIN, body.box[3] + 2 * MARGIN])
-            whole = np.concatenate([body.field, _SHAKE])
-            draw_body(picture, body.texture, body.cover, corner, size, np.array(body.centre), body.extent, whole, amplitude)
+            corner = np.array([body.box[0] - TEXTURE_MARGIN, body.box[1] - TEXTURE_MARGIN])
+            size = np.array([body.box[2] + 2 * TEXTURE_MARGIN, body.box[3] + 2 * TEXTURE_MARGIN])
+            motion_field = np.concatenate([body.field, _SHAKE])
+            draw_body(picture, body.texture, body.cover, corner, size, np.array(body.centre), body.extent, motion_field,
+                      amplitude)
         return picture
 
 
@@ -211,12 +214,12 @@ def film(scene: Scene2D, camera: Camera, frames: int, *, rng: np.random.Generato
     source = RenderedFrames(scene, camera, count("frames", frames, 2), int(rng.integers(2**31)))
     if not keep:
         return Clip(source, camera.frame_rate, camera.row_delay, name=name)
-    whole = np.empty((frames, *camera.shape), np.uint8 if camera.bits == 8 else np.uint16)
-    at = 0
+    stack = np.empty((frames, *camera.shape), np.uint8 if camera.bits == 8 else np.uint16)
+    frame_index = 0
     for chunk in source.chunks(32):
-        whole[at:at + len(chunk)] = chunk
-        at += len(chunk)
-    return Clip(FrameArray(whole, camera.bits), camera.frame_rate, camera.row_delay, name=name)
+        stack[frame_index:frame_index + len(chunk)] = chunk
+        frame_index += len(chunk)
+    return Clip(FrameArray(stack, camera.bits), camera.frame_rate, camera.row_delay, name=name)
 
 
 def decays(frequency: Sequence[float], ratio: Sequence[float], start: float = 0.0) -> Motion:
@@ -226,6 +229,6 @@ def decays(frequency: Sequence[float], ratio: Sequence[float], start: float = 0.
 
     def amplitudes(times: FloatArray) -> FloatArray:
         t = np.asarray(times, float)[:, None] - start
-        late = np.maximum(t, 0.0)
-        return np.where(t >= 0, np.exp(-zeta * omega * late) * np.sin(damped * late), 0.0)
+        elapsed = np.maximum(t, 0.0)
+        return np.where(t >= 0, np.exp(-zeta * omega * elapsed) * np.sin(damped * elapsed), 0.0)
     return amplitudes

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter
 
 from toolpoint._check import FloatArray, positive
 
-FINE = 2
+SPLINE_POINTS_PER_PIXEL = 2  # spline coefficients a pixel, each way
 
 
 def random_texture(shape: tuple[int, int], rng: np.random.Generator, *, blur: float = 1.2, contrast: float = 35.0,
@@ -27,12 +27,12 @@ def random_texture(shape: tuple[int, int], rng: np.random.Generator, *, blur: fl
     contrast, grey : float
         Standard deviation and mean, grey levels.
     """
-    fine = (FINE * shape[0], FINE * shape[1])
-    pattern = gaussian_filter(rng.standard_normal(fine), FINE * positive("blur", blur), mode="wrap")
+    size = (SPLINE_POINTS_PER_PIXEL * shape[0], SPLINE_POINTS_PER_PIXEL * shape[1])
+    pattern = gaussian_filter(rng.standard_normal(size), SPLINE_POINTS_PER_PIXEL * positive("blur", blur), mode="wrap")
     pattern *= contrast / pattern.std()
     return np.clip(grey + pattern, 5.0, 250.0).astype(np.float32)
 
 
 def plain(shape: tuple[int, int], grey: float = 120.0) -> FloatArray:
-    """Return coefficients of one grey: nothing in it shows motion."""
-    return np.full((FINE * shape[0], FINE * shape[1]), grey, np.float32)
+    """Return spline coefficients of a uniform grey, in which no motion shows."""
+    return np.full((SPLINE_POINTS_PER_PIXEL * shape[0], SPLINE_POINTS_PER_PIXEL * shape[1]), grey, np.float32)

@@ -25,10 +25,12 @@ def intervals_of(chart: StabilityChart, name: str = "stable") -> StabilityInterv
     intervals, frequencies, errors = [], [], []
     for i in range(chart.speeds.size):
         stable = chart.intervals(i)
-        at = chart.points(i)
-        near = [int(at[np.argmin(np.abs(chart.depth[at] - top))]) if at.size else -1 for _, top in stable]
-        ends = [k if k >= 0 and abs(chart.depth[k] - top) <= 1e-12 + 1e-9 * top else -1
-                for k, (_, top) in zip(near, stable, strict=True)]
+        speed_points = chart.points(i)
+        nearest_points = [int(speed_points[np.argmin(np.abs(chart.depth[speed_points] - upper))]) if speed_points.size else -1
+                          for _, upper in stable]
+        # An interval that ends at no computed point has neither frequency nor error of its own.
+        ends = [k if k >= 0 and abs(chart.depth[k] - upper) <= 1e-12 + 1e-9 * upper else -1
+                for k, (_, upper) in zip(nearest_points, stable, strict=True)]
         frequencies.append(np.array([chart.frequency[k] if k >= 0 else np.nan for k in ends]))
         errors.append(np.array([chart.error[k] if k >= 0 else np.nan for k in ends]))
         intervals.append(np.where(stable >= chart.depth_max, np.inf, stable))
@@ -38,10 +40,10 @@ def intervals_of(chart: StabilityChart, name: str = "stable") -> StabilityInterv
 def chatter_frequencies(chart: StabilityChart) -> go.Figure:
     """Return the chatter frequency at the first limit over spindle speed."""
     points = chart.limit_points()
-    at = np.flatnonzero(points >= 0)
-    frequency = chart.frequency[points[at]]
+    limited = np.flatnonzero(points >= 0)
+    frequency = chart.frequency[points[limited]]
     figure_ = figure("Chatter frequency", 320)
-    figure_.add_scatter(x=chart.speeds[at], y=frequency, mode="markers", name="chatter frequency",
+    figure_.add_scatter(x=chart.speeds[limited], y=frequency, mode="markers", name="chatter frequency",
                         marker={"size": 5, "color": COLOURS[1]}, hovertemplate="%{x:.0f} rev/min<br>%{y:.1f} Hz<extra></extra>")
     figure_.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none",
                          range=[float(chart.speeds.min()), float(chart.speeds.max())])
@@ -58,11 +60,11 @@ def surface_location(speeds: FloatArray, error: FloatArray, title: str = "") -> 
     return chart
 
 
-def chip_response(frf: Frf, least: tuple[float, float] | None = None) -> go.Figure:
-    """Return real and imaginary part of the response of the chip's thickness; `least` marks its least real part (Hz, m/N)."""
+def chip_response(frf: Frf, lowest_real_part: tuple[float, float] | None = None) -> go.Figure:
+    """Return real and imaginary part of the response of the chip's thickness; `lowest_real_part` marks that (Hz, m/N)."""
     chart = real_imaginary({"response": frf})
-    if least is not None:
-        chart.add_scatter(x=[least[0]], y=[least[1]], mode="markers", name="least real part",
+    if lowest_real_part is not None:
+        chart.add_scatter(x=[lowest_real_part[0]], y=[lowest_real_part[1]], mode="markers", name="least real part",
                          marker={"size": 10, "symbol": "x", "color": COLOURS[1]},
                          hovertemplate="%{x:.5g} Hz<br>%{y:.4g} m/N", row=1, col=1)
     return chart
@@ -92,32 +94,34 @@ def simulation_series(runs: Sequence[Simulation], follows: str, revolutions: int
     chart.update_yaxes(title_text="Displacement, µm")
     sets = []
     for run in runs:
-        tail = run.displacement[-revolutions * run.steps_per_revolution:]
-        step = max(1, len(tail) // samples)
+        last_samples = run.displacement[-revolutions * run.steps_per_revolution:]
+        # Every step-th sample: a page holds the curves of all simulated cuts.
+        step = max(1, len(last_samples) // samples)
         words = f"{run.speed:.0f} rev/min, {1e3 * run.depth:.3g} mm: {run.verdict().state}"
-        sets.append((words, run.time[-len(tail):][::step], [1e6 * tail[::step, k] for k in range(2)]))
+        sets.append((words, run.time[-len(last_samples):][::step], [1e6 * last_samples[::step, k] for k in range(2)]))
     return ClickedSeries(chart, follows, SIMULATED, ("vibration x", "vibration y"), COLOURS[:2], sets,
                          "Simulated vibration of the point last clicked on the chart.", "simulated")
 
 
 def simulation_charts(run: Simulation, shown_revolutions: int = 6) -> dict[str, go.Figure]:
     """Return charts of the last revolutions: force, vibration, spectrum with its lines marked, once-per-revolution samples."""
-    last = slice(-shown_revolutions * run.steps_per_revolution, None)
-    step = max(1, run.displacement[last].shape[0] // 4000)
-    time = run.time[last][::step]
-    force, moved = figure("", 360), figure("", 360)
+    last_samples = slice(-shown_revolutions * run.steps_per_revolution, None)
+    step = max(1, run.displacement[last_samples].shape[0] // 4000)
+    time = run.time[last_samples][::step]
+    force, vibration = figure("", 360), figure("", 360)
     for k, way in enumerate("xy"):
-        force.add_scatter(x=time, y=run.force[last, k][::step], name=f"force {way}", line={"color": COLOURS[k]})
-        moved.add_scatter(x=time, y=1e6 * run.displacement[last, k][::step], name=f"vibration {way}",
-                          line={"color": COLOURS[k]})
-    for chart, name in ((force, "Force on the tool, N"), (moved, "Displacement, µm")):
+        force.add_scatter(x=time, y=run.force[last_samples, k][::step], name=f"force {way}", line={"color": COLOURS[k]})
+        vibration.add_scatter(x=time, y=1e6 * run.displacement[last_samples, k][::step], name=f"vibration {way}",
+                              line={"color": COLOURS[k]})
+    for chart, name in ((force, "Force on the tool, N"), (vibration, "Displacement, µm")):
         chart.update_xaxes(title_text="Time, s")
         chart.update_yaxes(title_text=name)
-    return {"Force": force, "Vibration": moved, "Spectrum of the vibration": _spectrum(run),
+    return {"Force": force, "Vibration": vibration, "Spectrum of the vibration": _spectrum(run),
             "Once-per-revolution samples": _samples(run)}
 
 
 def _spectrum(run: Simulation) -> go.Figure:
+    """Return the spectrum of the vibration, the lines of tooth passing and chatter marked."""
     chart = figure("", 400)
     for k, way in enumerate("xy"):
         spectrum = run.spectrum("displacement", k)
@@ -125,8 +129,9 @@ def _spectrum(run: Simulation) -> go.Figure:
         chart.add_scatter(x=spectrum.frequency[keep], y=1e6 * spectrum.amplitude[keep], name=f"vibration {way}",
                          line={"color": COLOURS[k]})
         if k == 0:
-            for at, _, kind in spectrum.lines()[:12]:
-                chart.add_vline(x=at, line={"width": 1, "dash": "dot", "color": "rgba(127,127,127,0.7)"}, annotation_text=kind,
+            for line_frequency, _, kind in spectrum.lines()[:12]:
+                chart.add_vline(x=line_frequency, line={"width": 1, "dash": "dot", "color": "rgba(127,127,127,0.7)"},
+                                annotation_text=kind,
                                annotation_textangle=-90, annotation_font_size=10)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text="Amplitude, µm", type="log", exponentformat="power")
@@ -134,6 +139,7 @@ def _spectrum(run: Simulation) -> go.Figure:
 
 
 def _samples(run: Simulation) -> go.Figure:
+    """Return the once-per-revolution samples: one point where the cut is stable, a closed curve with chatter."""
     chart = figure("", 420)
     points = 1e6 * run.once_per_revolution()[2:]
     chart.add_scatter(x=points[:, 0], y=points[:, 1], mode="markers", name="each revolution",

@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 from toolpoint._check import Array, FloatArray, fail, floats, increasing, nonnegative
 from toolpoint.plot.figures.theme import COLOURS, STABLE, figure, plain, with_alpha
 
-_BARE = "rgba(127,127,127,0.7)"
-
 
 @dataclass(frozen=True, eq=False)
 class StabilityCurve:
@@ -81,7 +79,7 @@ class StabilityIntervals:
         object.__setattr__(self, "speed_rpm", speed)
         for what in ("intervals", "chatter_frequency", "error"):
             _same_length(self, what, speed.size)
-        checked = tuple(_interval(i, value) for i, value in enumerate(self.intervals))
+        checked = tuple(_checked_intervals(i, value) for i, value in enumerate(self.intervals))
         object.__setattr__(self, "intervals", checked)
         for what in ("chatter_frequency", "error"):
             if getattr(self, what) is not None:
@@ -113,84 +111,87 @@ def stability_chart(
     parts = [limits] if isinstance(limits, (StabilityCurve, StabilityIntervals)) else list(limits)
     if not parts:
         fail("limits", "none", "must be at least one StabilityCurve or StabilityIntervals")
-    top = _top(parts) if max_depth is None else max_depth
-    if not np.isfinite(top) or top <= 0:
-        fail("max_depth", f"{top:g} m", "must be above zero and finite")
+    depth_top = _chart_top(parts) if max_depth is None else max_depth
+    if not np.isfinite(depth_top) or depth_top <= 0:
+        fail("max_depth", f"{depth_top:g} m", "must be above zero and finite")
     chart = figure(title, 460)
     for number, part in enumerate(parts):
         colour = COLOURS[number % len(COLOURS)]
         if isinstance(part, StabilityCurve):
-            _curve(chart, part, colour, top, len(parts) == 1)
+            _draw_curve(chart, part, colour, depth_top, len(parts) == 1)
         else:
-            _region(chart, part, colour, top)
+            _draw_region(chart, part, colour, depth_top)
     for number, (speed, depth, words) in enumerate(points):
         chart.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
                          marker={"size": 11, "symbol": "x", "color": COLOURS[(len(parts) + number) % len(COLOURS)]},
                          hovertemplate="%{x:.0f} rev/min<br>%{y:.4g} mm")
     chart.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
-    chart.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * top])
+    chart.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * depth_top])
     chart.update_layout(showlegend=True)
     return chart
 
 
-def _curve(chart: go.Figure, curve: StabilityCurve, colour: str, top: float, filled: bool) -> None:
-    words, extra = ["%{x:.0f} rev/min", "limit %{text} mm"], list[Any]()
+def _draw_curve(chart: go.Figure, curve: StabilityCurve, colour: str, depth_top: float, is_filled: bool) -> None:
+    words, hover_values = ["%{x:.0f} rev/min", "limit %{text} mm"], list[Any]()
     for values, text in ((curve.chatter_frequency, "chatter %{{customdata[{}]:.1f}} Hz"),
                          (None if curve.error is None else 1e3 * curve.error, "error ± %{{customdata[{}]:.2g}} mm"),
                          (curve.kind, "%{{customdata[{}]}}")):
         if values is not None:
-            words.append(text.format(len(extra)))
-            extra.append(values)
+            words.append(text.format(len(hover_values)))
+            hover_values.append(values)
     depth = np.where(np.isnan(curve.depth), np.inf, curve.depth)
     chart.add_scatter(
-        x=curve.speed_rpm, y=1e3 * np.minimum(depth, 3 * top), name=plain(curve.name), mode="lines",
+        # An infinite limit is drawn far above the chart, so that the line leaves it and the tint below stays closed.
+        x=curve.speed_rpm, y=1e3 * np.minimum(depth, 3 * depth_top), name=plain(curve.name), mode="lines",
         text=[f"{1e3 * d:.4g}" if np.isfinite(d) else "none found, above range" for d in depth],
-        line={"color": colour, "width": 2}, fill="tozeroy" if filled else None, fillcolor=STABLE if filled else None,
-        customdata=list(zip(*extra)) if extra else None, hovertemplate="<br>".join(words))
+        line={"color": colour, "width": 2}, fill="tozeroy" if is_filled else None, fillcolor=STABLE if is_filled else None,
+        customdata=list(zip(*hover_values)) if hover_values else None, hovertemplate="<br>".join(words))
 
 
-def _region(chart: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
+def _draw_region(chart: go.Figure, part: StabilityIntervals, colour: str, depth_top: float) -> None:
     """Draw the stable depths as one region: between neighbouring speeds intervals that overlap are joined by straight lines,
     as the limit's line joins its points; hover tells what was computed at each speed."""
-    x, y = _outlines(part.speed_rpm, [_below(np.asarray(row), top) for row in part.intervals])
+    x, y = _outlines(part.speed_rpm, [_clip_intervals(np.asarray(row), depth_top) for row in part.intervals])
     chart.add_scatter(x=x, y=y, mode="lines", line={"width": 0}, fill="toself", fillcolor=with_alpha(colour, 0.34),
                       name=plain(part.name), hoverinfo="skip", legendgroup=part.name)
-    ends = [(float(part.speed_rpm[i]), 1e3 * min(high, top), _interval_words(part, i, k))
-            for i, row in enumerate(part.intervals) for k, (low, high) in enumerate(np.asarray(row)) if low < top]
+    ends = [(float(part.speed_rpm[i]), 1e3 * min(upper, depth_top), _interval_words(part, i, k))
+            for i, row in enumerate(part.intervals) for k, (lower, upper) in enumerate(np.asarray(row)) if lower < depth_top]
     chart.add_scatter(x=[e[0] for e in ends], y=[e[1] for e in ends], mode="markers", marker={"size": 9, "opacity": 0},
                       customdata=[e[2] for e in ends], hovertemplate="%{x:.0f} rev/min<br>%{customdata}<extra></extra>",
                       showlegend=False, name=plain(part.name), legendgroup=part.name)
 
 
-def _below(row: FloatArray, top: float) -> FloatArray:
-    return np.minimum(row[row[:, 0] < top], top)
+def _clip_intervals(intervals: FloatArray, depth_top: float) -> FloatArray:
+    """Return the intervals that begin below the top of the chart, cut there."""
+    return np.minimum(intervals[intervals[:, 0] < depth_top], depth_top)
 
 
 def _outlines(speed: FloatArray, rows: Sequence[FloatArray]) -> tuple[list[float | None], list[float | None]]:
     """Return the outlines (rev/min, mm) of four-sided pieces, parted by None."""
     x: list[float | None] = []
     y: list[float | None] = []
-    half = 0.2 * _spacing(speed)  # of an interval of one speed alone
+    half_width = 0.2 * _spacing(speed)  # of an interval of one speed alone
     for i, row in enumerate(rows):
-        for low, high in row:
-            after = [other for other in (rows[i + 1] if i + 1 < len(rows) else ()) if other[0] < high and other[1] > low]
-            pieces = [(speed[i], speed[i + 1], other[0], other[1]) for other in after]
-            if not pieces and not _is_joined(rows, i, low, high):
-                pieces = [(speed[i] - half, speed[i] + half, low, high)]
-            for left, right, next_low, next_high in pieces:
+        for lower, upper in row:
+            overlapping = [other for other in (rows[i + 1] if i + 1 < len(rows) else ()) if other[0] < upper
+                           and other[1] > lower]
+            pieces = [(speed[i], speed[i + 1], other[0], other[1]) for other in overlapping]
+            if not pieces and not _is_joined(rows, i, lower, upper):
+                pieces = [(speed[i] - half_width, speed[i] + half_width, lower, upper)]
+            for left, right, next_lower, next_upper in pieces:
                 x += [float(left), float(right), float(right), float(left), None]
-                y += [1e3 * float(v) for v in (low, next_low, next_high, high)] + [None]
+                y += [1e3 * float(v) for v in (lower, next_lower, next_upper, upper)] + [None]
     return x, y
 
 
-def _is_joined(rows: Sequence[FloatArray], i: int, low: float, high: float) -> bool:
+def _is_joined(rows: Sequence[FloatArray], i: int, lower: float, upper: float) -> bool:
     """Return whether an interval overlaps one of the speed before."""
-    return i > 0 and any(other[0] < high and other[1] > low for other in rows[i - 1])
+    return i > 0 and any(other[0] < upper and other[1] > lower for other in rows[i - 1])
 
 
 def _interval_words(part: StabilityIntervals, i: int, k: int) -> str:
-    low, high = np.asarray(part.intervals[i])[k]
-    words = f"stable {1e3 * low:.5g} … " + (f"{1e3 * high:.5g} mm" if np.isfinite(high) else "no limit found")
+    lower, upper = np.asarray(part.intervals[i])[k]
+    words = f"stable {1e3 * lower:.5g} … " + (f"{1e3 * upper:.5g} mm" if np.isfinite(upper) else "no limit found")
     if part.chatter_frequency is not None and np.isfinite(np.asarray(part.chatter_frequency[i])[k]):
         words += f"<br>chatter above {np.asarray(part.chatter_frequency[i])[k]:.1f} Hz"
     if part.error is not None and np.isfinite(np.asarray(part.error[i])[k]):
@@ -199,10 +200,12 @@ def _interval_words(part: StabilityIntervals, i: int, k: int) -> str:
 
 
 def _spacing(speed: FloatArray) -> float:
+    """Return the smallest step of speed, rev/min; a twentieth of the speed where there is only one."""
     return 0.05 * float(speed[0]) if speed.size == 1 else float(np.diff(speed).min())
 
 
-def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
+def _chart_top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
+    """Return the top of a chart, m: 1.15 of the largest depth, but at most 8 median depths."""
     depths: list[Array] = [part.depth if isinstance(part, StabilityCurve)
                           else np.concatenate([np.asarray(i).ravel() for i in part.intervals]) for part in parts]
     depth = np.concatenate(depths)
@@ -213,11 +216,12 @@ def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
 
 
 def _speed_range(parts: Sequence[StabilityCurve | StabilityIntervals]) -> list[float]:
-    low, high = min(part.speed_rpm[0] for part in parts), max(part.speed_rpm[-1] for part in parts)
-    return [float(low), float(high)] if high > low else [0.9 * float(low), 1.1 * float(high)]
+    """Return the ends of the speed axis, rev/min."""
+    speed_min, speed_max = min(part.speed_rpm[0] for part in parts), max(part.speed_rpm[-1] for part in parts)
+    return [float(speed_min), float(speed_max)] if speed_max > speed_min else [0.9 * float(speed_min), 1.1 * float(speed_max)]
 
 
-def _interval(number: int, value: ArrayLike) -> FloatArray:
+def _checked_intervals(number: int, value: ArrayLike) -> FloatArray:
     array = np.asarray(value, float)
     array = array.reshape(-1, 2) if array.size == 0 else floats(f"intervals[{number}]", array, (None, 2), finite=False)
     if np.isnan(array).any() or (array[:, 1] <= array[:, 0]).any():

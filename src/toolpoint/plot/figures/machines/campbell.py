@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from toolpoint._check import fail, floats, increasing
 from toolpoint.plot.figures.theme import COLOURS, MARK, figure
 
-_SYMBOLS = {-1: "triangle-left", 0: "circle", 1: "triangle-right"}
+# Symbol of the sense of whirl: -1 backward, 0 neither, +1 forward.
+_WHIRL_SYMBOLS = {-1: "triangle-left", 0: "circle", 1: "triangle-right"}
 
 
 def campbell_diagram(speeds: ArrayLike, frequency: ArrayLike, whirl: ArrayLike, *, orders: Sequence[float] = (1.0,),
@@ -27,21 +28,23 @@ def campbell_diagram(speeds: ArrayLike, frequency: ArrayLike, whirl: ArrayLike, 
     orders : floats
         Excitations per revolution, drawn as lines.
     """
-    at = increasing("speeds", floats("speeds", speeds))
-    values, sense = floats("frequency", frequency, (at.size, None)), floats("whirl", whirl, (at.size, None))
+    checked_speeds = increasing("speeds", floats("speeds", speeds))
+    values, sense = floats("frequency", frequency, (checked_speeds.size, None)), floats("whirl", whirl,
+                                                                                        (checked_speeds.size, None))
     if values.shape != sense.shape:
         fail("whirl", f"shape {sense.shape}", f"must be that of frequency, {values.shape}")
     chart = figure(title, 460)
     for k in range(values.shape[1]):
-        chart.add_scatter(x=at, y=values[:, k], name=f"mode {k + 1}", mode="lines+markers",
+        chart.add_scatter(x=checked_speeds, y=values[:, k], name=f"mode {k + 1}", mode="lines+markers",
                           line={"color": COLOURS[k % len(COLOURS)], "width": 2},
-                          marker={"size": 7, "symbol": [_SYMBOLS[int(s)] for s in sense[:, k]]},
+                          marker={"size": 7, "symbol": [_WHIRL_SYMBOLS[int(s)] for s in sense[:, k]]},
                           hovertemplate="%{x:.6g} rev/min<br>%{y:.4f} Hz")
-    top = 1.1 * float(values.max())
+    frequency_top = 1.1 * float(values.max())
     for order in orders:
-        end = min(float(at[-1]), 60 * top / order)
-        chart.add_scatter(x=[at[0], end], y=[order * at[0] / 60, order * end / 60], mode="lines",
+        # The line of an order ends where it leaves the chart at its top.
+        end = min(float(checked_speeds[-1]), 60 * frequency_top / order)
+        chart.add_scatter(x=[checked_speeds[0], end], y=[order * checked_speeds[0] / 60, order * end / 60], mode="lines",
                           name=f"{order:g} per revolution", line={"color": MARK, "width": 1, "dash": "dash"}, hoverinfo="skip")
     chart.update_xaxes(title_text="Spindle speed, rev/min")
-    chart.update_yaxes(title_text="Natural frequency, Hz", range=[0, float(np.ceil(top))])
+    chart.update_yaxes(title_text="Natural frequency, Hz", range=[0, float(np.ceil(frequency_top))])
     return chart

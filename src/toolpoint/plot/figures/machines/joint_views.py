@@ -1,4 +1,4 @@
-"""Joints in three views: where they are and which way their axes point, among the measured points of the components."""
+"""Joints in three views: their places and the directions of their axes, among the measured points of the components."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def joint_views(
 ) -> go.Figure:
     """Return points coloured by component, joints as crosses, and a line along every free direction of each joint."""
     chart = views(title)
-    at = {name: np.asarray(xyz, float) for name, xyz in points.items()}
-    size = float(np.linalg.norm(np.ptp(np.array(list(at.values())), axis=0)))
+    point_positions = {name: np.asarray(xyz, float) for name, xyz in points.items()}
+    size = float(np.linalg.norm(np.ptp(np.array(list(point_positions.values())), axis=0)))
     for view in range(3):
         for k, (name, members) in enumerate(components.items()):
-            dots(chart, view, {p: at[p] for p in members if p in at}, name=name,
+            dots(chart, view, {p: point_positions[p] for p in members if p in point_positions}, name=name,
                  mark={"size": 5, "color": COLOURS[k % len(COLOURS)]})
         for joint in joints:
             ends = [(joint.position - 0.08 * size * way, joint.position + 0.08 * size * way) for way in joint.directions]

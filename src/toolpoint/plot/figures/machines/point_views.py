@@ -27,23 +27,23 @@ def point_pairs(
     Points without partner are drawn as crosses.
     """
     chart = views(title)
-    a = {name: floats(f"test[{name!r}]", at, (3,)) for name, at in test.items()}
-    b = {name: floats(f"model[{name!r}]", at, (3,)) for name, at in model.items()}
-    lost = [name for name in (*pairs,) if name not in a] + [name for name in pairs.values() if name not in b]
-    if lost:
-        fail("pairs", f"{lost[0]!r}", "must be points of test and model")
-    other = {name: at for name, at in b.items() if name not in set(pairs.values())}
-    single = {name: at for name, at in a.items() if name not in pairs}
+    a = {name: floats(f"test[{name!r}]", xyz, (3,)) for name, xyz in test.items()}
+    b = {name: floats(f"model[{name!r}]", xyz, (3,)) for name, xyz in model.items()}
+    missing_points = [name for name in (*pairs,) if name not in a] + [name for name in pairs.values() if name not in b]
+    if missing_points:
+        fail("pairs", f"{missing_points[0]!r}", "must be points of test and model")
+    unpaired_model = {name: xyz for name, xyz in b.items() if name not in set(pairs.values())}
+    unpaired_test = {name: xyz for name, xyz in a.items() if name not in pairs}
     for view in range(3):
         segments(chart, view, [(a[p], b[q]) for p, q in pairs.items()], colour=COLOURS[6])
-        for name, at, mark in (
+        for name, places, mark in (
                 ("model, paired", {q: b[q] for q in pairs.values()},
                  {"symbol": "square-open", "size": 11, "color": COLOURS[0]}),
                 ("test, paired", {p: a[p] for p in pairs}, {"symbol": "circle", "size": 5, "color": COLOURS[1]}),
-                ("model, single", other, {"symbol": "square-open", "size": 8, "color": _GREY}),
-                ("test, single", single, {"symbol": "x", "size": 9, "color": COLOURS[3]})):
-            if at:
-                dots(chart, view, at, name=name, mark=mark)
+                ("model, single", unpaired_model, {"symbol": "square-open", "size": 8, "color": _GREY}),
+                ("test, single", unpaired_test, {"symbol": "x", "size": 9, "color": COLOURS[3]})):
+            if places:
+                dots(chart, view, places, name=name, mark=mark)
     return chart
 
 
@@ -66,25 +66,25 @@ def point_values(
         Whether the high end is the one that agrees (drawn cool); otherwise the low end.
     lines : pairs of points joined by a line
     """
-    at = {name: floats(f"points[{name!r}]", xyz, (3,)) for name, xyz in points.items()}
-    unknown = [name for name in values if name not in at]
+    places = {name: floats(f"points[{name!r}]", xyz, (3,)) for name, xyz in points.items()}
+    unknown = [name for name in values if name not in places]
     if unknown or not values:
         fail("values", f"{unknown[0]!r} without a position" if unknown else "none", "must be of points",
              remedy="give its position")
     chart = views(title)
-    known = {name: at[name] for name in values}
+    valued_places = {name: places[name] for name in values}
     scale = "RdYlBu" if good_is_high else "RdYlBu_r"
     for view in range(3):
-        segments(chart, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], colour=_GREY)
-        rest = {name: xyz for name, xyz in at.items() if name not in values}
-        if rest:
-            dots(chart, view, rest, name="no value", mark={"size": 5, "color": _GREY})
-        numbers = [float(values[name]) for name in known]
+        segments(chart, view, [(places[p], places[q]) for p, q in lines if p in places and q in places], colour=_GREY)
+        unvalued_places = {name: xyz for name, xyz in places.items() if name not in values}
+        if unvalued_places:
+            dots(chart, view, unvalued_places, name="no value", mark={"size": 5, "color": _GREY})
+        numbers = [float(values[name]) for name in valued_places]
         mark = {"size": 10, "color": numbers, "colorscale": scale, "cmin": limits[0], "cmax": limits[1],
                 "line": {"width": 0.5, "color": "rgba(60,60,60,0.6)"}, "showscale": view == 2,
                 "colorbar": {"title": {"text": plain(quantity)}, "thickness": 14}}
-        words = [f"{plain(name)}: {plain(quantity)} {v:.3f}" for name, v in zip(known, numbers, strict=True)]
-        dots(chart, view, known, name=quantity, mark=mark, words=words, legend=False)
+        words = [f"{plain(name)}: {plain(quantity)} {v:.3f}" for name, v in zip(valued_places, numbers, strict=True)]
+        dots(chart, view, valued_places, name=quantity, mark=mark, words=words, legend=False)
     return chart
 
 
@@ -103,13 +103,13 @@ def views(title: str) -> go.Figure:
     return chart
 
 
-def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], *, name: str, mark: dict[str, Any],
+def dots(chart: go.Figure, view: int, places: Mapping[Point, FloatArray], *, name: str, mark: dict[str, Any],
          words: list[str] | None = None, legend: bool = True) -> None:
     """Add points (name to position) to a view (0, 1, 2)."""
     _, i, j = VIEWS[view]
-    xyz = np.array(list(at.values())).reshape(-1, 3)
+    xyz = np.array(list(places.values())).reshape(-1, 3)
     chart.add_scatter(x=xyz[:, i], y=xyz[:, j], mode="markers", marker=mark, name=plain(name), legendgroup=name,
-                     showlegend=legend and view == 0, text=words or [plain(point) for point in at],
+                     showlegend=legend and view == 0, text=words or [plain(point) for point in places],
                      hovertemplate="%{text}<extra></extra>", row=1, col=view + 1)
 
 

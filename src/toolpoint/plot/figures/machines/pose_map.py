@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats, increasing
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
 
-COARSE = 7  # positions of an axis below which a map is not smoothed
+MIN_SMOOTHED_POSITIONS = 7  # positions of an axis below which a map is not smoothed
 
 
 def frequency_curves(
@@ -40,14 +40,14 @@ def frequency_curves(
     quantity : str
         Title of the value axis with its unit.
     """
-    at = increasing("position", floats("position", position))
-    values = floats("frequency", frequency, (at.size, None), finite=False)
+    positions = increasing("position", floats("position", position))
+    values = floats("frequency", frequency, (positions.size, None), finite=False)
     if values.ndim != 2:
-        fail("frequency", f"shape {values.shape}", f"must be ({at.size}, modes)")
-    words = _names(names, values.shape[1])
+        fail("frequency", f"shape {values.shape}", f"must be ({positions.size}, modes)")
+    words = _column_names(names, values.shape[1])
     chart = figure(title, 420)
     for i, name in enumerate(words):
-        chart.add_scatter(x=at, y=values[:, i], name=name, mode="lines+markers" if at.size <= 40 else "lines",
+        chart.add_scatter(x=positions, y=values[:, i], name=name, mode="lines+markers" if positions.size <= 40 else "lines",
                          line={"color": COLOURS[i % len(COLOURS)], "width": 2}, marker={"size": 5},
                          hovertemplate=f"{plain(axis)} %{{x:.4g}} {plain(unit)}<br>%{{y:.5g}}")
     chart.update_xaxes(title_text=f"{plain(axis)}, {plain(unit)}")
@@ -69,8 +69,8 @@ def frequency_map(
 ) -> go.Figure:
     """Return a map over two axes, one mode at a time with buttons to change it, its lowest and highest pose marked.
 
-    Fewer than `COARSE` positions of an axis are drawn as cells with their values, nothing between them; more as contours
-    with a dot at every pose that was computed.
+    Fewer than `MIN_SMOOTHED_POSITIONS` positions of an axis are drawn as cells with their values, nothing between them; more as
+    contours with a dot at every pose that was computed.
 
     Parameters
     ----------
@@ -87,18 +87,19 @@ def frequency_map(
     if values.ndim != 3 or across.size < 2 or along.size < 2:
         fail("frequency", f"shape {values.shape}", "must be (nx, ny, modes) with nx and ny of 2 or more",
              remedy="for one axis use frequency_curves")
-    words = _names(names, values.shape[2])
+    words = _column_names(names, values.shape[2])
     chart = figure(title, 500)
-    point = (f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, {plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.5g}}"
-             "<extra></extra>")
+    hover_text = (f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, {plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.5g}}"
+                  "<extra></extra>")
     for i, name in enumerate(words):
-        shown = {"x": across, "y": along, "z": values[:, :, i].T, "name": name, "visible": i == 0, "colorscale": "Viridis",
-                 "colorbar": {"title": {"text": plain(quantity), "side": "right"}, "thickness": 14}, "hovertemplate": point}
+        trace = {"x": across, "y": along, "z": values[:, :, i].T, "name": name, "visible": i == 0, "colorscale": "Viridis",
+                 "colorbar": {"title": {"text": plain(quantity), "side": "right"}, "thickness": 14},
+                 "hovertemplate": hover_text}
         if is_coarse(across.size, along.size):
             texts = [[f"{v:.4g}" if np.isfinite(v) else "" for v in row] for row in values[:, :, i].T]
-            chart.add_heatmap(**shown, text=texts, texttemplate="%{text}", xgap=1, ygap=1)
+            chart.add_heatmap(**trace, text=texts, texttemplate="%{text}", xgap=1, ygap=1)
         else:
-            chart.add_contour(**shown, connectgaps=False, line={"width": 0.6},
+            chart.add_contour(**trace, connectgaps=False, line={"width": 0.6},
                               contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}})
     size = 36 if is_coarse(across.size, along.size) else 17  # round the number of a cell
     for i in range(len(words)):
@@ -117,7 +118,7 @@ def frequency_map(
 
 def is_coarse(*counts: int) -> bool:
     """Return whether a map has too few positions to be smoothed: its poses are then drawn as they were computed."""
-    return min(counts) < COARSE
+    return min(counts) < MIN_SMOOTHED_POSITIONS
 
 
 def set_column_buttons(chart: go.Figure, words: Sequence[str]) -> None:
@@ -125,33 +126,38 @@ def set_column_buttons(chart: go.Figure, words: Sequence[str]) -> None:
     count = len(words)
     if count < 2:
         return
-    rest = [True] * (len(chart.data) - 2 * count)
-    buttons = [{"label": name, "method": "restyle", "args": [{"visible": [k % count == i for k in range(2 * count)] + rest}]}
+    # Traces: one map a column, then the extremes of each, then what is drawn for all columns.
+    always_visible = [True] * (len(chart.data) - 2 * count)
+    buttons = [{"label": name, "method": "restyle",
+                "args": [{"visible": [k % count == i for k in range(2 * count)] + always_visible}]}
                for i, name in enumerate(words)]
     chart.update_layout(updatemenus=[{"type": "dropdown", "buttons": buttons, "x": 0, "xanchor": "left", "y": 1.03,
                                      "yanchor": "bottom", "bgcolor": "rgba(127,127,127,0.12)"}], margin={"t": 64})
 
 
-def _extremes(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, *, is_shown: bool,
+def _extremes(chart: go.Figure, axis_positions: tuple[FloatArray, FloatArray], values: FloatArray, *, is_shown: bool,
               size: int) -> None:
     """Mark where a column is lowest and highest; the trace is there also where nothing could be computed."""
     places = ([] if np.isnan(values).all() else [np.unravel_index(int(pick(values)), values.shape)
                                                 for pick in (np.nanargmin, np.nanargmax)])
-    chart.add_scatter(x=[at[0][i] for i, _ in places], y=[at[1][j] for _, j in places], mode="markers", visible=is_shown,
+    chart.add_scatter(x=[axis_positions[0][i] for i, _ in places], y=[axis_positions[1][j] for _, j in places], mode="markers",
+                      visible=is_shown,
                      name="lowest (▽) and highest (△)", text=[f"{values[place]:.4g}" for place in places],
                      hovertemplate="%{text}<extra></extra>",
                      marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": size,
                              "color": COLOURS[1], "line": {"width": 3}})
 
 
-def _ticks(at: FloatArray) -> dict[str, Any]:
+def _ticks(positions: FloatArray) -> dict[str, Any]:
     """Return axis settings that name every position where they are few."""
-    return {"tickvals": at.tolist(), "ticktext": [f"{v:.4g}" for v in at]} if at.size < COARSE else {}
+    return {"tickvals": positions.tolist(),
+            "ticktext": [f"{v:.4g}" for v in positions]} if positions.size < MIN_SMOOTHED_POSITIONS else {}
 
 
-def _crosses(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, reasons: Mapping[tuple[int, ...], str]
+def _crosses(chart: go.Figure, axis_positions: tuple[FloatArray, FloatArray], values: FloatArray,
+             reasons: Mapping[tuple[int, ...], str]
              ) -> None:
-    x, y = at
+    x, y = axis_positions
     i, j = np.nonzero(np.isnan(values).any(axis=2))
     if i.size == 0:
         return
@@ -160,7 +166,7 @@ def _crosses(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatA
                      marker={"symbol": "x", "color": COLOURS[1], "size": 9})
 
 
-def _names(names: Sequence[str], count: int) -> list[str]:
+def _column_names(names: Sequence[str], count: int) -> list[str]:
     words = [plain(name) for name in names] or [f"mode {i}" for i in range(1, count + 1)]
     if len(words) != count:
         fail("names", f"{len(words)} names", f"must be {count}, one for each mode")

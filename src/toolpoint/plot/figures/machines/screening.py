@@ -17,9 +17,10 @@ def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], name
     """Return all variants as points of two metrics; `base` is the machine as it is."""
     chart = figure("", 460)
     numbers = _labels_apart(x, y)
-    rest = [i for i in range(len(labels)) if i != base]
-    chart.add_scatter(x=x[rest], y=y[rest], mode="markers+text", text=[numbers[i] for i in rest], textposition="top center",
-                      name="variants", marker={"size": 8, "color": COLOURS[0]}, customdata=[plain(labels[i]) for i in rest],
+    variants = [i for i in range(len(labels)) if i != base]
+    chart.add_scatter(x=x[variants], y=y[variants], mode="markers+text", text=[numbers[i] for i in variants],
+                      textposition="top center",
+                      name="variants", marker={"size": 8, "color": COLOURS[0]}, customdata=[plain(labels[i]) for i in variants],
                       hovertemplate="%{customdata}<br>%{x:.5g}, %{y:.5g}<extra></extra>")
     if base is not None:
         chart.add_scatter(x=[x[base]], y=[y[base]], mode="markers", name=plain(labels[base]),
@@ -31,22 +32,24 @@ def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], name
 
 def _labels_apart(x: FloatArray, y: FloatArray) -> list[str]:
     """Return a number for every point whose number would not run into one written before; the others say it on hover."""
-    at = np.stack([values / max(float(np.nanmax(values) - np.nanmin(values)), 1e-300) for values in (x, y)], axis=1)
+    scaled_points = np.stack([values / max(float(np.nanmax(values) - np.nanmin(values)), 1e-300) for values in (x, y)], axis=1)
     written: list[int] = []
-    for i in np.argsort(-np.abs(at - np.nanmedian(at, axis=0)).max(axis=1), kind="stable").tolist():
-        apart = np.abs(at[written] - at[i]) / (0.09, 0.08) if written else np.full((1, 2), 9.0)
-        if np.isfinite(at[i]).all() and (apart.max(axis=1) > 1).all():
+    # Outlying variants are numbered first: they are those asked about.
+    for i in np.argsort(-np.abs(scaled_points - np.nanmedian(scaled_points, axis=0)).max(axis=1), kind="stable").tolist():
+        label_distance = np.abs(scaled_points[written] - scaled_points[i]) / (0.09, 0.08) if written else np.full((1, 2), 9.0)
+        if np.isfinite(scaled_points[i]).all() and (label_distance.max(axis=1) > 1).all():
             written.append(i)
     return [str(i) if i in written else "" for i in range(len(x))]
 
 
-def effect_bars(names: Sequence[str], values: FloatArray, low: FloatArray, *, high: FloatArray, title: str) -> go.Figure:
+def effect_bars(names: Sequence[str], values: FloatArray, lower_ends: FloatArray, *, upper_ends: FloatArray,
+                title: str) -> go.Figure:
     """Return effects as bars with their 95 % intervals, the first on top."""
     chart = figure("", max(240, 34 * len(names) + 120))
-    known = np.isfinite(low) & np.isfinite(high)
+    has_interval = np.isfinite(lower_ends) & np.isfinite(upper_ends)
     chart.add_bar(x=values, y=[plain(name) for name in names], orientation="h", marker={"color": COLOURS[0]},
-                  error_x={"type": "data", "symmetric": False, "array": np.where(known, high - values, 0.0),
-                           "arrayminus": np.where(known, values - low, 0.0)}, name="effect")
+                  error_x={"type": "data", "symmetric": False, "array": np.where(has_interval, upper_ends - values, 0.0),
+                           "arrayminus": np.where(has_interval, values - lower_ends, 0.0)}, name="effect")
     chart.update_yaxes(autorange="reversed")
     chart.update_xaxes(title_text=plain(title))
     return chart

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from toolpoint._check import fail, floats
-from toolpoint.plot.figures.theme import COLOURS, PAPER, figure, needs_width, plain
+from toolpoint.plot.figures.theme import COLOURS, PRINTED_PAGE_WIDTH, figure, needs_width, plain
 
 
 def sensitivity_map(
@@ -29,15 +29,18 @@ def sensitivity_map(
     diverging : bool
         Whether the colours go both ways from zero; otherwise from zero up.
     """
-    table, at = floats("values", values, (None, None)), floats("frequencies", frequencies)
-    if table.shape != (len(parameters), at.size) or not table.size:
-        fail("values", f"shape {table.shape}", f"must be ({len(parameters)}, {at.size}): parameters, modes")
-    top = max(float(np.abs(table).max()), 1e-12)
+    table, mode_frequencies = floats("values", values, (None, None)), floats("frequencies", frequencies)
+    if table.shape != (len(parameters), mode_frequencies.size) or not table.size:
+        fail("values", f"shape {table.shape}", f"must be ({len(parameters)}, {mode_frequencies.size}): parameters, modes")
+    largest = max(float(np.abs(table).max()), 1e-12)
     chart = figure(title, 170 + 21 * max(len(parameters), 5))
-    needs_width(chart, min(300 + 46 * at.size, PAPER))
+    needs_width(chart, min(300 + 46 * mode_frequencies.size, PRINTED_PAGE_WIDTH))
     chart.add_heatmap(
-        z=table, x=[f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)], y=[plain(name) for name in parameters],
-        zmin=-top if diverging else 0.0, zmax=top, colorscale="RdBu" if diverging else "Viridis", reversescale=diverging,
+        z=table, x=[f"{i}: {f:.4g} Hz" for i, f in enumerate(mode_frequencies, start=1)],
+        y=[plain(name) for name in parameters],
+        zmin=-largest if diverging else 0.0, zmax=largest, colorscale="RdBu" if diverging else "Viridis",
+        reversescale=diverging,
+        # Values that would read 0.000 are left blank.
         xgap=1, ygap=1, text=[[f"{v:.3f}" if abs(v) >= 5e-4 else "" for v in row] for row in table], texttemplate="%{text}",
         hovertemplate="%{y}<br>mode %{x}<br>" + plain(quantity) + " %{z:.5f}<extra></extra>",
         colorbar={"title": {"text": plain(quantity), "side": "right"}, "thickness": 14})
@@ -50,14 +53,14 @@ def cumulative_bars(
     parts: Mapping[str, ArrayLike], frequencies: ArrayLike, *, quantity: str = "relative sensitivity", title: str = "",
 ) -> go.Figure:
     """Return one group of bars a mode, one bar a part (at most the ten largest), of cumulated sensitivities (n_modes,)."""
-    at = floats("frequencies", frequencies)
-    rows = {name: floats(f"parts[{name!r}]", row, (at.size,)) for name, row in parts.items()}
+    mode_frequencies = floats("frequencies", frequencies)
+    rows = {name: floats(f"parts[{name!r}]", row, (mode_frequencies.size,)) for name, row in parts.items()}
     if not rows:
         fail("parts", "none", "must be at least one")
     chosen = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:10]
     chart = figure(title, 430, barmode="group")
-    needs_width(chart, PAPER)
-    words = [f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)]
+    needs_width(chart, PRINTED_PAGE_WIDTH)
+    words = [f"{i}: {f:.4g} Hz" for i, f in enumerate(mode_frequencies, start=1)]
     for k, name in enumerate(chosen):
         pattern = {"shape": "" if k < len(COLOURS) else "/"}
         chart.add_bar(x=words, y=rows[name], name=plain(name),

@@ -39,22 +39,24 @@ def mac_matrix(
         fail("values", f"shape {mac.shape}", "must be (n_rows, n_columns), not empty")
     if mac.min() < -1e-9 or mac.max() > 1 + 1e-9:
         fail("values", f"{mac.min():g} .. {mac.max():g}", "must be within 0 .. 1")
-    left, below = _names("rows", rows, mac.shape[0]), _names("columns", columns, mac.shape[1])
-    short = max(mac.shape) <= 20
+    row_names, column_names = _names("rows", rows, mac.shape[0]), _names("columns", columns, mac.shape[1])
+    has_texts = max(mac.shape) <= 20
     chart = figure(title, 160 + min(36 * max(mac.shape[0], 6), 640))
     chart.add_heatmap(
         z=mac.astype(np.float32), zmin=0, zmax=1, colorscale="Viridis", xgap=1, ygap=1,
-        text=[[f"{v:.2f}" for v in row] for row in mac] if short else None, texttemplate="%{text}" if short else None,
-        customdata=[[f"{a} – {b}" for b in below] for a in left],
+        text=[[f"{v:.2f}" for v in row] for row in mac] if has_texts else None, texttemplate="%{text}" if has_texts else None,
+        customdata=[[f"{a} – {b}" for b in column_names] for a in row_names],
         hovertemplate="%{customdata}<br>MAC %{z:.4f}<extra></extra>",
         colorbar={"title": {"text": "MAC"}, "thickness": 14})
     for i, j in np.zeros((0, 2), int) if pairs is None else np.asarray(pairs, int):
         chart.add_shape(type="rect", x0=j - 0.5, x1=j + 0.5, y0=i - 0.5, y1=i + 0.5,
                        line={"color": COLOURS[1], "width": 3}, name="pair")
-    chart.update_xaxes(title_text=plain(column_title), tickvals=list(range(len(below))), ticktext=below, showgrid=False,
+    chart.update_xaxes(title_text=plain(column_title), tickvals=list(range(len(column_names))), ticktext=column_names,
+                       showgrid=False,
                       constrain="domain", tickangle=-45)
-    chart.update_yaxes(title_text=plain(row_title), tickvals=list(range(len(left))), ticktext=left, showgrid=False,
+    chart.update_yaxes(title_text=plain(row_title), tickvals=list(range(len(row_names))), ticktext=row_names, showgrid=False,
                       autorange="reversed", scaleanchor="x", constrain="domain")
+    # Cells are square: the width follows from the height.
     chart.update_layout(margin={"l": 110, "b": 100}, width=int(chart.layout.height * mac.shape[1] / mac.shape[0]) + 140)
     return chart
 

@@ -14,7 +14,7 @@ from toolpoint.plot.figures.theme import COLOURS, DASHES, TEMPLATE, figure, mark
 from toolpoint.vibration import Dof, Frf, Modes
 
 Labels = Iterable[Dof | str | int] | Dof | str | int | None
-_MOST = 24
+_MAX_FRF_CURVES = 24  # curves of one figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,18 +60,20 @@ def bode(
         For batches of poses, mixed quantities, unknown labels, more than 24 curves.
     """
     named, curves = _curves(frfs, outputs, inputs)
-    shown = with_coherence and any(curve.coherence is not None for curve in curves)
-    heights = [0.56, 0.25, 0.19] if shown else [0.68, 0.32]
-    chart = _stacked(heights, title, 620 if shown else 540)
+    has_coherence = with_coherence and any(curve.coherence is not None for curve in curves)
+    heights = [0.56, 0.25, 0.19] if has_coherence else [0.68, 0.32]
+    chart = _stacked(heights, title, 620 if has_coherence else 540)
     for curve in curves:
         size = np.abs(curve.values)
+        # A logarithmic axis has no zero: the line is interrupted there.
         _line(chart, curve, np.where(size > 0, size, np.nan), 1, True, "%{y:.4g} " + _unit(named))
         _line(chart, curve, np.angle(curve.values, deg=True), 2, False, "%{y:.1f}°")
-        if shown and curve.coherence is not None:
+        if has_coherence and curve.coherence is not None:
             _line(chart, curve, curve.coherence, 3, False, "coherence %{y:.3f}")
     chart.update_yaxes(type="log", dtick=1, title_text=_quantity(named), row=1, col=1)
+    # A little more than a half turn each way, so that phases of 180 degrees are not cut.
     chart.update_yaxes(title_text="Phase, °", range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], row=2, col=1)
-    if shown:
+    if has_coherence:
         chart.update_yaxes(title_text="Coherence", range=[0, 1.05], tickvals=[0, 0.5, 1], row=3, col=1)
     return _finished(chart, modes, named, log_frequency, len(heights))
 
@@ -104,7 +106,8 @@ def nyquist(
     chart = figure(title, 540)
     for curve in curves:
         chart.add_scatter(
-            x=_short(curve.values.real), y=_short(curve.values.imag), customdata=_short(curve.frequency),
+            x=_single_precision(curve.values.real), y=_single_precision(curve.values.imag),
+            customdata=_single_precision(curve.frequency),
             name=plain(curve.name), mode="lines+markers",
             line={"color": curve.colour, "dash": curve.dash, "width": 1.4},
             marker={"size": 4}, hovertemplate="%{customdata:.6g} Hz<br>%{x:.4g} + i (%{y:.4g}) " + _unit(named))
@@ -142,15 +145,16 @@ def _curves(frfs: Frf | Mapping[str, Frf], outputs: Labels, inputs: Labels) -> t
         if frf.quantity != first.quantity:
             fail("frfs", f"{name} is {frf.quantity} beside {first.quantity}", "must be one quantity",
                  remedy=f"use frf.converted_to({first.quantity!r})")
-    chosen = {name: frf.selected(_many(outputs), _many(inputs)) for name, frf in named.items()}
+    chosen = {name: frf.selected(_label_list(outputs), _label_list(inputs)) for name, frf in named.items()}
     count = sum(frf.values[0].size for frf in chosen.values())
-    if count > _MOST:
-        fail("frfs", f"{count} curves", f"must be at most {_MOST} to be readable",
+    if count > _MAX_FRF_CURVES:
+        fail("frfs", f"{count} curves", f"must be at most {_MAX_FRF_CURVES} to be readable",
              remedy="choose outputs=[...] and inputs=[...]")
-    return chosen, list(_each(chosen))
+    return chosen, list(_iterate_curves(chosen))
 
 
-def _each(chosen: Mapping[str, Frf]) -> Iterator[_Curve]:
+def _iterate_curves(chosen: Mapping[str, Frf]) -> Iterator[_Curve]:
+    """Yield every response of every Frf: colours by pair, dashes by name; by name where there is one pair only."""
     pairs: dict[str, int] = {}
     for frf in chosen.values():
         for out in frf.outputs:
@@ -160,20 +164,21 @@ def _each(chosen: Mapping[str, Frf]) -> Iterator[_Curve]:
         for i, out in enumerate(frf.outputs):
             for j, into in enumerate(frf.inputs):
                 pair = f"{out} / {into}"
-                at = pairs[pair] if len(pairs) > 1 else number
+                colour_number = pairs[pair] if len(pairs) > 1 else number
                 words = name if name and len(pairs) == 1 else f"{name}, {pair}" if name else pair
-                yield _Curve(words, f"{number}-{i}-{j}", COLOURS[at % len(COLOURS)], DASHES[number % len(DASHES)],
+                yield _Curve(words, f"{number}-{i}-{j}", COLOURS[colour_number % len(COLOURS)], DASHES[number % len(DASHES)],
                              frf.frequency, frf.values[:, i, j],
                              None if frf.coherence is None else frf.coherence[:, i, j])
 
 
-def _many(labels: Labels) -> list[Dof | str | int] | None:
+def _label_list(labels: Labels) -> list[Dof | str | int] | None:
     if labels is None:
         return None
     return [labels] if isinstance(labels, (str, int, Dof)) else list(labels)
 
 
 def _stacked(heights: list[float], title: str, height: int) -> go.Figure:
+    """Return an empty figure of charts above each other with a common frequency axis."""
     chart = make_subplots(rows=len(heights), cols=1, shared_xaxes=True, vertical_spacing=0.045, row_heights=heights)
     chart.update_layout(template=TEMPLATE, height=height)
     if title:
@@ -183,7 +188,8 @@ def _stacked(heights: list[float], title: str, height: int) -> go.Figure:
 
 def _line(chart: go.Figure, curve: _Curve, values: Array | None, row: int, legend: bool, words: str) -> None:
     chart.add_trace(go.Scatter(
-        x=_short(curve.frequency), y=_short(values), name=plain(curve.name), legendgroup=curve.group, showlegend=legend,
+        x=_single_precision(curve.frequency), y=_single_precision(values), name=plain(curve.name), legendgroup=curve.group,
+        showlegend=legend,
         mode="lines", line={"color": curve.colour, "dash": curve.dash, "width": 1.6},
         hovertemplate="%{x:.6g} Hz<br>" + words), row=row, col=1)
 
@@ -191,24 +197,26 @@ def _line(chart: go.Figure, curve: _Curve, values: Array | None, row: int, legen
 def _finished(
     chart: go.Figure, modes: Modes | None, named: Mapping[str, Frf], log_frequency: bool, rows: int
 ) -> go.Figure:
-    low = min(float(frf.frequency[0]) for frf in named.values())
-    high = max(float(frf.frequency[-1]) for frf in named.values())
+    """Return the figure with its modes marked and its frequency axis titled."""
+    frequency_min = min(float(frf.frequency[0]) for frf in named.values())
+    frequency_max = max(float(frf.frequency[-1]) for frf in named.values())
     if modes is not None:
         if modes.frequency.ndim > 1:
             fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use modes.at_pose(i)")
-        inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
-        mark_modes(chart, inside, (low, high), logarithmic=log_frequency, row=1, col=1)
+        marked = modes.frequency[(modes.frequency >= frequency_min) & (modes.frequency <= frequency_max)]
+        mark_modes(chart, marked, (frequency_min, frequency_max), logarithmic=log_frequency, row=1, col=1)
         for row in range(2, rows + 1):
-            mark_modes(chart, inside, row=row, col=1)
+            mark_modes(chart, marked, row=row, col=1)
     chart.update_xaxes(type="log" if log_frequency else "linear")
     chart.update_xaxes(title_text="Frequency, Hz", row=rows, col=1)
     if not log_frequency:
-        chart.update_xaxes(range=[low, high])
+        chart.update_xaxes(range=[frequency_min, frequency_max])
     chart.update_layout(showlegend=True)
     return chart
 
 
-def _short(values: Array | None) -> Array:
+def _single_precision(values: Array | None) -> Array:
+    """Return values in single precision, which halves the page and shows no difference."""
     return np.asarray(values, np.float32)
 
 

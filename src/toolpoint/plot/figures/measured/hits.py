@@ -11,8 +11,8 @@ import plotly.graph_objects as go
 from toolpoint._check import FloatArray
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
 
-REFUSED = "#c0392b"
-MOST = 60  # pulses drawn
+REFUSED_COLOUR = "#c0392b"
+MAX_DRAWN_PULSES = 60  # pulses drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,8 @@ class PulseCurve:
 def force_pulses(pulses: Sequence[PulseCurve]) -> go.Figure:
     """Return the pulses of hits over the time from their peaks; refused ones are dashed and red."""
     chart = figure("", 380)
-    for pulse in pulses[:MOST]:
-        colour = COLOURS[0] if pulse.accepted else REFUSED
+    for pulse in pulses[:MAX_DRAWN_PULSES]:
+        colour = COLOURS[0] if pulse.accepted else REFUSED_COLOUR
         chart.add_scatter(x=np.float32(pulse.time), y=np.float32(pulse.force), mode="lines", name=plain(pulse.name),
                           line={"color": colour, "dash": "solid" if pulse.accepted else "dash", "width": 1.4},
                           showlegend=len(pulses) <= 12,
@@ -47,6 +47,7 @@ def force_spectra(frequency: FloatArray, spectra: Sequence[tuple[str, FloatArray
         chart.add_scatter(x=np.float32(frequency), y=np.float32(decibels), mode="lines", name=plain(name),
                           line={"color": COLOURS[k % len(COLOURS)], "width": 1.5}, hovertemplate="%{x:.5g} Hz: %{y:.1f} dB")
     chart.add_vrect(x0=band[0], x1=band[1], fillcolor="rgba(46,204,113,0.12)", line_width=0)
+    # ISO 7626-5: the force spectrum of the band used falls by no more than 20 dB.
     chart.add_hline(y=-20, line={"dash": "dot", "width": 1})
     chart.update_xaxes(title_text="Frequency, Hz", range=[0, float(frequency[-1])])
     chart.update_yaxes(title_text="Force, dB", range=[-60, 3])

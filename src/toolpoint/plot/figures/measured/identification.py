@@ -15,8 +15,8 @@ from toolpoint.plot.figures.thinning import extreme_samples
 from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vibration import Frf
 
-SHOWN, LINES = 48, 400  # responses in a list, and lines that each is drawn with
-_TALLEST = 30
+MAX_LISTED_RESPONSES, DRAWN_RESPONSE_LINES = 48, 400  # responses in a list; spectral lines that each is drawn with
+_MAX_RESIDUAL_BARS = 30  # bars
 
 
 def sums_and_indicators(result: Identification, first: Indicator, second: Indicator) -> go.Figure:
@@ -56,10 +56,10 @@ def coherence_range(frf: Frf) -> go.Figure:
 def response_residuals(result: Identification) -> go.Figure:
     """Return what the synthesis leaves of every response, the worst first, as bars (per cent of its energy)."""
     names = response_names(result.frf)
-    left = 100 * (1 - result.quality.ravel())
-    order = np.argsort(-left)[:_TALLEST]
+    residual_energy = 100 * (1 - result.quality.ravel())
+    order = np.argsort(-residual_energy)[:_MAX_RESIDUAL_BARS]
     chart = figure("", 150 + 22 * order.size)
-    chart.add_bar(x=left[order], y=[plain(names[k]) for k in order], orientation="h", marker={"color": COLOURS[0]},
+    chart.add_bar(x=residual_energy[order], y=[plain(names[k]) for k in order], orientation="h", marker={"color": COLOURS[0]},
                   hovertemplate="%{y}<br>%{x:.3g} %<extra></extra>")
     chart.update_yaxes(autorange="reversed", type="category", dtick=1)
     chart.update_xaxes(title_text="Energy of the response that the synthesis leaves, %")
@@ -68,26 +68,28 @@ def response_residuals(result: Identification) -> go.Figure:
 
 def fits_by_name(result: Identification, name: str = "fit") -> ClickedSeries:
     """Return measured, synthesised and left-over size of a response that is chosen by its name: the worst first, then the
-    best, then driving points and others in their order, `SHOWN` at most."""
+    best, then driving points and others in their order, `MAX_LISTED_RESPONSES` at most."""
     frf, names = result.frf, response_names(result.frf)
     measured, model = (part.values.reshape(part.frequency.size, -1) for part in (frf, result.synthesis))
     order = np.argsort(result.quality.ravel())
     driving = [i * len(frf.inputs) + j for i, a in enumerate(frf.outputs) for j, b in enumerate(frf.inputs) if a == b]
-    rest = list(range(len(names)))
-    chosen = list(dict.fromkeys([*order[:SHOWN // 2].tolist(), int(order[-1]), *driving, *rest]))[:SHOWN]
+    remaining = list(range(len(names)))
+    listed = list(dict.fromkeys([*order[:MAX_LISTED_RESPONSES // 2].tolist(), int(order[-1]), *driving,
+                                 *remaining]))[:MAX_LISTED_RESPONSES]
     sets = []
-    for k in chosen:
+    for k in listed:
         size = np.abs(measured[:, k])
-        at = extreme_samples(np.log(np.maximum(size, 1e-300)), LINES)
-        curves = [size[at], np.abs(model[at, k]), np.abs(measured[at, k] - model[at, k])]
-        sets.append((f"{names[k]}: fit {100 * result.quality.ravel()[k]:.2f} %", frf.frequency[at], curves))
+        drawn_lines = extreme_samples(np.log(np.maximum(size, 1e-300)), DRAWN_RESPONSE_LINES)
+        curves = [size[drawn_lines], np.abs(model[drawn_lines, k]), np.abs(measured[drawn_lines, k] - model[drawn_lines, k])]
+        sets.append((f"{names[k]}: fit {100 * result.quality.ravel()[k]:.2f} %", frf.frequency[drawn_lines], curves))
     chart = figure("", 420)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text=plain(f"{frf.quantity.capitalize()}, {frf.unit}"), type="log", dtick=1)
     mark_modes(chart, result.modes.frequency, (float(frf.frequency[0]), float(frf.frequency[-1])))
-    some = "" if len(chosen) == len(names) else f" {len(chosen)} of {len(names)} responses are in the list, the worst first."
+    list_words = ("" if len(listed) == len(names)
+                  else f" {len(listed)} of {len(names)} responses are in the list, the worst first.")
     return ClickedSeries(chart, "", "", ("measured", "synthesised", "left over"), (COLOURS[0], COLOURS[1], COLOURS[6]), sets,
-                         f"Left over: size of measured less synthesised.{some}", name, "Response")
+                         f"Left over: size of measured less synthesised.{list_words}", name, "Response")
 
 
 def argand_by_mode(shape: ComplexArray, labels: Sequence[str], name: str = "argand") -> ClickedSeries:
@@ -100,6 +102,7 @@ def argand_by_mode(shape: ComplexArray, labels: Sequence[str], name: str = "arga
     sets = []
     for k, label in enumerate(labels):
         phi = shape[:, k] / max(float(np.abs(shape[:, k]).max()), 1e-300)
+        # The phase that makes sum of phi^2 real and positive turns a real mode onto the real axis.
         phi = phi * np.exp(-0.5j * np.angle((phi**2).sum()))
         spokes = np.stack([np.zeros_like(phi), phi, np.full_like(phi, np.nan)], axis=1).ravel()
         sets.append((label, spokes.real, [spokes.imag]))

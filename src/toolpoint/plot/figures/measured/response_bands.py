@@ -21,14 +21,16 @@ def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray
     curves : name to (magnitude, lower end, upper end), (n_f,) each, in the unit of `quantity`, the axis' title
     """
     chart = figure(title, 460)
-    for k, (name, (middle, low, high)) in enumerate(curves.items()):
+    for k, (name, (middle, lower_end, upper_end)) in enumerate(curves.items()):
         colour = COLOURS[k % len(COLOURS)]
-        both = np.concatenate([frequency, frequency[::-1]])
-        chart.add_scatter(x=both, y=np.concatenate([high, low[::-1]]), fill="toself", line={"width": 0}, opacity=0.3,
+        outline = np.concatenate([frequency, frequency[::-1]])
+        chart.add_scatter(x=outline, y=np.concatenate([upper_end, lower_end[::-1]]), fill="toself", line={"width": 0},
+                          opacity=0.3,
                           fillcolor=colour, showlegend=False, hoverinfo="skip", legendgroup=str(k))
         chart.add_scatter(x=frequency, y=middle, name=plain(name), line={"color": colour, "width": 1.4}, legendgroup=str(k),
                           hovertemplate="%{x:.5g} Hz<br>%{y:.4g} " + quantity.rpartition(", ")[2])
     chart.update_xaxes(title_text="Frequency, Hz")
-    every = np.concatenate([part[0][part[0] > 0] for part in curves.values()])
-    chart.update_yaxes(type="log", title_text=quantity, dtick=logarithmic_ticks(float(every.min()), float(every.max())))
+    positive_values = np.concatenate([part[0][part[0] > 0] for part in curves.values()])
+    chart.update_yaxes(type="log", title_text=quantity,
+                       dtick=logarithmic_ticks(float(positive_values.min()), float(positive_values.max())))
     return chart

@@ -38,13 +38,14 @@ def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: 
                          line={"color": "rgba(127,127,127,0.6)", "width": 1}, hoverinfo="skip")
     number = np.full(diagram.poles.size, -1) if shapes is None else np.asarray(shapes)
     for level, name in enumerate(LEVELS):
-        at = diagram.level == level
-        if not at.any():
+        is_level = diagram.level == level
+        if not is_level.any():
             continue
         chart.add_scatter(
-            x=diagram.frequency[at], y=diagram.order[at], name=name, mode="markers",
+            x=diagram.frequency[is_level], y=diagram.order[is_level], name=name, mode="markers",
             marker={"symbol": _SYMBOLS[level], "color": COLOURS[level % len(COLOURS)], "size": 5 + level},
-            customdata=[[int(n), float(d)] for n, d in zip(number[at], 100 * diagram.damping_ratio[at], strict=True)],
+            customdata=[[int(n), float(d)] for n,
+                        d in zip(number[is_level], 100 * diagram.damping_ratio[is_level], strict=True)],
             hovertemplate="%{x:.3f} Hz<br>order %{y}<br>damping %{customdata[1]:.3f} %<extra>" + plain(name) + "</extra>")
     if len(modes):
         chart.add_scatter(x=list(modes), y=[0] * len(modes), name="mode taken", mode="markers",

@@ -16,14 +16,14 @@ from toolpoint.plot.figures.thinning import thin_curve
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-_POINTS = 3000  # of a path in the plane
+_MAX_PATH_POINTS = 3000  # points of a drawn path
 
 
 def path_with_error(errors: dict[str, ContourError], factor: float = 50.0, title: str = "") -> go.Figure:
     """Return the commanded path and, for each name, the path with its contour error drawn `factor` times enlarged (mm)."""
     chart = figure(title, 640)
     first = next(iter(errors.values()))
-    step = max(1, len(first.foot) // _POINTS)
+    step = max(1, len(first.foot) // _MAX_PATH_POINTS)
     chart.add_scatter(x=1e3 * first.foot[::step, 0], y=1e3 * first.foot[::step, 1], name="command", mode="lines",
                      line={"color": "rgba(127,127,127,0.7)", "width": 1, "dash": "dash"})
     for k, (name, error) in enumerate(errors.items()):
@@ -70,8 +70,9 @@ def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
     """Return open and closed loop of one axis: magnitude in dB over phase in deg."""
     from plotly.subplots import make_subplots
 
-    top = 0.5 / float(level.closed.sample_time or 1.0)
-    f = np.geomspace(top * 1e-4, 0.99 * top, 600)
+    # A sampled loop has a response up to half its sampling rate only.
+    nyquist_frequency = 0.5 / float(level.closed.sample_time or 1.0)
+    f = np.geomspace(nyquist_frequency * 1e-4, 0.99 * nyquist_frequency, 600)
     chart = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
     chart.update_layout(figure(f"{level.name} loop, axis {plain(name)}", 480).layout)
     for k, (words, values) in enumerate((("open", level.open_response(f, axis)), ("closed", level.closed_response(f, axis)))):
@@ -86,4 +87,5 @@ def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
 
 
 def _phase(values: ComplexArray) -> FloatArray:
+    """Return the unwrapped phase, deg."""
     return np.degrees(np.unwrap(np.angle(values)))

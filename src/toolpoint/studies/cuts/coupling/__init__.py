@@ -1,1 +1,1 @@
-"""Inside of receptance coupling: the gauge test questioned, lines taken together, peaks between them."""
+"""Receptance coupling of tools: doubts about the gauge test, smoothing of lines, peaks between lines."""

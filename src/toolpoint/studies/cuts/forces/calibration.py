@@ -1,4 +1,4 @@
-"""Cutting coefficients and run-out from measured forces: both fits, their intervals, and what is doubtful."""
+"""Cutting coefficients and run-out from measured forces: both fits, their intervals, and doubts."""
 
 from __future__ import annotations
 
@@ -19,36 +19,47 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
 from toolpoint.cutting.force.turned_fit import TurnedForces, fit_turns, turn_forces
 from toolpoint.studies.cuts.forces.force_doubts import (
-    MISFIT,
-    SMALL,
-    better_tool,
+    MAX_FORCE_MISFIT,
+    NEGLIGIBLE_RESIDUAL_RATIO,
+    find_better_tool,
     resample_courses,
     speed_doubts,
     widen_intervals,
 )
-from toolpoint.studies.cuts.forces.force_records import by_feed, fold, unsteady
+from toolpoint.studies.cuts.forces.force_records import fold, question_repetition, split_by_feed
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Record
 
 HEADER = ("parameter", "value", "95 % interval", "unit")
-SHOWN = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
-         "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
-         "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
+PRINTED_PARAMETERS = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
+                      "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
+                      "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
 FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tangential", "edge_n": "edge_normal",
           "edge_a": "edge_axial"}
-BLIND = ("Mean forces know no run-out, which lifts thin ends of the chip out of the work: what the fitted run-out would change "
-         "is in their intervals.")
-NAMED = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
-SLICES = 40
-COARSE, COARSE_SLICES = 90, 12  # angles and slices of trial fits
-STARTING = 120  # angles of the first fit of a helical tool
-LEAST = 2e7  # Pa, of K_t
+MEAN_FORCE_REMARK = ("Mean forces know no run-out, which lifts thin ends of the chip out of the work: what the fitted run-out "
+                     "would change "
+                     "is in their intervals.")
+TOOTH_REMARK = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
+FIT_SLICES = 40  # of the tool along its axis
+TRIAL_ANGLES, TRIAL_SLICES = 90, 12  # angles and slices of trial fits
+FIRST_FIT_ANGLES = 120  # of a helical tool's revolution
+MIN_USUAL_KT = 2e7  # Pa, of K_t
 
 
 @dataclass(frozen=True)
 class CuttingTest:
-    """What was cut: fields of a CuttingDescription (tool, arc), speed (rev/min), depth (m), feed per tooth of each file (m),
-    what the forces act on (tool or work), angle of tooth 0 at the first sample (degrees, None: unknown), run-out fitted."""
+    """Conditions of a cutting test.
+
+    cut : fields of a CuttingDescription (tool, arc); speed : rev/min; depth : m; feeds : feed per tooth of each file, m;
+    force_on : what the forces act on (tool or work); angle : of tooth 0 at the first sample, degrees, None where unknown;
+    runout : whether it is fitted.
+
+    Examples
+    --------
+    >>> test = CuttingTest({"diameter": "10 mm", "teeth": 2}, speed=3000.0, depth=1e-3, feeds=(0.05e-3, 0.1e-3))
+    >>> test.force_on
+    'tool'
+    """
 
     cut: Mapping[str, Any]
     speed: float
@@ -86,7 +97,7 @@ class CalibrationStudy(NotebookText):
 
     @property
     def is_named_by_fit(self) -> bool:
-        """Whether only the fit says which tooth is tooth 0."""
+        """Whether the fit alone decides which tooth is tooth 0."""
         return self.test.angle is None and "runout" in self.fit.names and tool_of(self.description).is_regular
 
     def table(self) -> str:
@@ -94,11 +105,12 @@ class CalibrationStudy(NotebookText):
         lines = [text_table("Forces over rotation", HEADER, fit_rows(self.fit)),
                  f"residual {self.fit.residual:.4g} N, {self.fit.status}"]
         if self.is_named_by_fit:
-            lines.append(f"note: {NAMED}")
+            lines.append(f"note: {TOOTH_REMARK}")
         if self.average is None:
             return "\n".join([*lines, "note: one feed only: no fit of average forces"])
-        rest = f"residual {self.average.residual:.4g} N, {self.average.status}"
-        return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), rest, f"note: {BLIND}"])
+        residual_line = f"residual {self.average.residual:.4g} N, {self.average.status}"
+        return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), residual_line,
+                          f"note: {MEAN_FORCE_REMARK}"])
 
 
 def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> CalibrationStudy:
@@ -108,33 +120,34 @@ def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> Calib
     """
     check_test(test)
     problem, cut = _problem(test)
-    forces = [(feed, part if test.force_on == "tool" else _opposite(part), name)
-              for feed, part, name in by_feed(records, test.feeds)]
-    doubts = unsteady(forces, test.speed, problem.tool.teeth)
+    forces = [(feed, part if test.force_on == "tool" else _reverse_forces(part), name)
+              for feed, part, name in split_by_feed(records, test.feeds)]
+    doubts = question_repetition(forces, test.speed, problem.tool.teeth)
     drifting = [] if doubts else speed_doubts(forces, test.speed, problem.tool.teeth)
-    result, misfit = _fitted(problem, cut, test, forces)
-    return _judged(replace(result, doubts=(*doubts, *drifting, *_negative(result.fit))), misfit, bool(drifting))
+    result, misfit = _fit_forces(problem, cut, test, forces)
+    return _judge_fit(replace(result, doubts=(*doubts, *drifting, *_question_signs(result.fit))), misfit, bool(drifting))
 
 
-def _opposite(part: Record) -> Record:
+def _reverse_forces(part: Record) -> Record:
     """Return the forces on the tool from those on the work."""
     return Record(-part.samples, part.sample_rate, part.channels, part.quantities, part.units)
 
 
-def _judged(result: CalibrationStudy, misfit: float, drifting: bool) -> CalibrationStudy:
-    """Return the study with its fit marked and widened where the forces do not fit what is said of the cut."""
+def _judge_fit(result: CalibrationStudy, misfit: float, drifting: bool) -> CalibrationStudy:
+    """Return the study with its fit marked and widened where the forces contradict the stated cut."""
     if np.isnan(misfit):
-        few = Doubt("residual", "too few revolutions: without a scatter between turns it cannot be judged")
-        return replace(result, doubts=(*result.doubts, few))
-    small = result.fit.residual < SMALL * float(np.sqrt(np.mean(result.measured**2)))
-    if not drifting and (misfit <= MISFIT or small):
+        no_scatter = Doubt("residual", "too few revolutions: without a scatter between turns it cannot be judged")
+        return replace(result, doubts=(*result.doubts, no_scatter))
+    is_negligible = result.fit.residual < NEGLIGIBLE_RESIDUAL_RATIO * float(np.sqrt(np.mean(result.measured**2)))
+    if not drifting and (misfit <= MAX_FORCE_MISFIT or is_negligible):
         return result
     widened = "the intervals are widened, and may still be too narrow"
     doubt = Doubt("spindle speed", "the records say another one", widened, figure=misfit)
     if not drifting:
-        better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
+        alternative = find_better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut),
+                                       target_ratio=1.5 * MAX_FORCE_MISFIT / misfit)
         doubt = Doubt("residual", f"it is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated",
-                      "; ".join([*([better] if better else []), widened]), figure=misfit)
+                      "; ".join([*([alternative] if alternative else []), widened]), figure=misfit)
     fit = widen_intervals(result.fit, result.average, misfit, cause=doubt)
     # Mean forces know no course over the turn: any number of teeth gives them coefficients. They rest on what it refuses.
     means = None if result.average is None else widen_intervals(result.average, result.fit, 1.0, cause=doubt)
@@ -145,10 +158,10 @@ def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
     """Return the residual of the forces over rotation with another tool, N: two feeds, a coarse grid."""
     problem, _ = _problem(replace(result.test, cut=cut))
     ends = sorted({int(np.argmin(result.feeds)), int(np.argmax(result.feeds))})
-    angle, forces = resample_courses(result.angle, result.measured[ends], COARSE)
+    angle, forces = resample_courses(result.angle, result.measured[ends], TRIAL_ANGLES)
     begin = angle if result.test.angle is None else angle + np.radians(result.test.angle)
     fit = instantaneous(problem, result.feeds[ends], begin, forces=forces, depth=result.test.depth, runout=result.test.runout,
-                        phase="each" if result.test.angle is None else False, slices=COARSE_SLICES)
+                        phase="each" if result.test.angle is None else False, slices=TRIAL_SLICES)
     return fit.residual
 
 
@@ -160,32 +173,33 @@ def check_test(test: CuttingTest) -> None:
 
 
 def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
-    missing = [f"`{name}`" for name in ("diameter", "teeth") if name not in test.cut]
-    if missing:
-        raise ToolpointError(f"{' and '.join(missing)}: missing; a calibration needs the tool")
+    missing_names = [f"`{name}`" for name in ("diameter", "teeth") if name not in test.cut]
+    if missing_names:
+        raise ToolpointError(f"{' and '.join(missing_names)}: missing; a calibration needs the tool")
     cut = CuttingDescription.of(**test.cut)
     rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
     start = CuttingCoefficients(1e9, 3e8)  # not used by the fits; the problem needs one
     return MillingProblem(tool_of(cut), engagement_of(cut), start, rigid), cut
 
 
-def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
-            records: Sequence[tuple[float, Record, str]]) -> tuple[CalibrationStudy, float]:
+def _fit_forces(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
+                records: Sequence[tuple[float, Record, str]]) -> tuple[CalibrationStudy, float]:
     """Return both fits and the misfit: a first fit of the mean revolution, then one of every sample at its own angle."""
     feeds, angle, forces = fold(records, test.speed)
     turned = [turn_forces(part, test.speed) for _, part, _ in records]
-    known = None if test.angle is None else float(np.radians(test.angle))
+    known_angle = None if test.angle is None else float(np.radians(test.angle))
     # A straight edge enters and leaves in jumps, which a coarse revolution would misplace; a helical one does not.
-    coarse, courses = resample_courses(angle, forces, STARTING if problem.tool.has_helix else angle.size)
-    start = instantaneous(problem, feeds, coarse + (known or 0.0), forces=courses, depth=test.depth, runout=test.runout,
-                          phase="each" if known is None else False, slices=COARSE_SLICES)
+    coarse, courses = resample_courses(angle, forces, FIRST_FIT_ANGLES if problem.tool.has_helix else angle.size)
+    start = instantaneous(problem, feeds, coarse + (known_angle or 0.0), forces=courses, depth=test.depth, runout=test.runout,
+                          phase="each" if known_angle is None else False, slices=TRIAL_SLICES)
     _check_sign(start)
-    fit, misfit = fit_turns(problem, feeds, turned, depth=test.depth, start=start, angle=known, slices=SLICES)
+    fit, misfit = fit_turns(problem, feeds, turned, depth=test.depth, start=start, angle=known_angle, slices=FIT_SLICES)
     average = _fit_means(problem, test, feeds, turned, fit)
     for each in (average, fit):
         _check_sign(each)
-    fitted = forces_of_fit(problem, fit, feeds, angle=angle + (known or 0.0), depth=test.depth, directions=forces.shape[2],
-                           slices=SLICES)
+    fitted = forces_of_fit(problem, fit, feeds, angle=angle + (known_angle or 0.0), depth=test.depth,
+                           directions=forces.shape[2],
+                           slices=FIT_SLICES)
     k, values_of = fit.coefficients, dict(zip(fit.names, fit.values.tolist(), strict=True))
     values: dict[str, Any] = {FIELDS[name]: getattr(k, name) for name in FIELDS if name in values_of}
     if "runout" in values_of:
@@ -198,22 +212,22 @@ def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
 
 def _fit_means(problem: MillingProblem, test: CuttingTest, feeds: FloatArray, turned: Sequence[TurnedForces],
                fit: Calibration) -> Calibration | None:
-    """Return the fit of mean forces of a tool without run-out; what the fitted run-out would change is in its intervals."""
+    """Return the fit of mean forces of a tool without run-out; its intervals cover the effect of the fitted run-out."""
     if np.unique(feeds).size < 2:
         return None
     means = np.array([each.mean_turn()[0] for each in turned])
     errors = np.array([each.mean_turn()[1] for each in turned])
-    known: dict[str, Any] = {"errors": errors, "freedom": sum(each.turns - 1 for each in turned)}
+    scatter: dict[str, Any] = {"errors": errors, "freedom": sum(each.turns - 1 for each in turned)}
     if not np.isfinite(errors).all():
-        known = {}
-    plain = replace(problem, tool=problem.tool.with_runout(0.0))
-    average = average_force(plain, feeds, means, depth=test.depth, **known)
+        scatter = {}
+    without_runout = replace(problem, tool=problem.tool.with_runout(0.0))
+    average = average_force(without_runout, feeds, means, depth=test.depth, **scatter)
     offset = dict(zip(fit.names, fit.values.tolist(), strict=True))
     if "runout" not in offset:
         return average
-    thrown = replace(problem, tool=problem.tool.with_runout(offset["runout"], offset["runout_angle"]))
-    apart = average_force(thrown, feeds, means, depth=test.depth, **known).values - average.values
-    return replace(average, covariance=average.covariance + np.diag(apart**2))
+    with_runout = replace(problem, tool=problem.tool.with_runout(offset["runout"], offset["runout_angle"]))
+    change = average_force(with_runout, feeds, means, depth=test.depth, **scatter).values - average.values
+    return replace(average, covariance=average.covariance + np.diag(change**2))
 
 
 def _check_sign(fit: Calibration | None) -> None:
@@ -222,9 +236,9 @@ def _check_sign(fit: Calibration | None) -> None:
                              "on the workpiece need `force_on` work; check the axes (x along the feed), `direction` and `feed`")
 
 
-def _negative(fit: Calibration) -> list[Doubt]:
+def _question_signs(fit: Calibration) -> list[Doubt]:
     values = dict(zip(fit.names, fit.values.tolist(), strict=True))
-    if values["kt"] < LEAST:
+    if values["kt"] < MIN_USUAL_KT:
         return [Doubt("K_t", f"{values['kt'] / 1e6:.3g} N/mm^2 is less than any work material has", "forces must be in N (not "
                       "kN or V), `depth` and `feed` in mm")]
     return [Doubt("K_n", "is below zero, which no usual edge has", "check the directions of the forces (x along the feed), "
@@ -234,10 +248,11 @@ def _negative(fit: Calibration) -> list[Doubt]:
 def fit_rows(fit: Calibration) -> list[list[str]]:
     """Return rows (parameter, value, 95 % interval, unit) in shop units; the phases of the records are left out."""
     result = []
-    for name, value, (low, high) in zip(fit.names, fit.values, fit.interval, strict=True):
-        if name in SHOWN:
-            label, factor, unit = SHOWN[name]
-            half = factor * (high - low) / 2
-            ends = f"{number_text(factor * low, half)} .. {number_text(factor * high, half)}"
-            result.append([label, number_text(factor * value, half), ends if np.isfinite(half) else "not known", unit])
+    for name, value, (lower, upper) in zip(fit.names, fit.values, fit.interval, strict=True):
+        if name in PRINTED_PARAMETERS:
+            label, factor, unit = PRINTED_PARAMETERS[name]
+            half_width = factor * (upper - lower) / 2
+            ends = f"{number_text(factor * lower, half_width)} .. {number_text(factor * upper, half_width)}"
+            result.append([label, number_text(factor * value, half_width), ends if np.isfinite(half_width) else "not known",
+                           unit])
     return result

@@ -13,12 +13,12 @@ from toolpoint._doubt import Doubt
 from toolpoint.cutting.force.calibration import revolution
 from toolpoint.vibration import Record
 
-MOST = 360  # samples of a revolution that a fit takes
-FEW = 24
-REPEATING = 0.5  # least share of the forces that follows the revolution
+MAX_FIT_SAMPLES = 360  # of a revolution
+MIN_TURN_SAMPLES = 24  # of a revolution, below which forces cannot be folded
+MIN_REPEATING_FRACTION = 0.5  # of the forces' power that follows the revolution
 
 
-def by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
+def split_by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
     """Return (feed per tooth in m, forces x, y and z where known, name) of every record or of every feed in its column."""
     if feeds is not None and len(feeds) != len(records):
         raise ToolpointError(f"`feed`: {len(feeds)} feeds for {len(records)} files; must be one for each file, in their order")
@@ -41,13 +41,14 @@ def by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] | None
 
 
 def _forces(path: str, record: Record) -> Record:
-    every = list(zip(record.channels, record.quantities, strict=True))
-    at = {dof.direction: i for i, (dof, kind) in enumerate(every) if kind == "force"}
-    missing = [way for way in "xy" if f"+{way}" not in at]
-    if missing:
-        held = ", ".join(f"{dof} {kind}" for dof, kind in every)
-        raise ToolpointError(f"{path}: no force along {' and '.join(missing)}; it holds {held}; name the columns Fx, Fy and Fz")
-    return record.selected([at[f"+{way}"] for way in "xyz" if f"+{way}" in at])
+    columns = list(zip(record.channels, record.quantities, strict=True))
+    column_of = {dof.direction: i for i, (dof, kind) in enumerate(columns) if kind == "force"}
+    missing_directions = [way for way in "xy" if f"+{way}" not in column_of]
+    if missing_directions:
+        held = ", ".join(f"{dof} {kind}" for dof, kind in columns)
+        raise ToolpointError(f"{path}: no force along {' and '.join(missing_directions)}; it holds {held}; name the columns "
+                             f"Fx, Fy and Fz")
+    return record.selected([column_of[f"+{way}"] for way in "xyz" if f"+{way}" in column_of])
 
 
 def _steps(path: str, forces: Record, feed: FloatArray) -> list[tuple[float, Record]]:
@@ -63,16 +64,16 @@ def _steps(path: str, forces: Record, feed: FloatArray) -> list[tuple[float, Rec
     return parts
 
 
-def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[Doubt]:
+def question_repetition(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[Doubt]:
     """Return a doubt on every record whose forces do not repeat with the revolution: its speed is another one."""
     lines = []
     for _, part, name in records:
         moving = part.samples - part.samples.mean(axis=0)
-        bins = (np.arange(len(moving)) / part.sample_rate * speed / 60 % 1 * FEW).astype(int)
-        count = np.maximum(np.bincount(bins, minlength=FEW), 1)
-        means = np.stack([np.bincount(bins, moving[:, k], FEW) / count for k in range(moving.shape[1])], axis=1)
+        bins = (np.arange(len(moving)) / part.sample_rate * speed / 60 % 1 * MIN_TURN_SAMPLES).astype(int)
+        count = np.maximum(np.bincount(bins, minlength=MIN_TURN_SAMPLES), 1)
+        means = np.stack([np.bincount(bins, moving[:, k], MIN_TURN_SAMPLES) / count for k in range(moving.shape[1])], axis=1)
         share = float((means[bins] ** 2).sum() / max(float((moving**2).sum()), 1e-300))
-        if share < REPEATING and len(moving) * speed / 60 > 3 * part.sample_rate:
+        if share < MIN_REPEATING_FRACTION and len(moving) * speed / 60 > 3 * part.sample_rate:
             power = (np.abs(np.fft.rfft(moving, axis=0)) ** 2).sum(axis=1)
             strongest = float(np.fft.rfftfreq(len(moving), 1 / part.sample_rate)[int(np.argmax(power))])
             lines.append(Doubt(name, f"only {100 * share:.0f} % of the forces repeat with a revolution at {speed:g} rev/min; "
@@ -84,12 +85,13 @@ def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: 
 def fold(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return feeds (n,), angle (n_angle,) rad from the first sample, and forces (n, n_angle, d) averaged over revolutions."""
     samples = min(float(part.sample_rate) for _, part, _ in records) * 60 / speed
-    if samples < FEW:
-        raise ToolpointError(f"forces: {samples:.1f} samples in a revolution at {speed:g} rev/min; must be at least {FEW}; "
+    if samples < MIN_TURN_SAMPLES:
+        raise ToolpointError(f"forces: {samples:.1f} samples in a revolution at {speed:g} rev/min; must be at least "
+                             f"{MIN_TURN_SAMPLES}; "
                              "measure with a higher sample rate")
-    every = [revolution(part, speed) for _, part, _ in records]
-    count = min(MOST, *(angle.size for angle, _ in every))
+    revolutions = [revolution(part, speed) for _, part, _ in records]
+    count = min(MAX_FIT_SAMPLES, *(angle.size for angle, _ in revolutions))
     angle = 2 * np.pi * np.arange(count) / count
     courses = [np.stack([np.interp(angle, turned, mean[:, k], period=2 * np.pi) for k in range(mean.shape[1])], axis=1)
-               for turned, mean in every]
+               for turned, mean in revolutions]
     return np.array([feed for feed, _, _ in records]), angle, np.stack(courses)

@@ -7,7 +7,13 @@ from toolpoint.studies.text_table import text_table
 
 
 def materials_table() -> str:
-    """Return the literature table of cutting coefficients as text: every set, and where it comes from."""
+    """Return the literature table of cutting coefficients as text: every set, and its source.
+
+    Examples
+    --------
+    >>> "Kt N/mm^2" in materials_table()
+    True
+    """
     rows = []
     for name in materials():
         material = literature(name)

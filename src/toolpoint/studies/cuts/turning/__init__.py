@@ -1,1 +1,1 @@
-"""Turning: the direction of the chip, charts of widths, and what measured lines can carry of them."""
+"""Turning: the direction of the chip, charts of widths, and doubts about measured lines."""

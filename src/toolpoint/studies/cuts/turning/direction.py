@@ -1,4 +1,4 @@
-r"""Turning on a structure that is known in several directions: the oriented response, and the width that is always stable."""
+r"""Turning on a structure known in several directions: the oriented response, and the width stable at every speed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from toolpoint.cutting.stability.hill.noise import NORMAL_95, line_variance
 from toolpoint.vibration import Modes
 from toolpoint.vibration.frf import Frf
 
-LINES = 4000
-RANGE = 10.0
-DEEPEST = 0.5  # m
-_SMALL = 1e-9
+REAL_PART_LINES = 4000  # frequency lines of the search for the least real part
+WIDTH_RANGE_FACTOR = 10.0  # width of a chart over its lowest limit
+MAX_TURNING_WIDTH = 0.5  # m
+_DIRECTION_TOLERANCE = 1e-9  # of a unit vector
 _AXES = "xyz"
 
 
@@ -65,13 +65,13 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
     Raises ToolpointError where n or f has a part along an axis whose response is not known.
     """
     n, f = unit_vector("normal", normal), np.asarray(floats("force", force, (3,)))
-    used = [k for k in range(3) if abs(n[k]) > _SMALL or abs(f[k]) > _SMALL * np.linalg.norm(f)]
+    used = [k for k in range(3) if abs(n[k]) > _DIRECTION_TOLERANCE or abs(f[k]) > _DIRECTION_TOLERANCE * np.linalg.norm(f)]
     for k in used:
         if _AXES[k] not in labels:
             fail("direction", f"({n[0]:g}, {n[1]:g}, {n[2]:g}), force along ({f[0]:g}, {f[1]:g}, {f[2]:g})",
                  f"the response along {_AXES[k]} is not known", remedy=f"known are {', '.join(labels.values())}")
-    known = [labels[_AXES[k]] for k in used]
-    x, y, z = [*(known if len(known) > 1 else known * 2), None][:3]
+    known_labels = [labels[_AXES[k]] for k in used]
+    x, y, z = [*(known_labels if len(known_labels) > 1 else known_labels * 2), None][:3]
     plane = plane_dynamics(response, x, y, z=z)
     left, right = n[used], f[used]
     if len(used) == 1:
@@ -110,8 +110,10 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
 
 
 def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
-    """Return the error of the least real part as a share of it: noise of its line (95 %), and what a parabola through it and
-    its neighbours adds; zero for modes."""
+    """Return the error of the least real part as a share of it; zero for modes.
+
+    It holds the noise of its line (95 %) and the difference to a parabola through it and its neighbours.
+    """
     if plane.is_modal:
         return 0.0
     f, values = plane.lines
@@ -123,7 +125,7 @@ def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
 
 
 def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
-    """Frequency (Hz) and value of the oriented response where its real part is least."""
+    """Return frequency (Hz) and value of the oriented response where its real part is least."""
     def value(f: float) -> complex:
         return complex(plane.response(np.array([f]))[0, 0, 0])
 
@@ -133,7 +135,7 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
         return best, value(best)
     centre, half = np.abs(plane.poles) / (2 * np.pi), np.maximum(-plane.poles.real / (2 * np.pi), 1e-12)
     f = np.unique(np.concatenate([(centre[:, None] + half[:, None] * np.linspace(-8, 8, 65)).ravel(),
-                                  np.linspace(0.2 * centre.min(), 3 * centre.max(), LINES)]))
+                                  np.linspace(0.2 * centre.min(), 3 * centre.max(), REAL_PART_LINES)]))
     f = f[f > 0]
     k = int(np.argmin(plane.response(f)[:, 0, 0].real))
     ends = float(f[max(k - 1, 0)]), float(f[min(k + 1, f.size - 1)])
@@ -145,6 +147,6 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
 
 def width_range(problem: TurningProblem) -> float:
     """Return a width (m) well above the lowest limit, for the range of a chart."""
-    least = _least_real(problem.plane)[1].real
-    size = -least if least < 0 else float(np.abs(problem.plane.response(np.array([problem.plane.span[0]]))[0, 0, 0]))
-    return float(min(DEEPEST, RANGE / (2 * problem.stiffness * positive("response", size))))
+    least_real = _least_real(problem.plane)[1].real
+    size = -least_real if least_real < 0 else float(np.abs(problem.plane.response(np.array([problem.plane.span[0]]))[0, 0, 0]))
+    return float(min(MAX_TURNING_WIDTH, WIDTH_RANGE_FACTOR / (2 * problem.stiffness * positive("response", size))))

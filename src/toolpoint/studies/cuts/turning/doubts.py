@@ -1,4 +1,4 @@
-"""Whether measured lines can carry the width that is stable at every speed: their band, their noise, how close they are."""
+"""Doubts about measured lines for the width that is stable at every speed: their band, noise and spacing."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from toolpoint.cutting.stability.hill.noise import line_variance
 
 _WHAT = "stable at every speed"
 # Share of a band's ends that counts as its edge; of the least real part by which neighbouring lines may leave a curve.
-_EDGE, _ROUGH = 0.03, 0.05
+_TURNING_EDGE_FRACTION, _CURVE_TOLERANCE = 0.03, 0.05
 
 
 def band_note(plane: PlaneDynamics) -> str:
-    """Return of which frequencies measured lines speak at all."""
-    low, high = plane.span
-    return (f"measured from {low:.4g} to {high:.4g} Hz: a mode outside this band, which may chatter at a smaller width, is not "
+    """Return the note on the band of measured lines."""
+    frequency_min, frequency_max = plane.span
+    return (f"measured from {frequency_min:.4g} to {frequency_max:.4g} Hz: a mode outside this band, which may chatter at a "
+            f"smaller width, is not "
             "in these limits")
 
 
@@ -29,14 +30,14 @@ def doubt_lines(plane: PlaneDynamics) -> list[Doubt]:
     real, size = values[:, 0, 0].real, np.abs(values[:, 0, 0])
     f = frequency[frequency > 0]
     real, size = real[frequency > 0], size[frequency > 0]
-    doubts = _edges(f, real, size)
+    doubts = _question_edges(f, real, size)
     if real.min() >= 0:
         return [*doubts, Doubt(_WHAT, "no line has a negative real part: every width is stable in this band alone",
                                "a wider band, or another direction, decides; check the sign of the response")]
     k = int(np.argmin(real))
     noise = float(np.sqrt(line_variance(plane)[frequency > 0][k, 0, 0] / 2)) / -float(real[k])
     bend = float(real[k - 1] + real[k + 1] - 2 * real[k]) / 8 / -float(real[k]) if 0 < k < f.size - 1 else 0.0
-    if max(noise, bend) > _ROUGH:
+    if max(noise, bend) > _CURVE_TOLERANCE:
         share = max(noise, bend)
         why = (f"at its least real part ({f[k]:.4g} Hz) lines beside it do not lie on a curve, by {100 * share:.0f} % of it: "
                f"noise, or lines too far apart ({f[k] - f[k - 1]:.3g} Hz)")
@@ -45,14 +46,14 @@ def doubt_lines(plane: PlaneDynamics) -> list[Doubt]:
     return doubts
 
 
-def _edges(f: FloatArray, real: FloatArray, size: FloatArray) -> list[Doubt]:
-    """Return that the response goes on to fall or to grow beyond the measured band."""
-    low, high = f[0] * (1 + _EDGE), f[-1] * (1 - _EDGE)
-    least, largest = float(f[int(np.argmin(real))]), float(f[int(np.argmax(size))])
-    if not low < least < high:
-        return [Doubt(_WHAT, f"the real part is least at the edge of the band ({least:.4g} Hz)",
+def _question_edges(f: FloatArray, real: FloatArray, size: FloatArray) -> list[Doubt]:
+    """Return doubts about a response that falls or grows on beyond the measured band."""
+    edge_min, edge_max = f[0] * (1 + _TURNING_EDGE_FRACTION), f[-1] * (1 - _TURNING_EDGE_FRACTION)
+    least_frequency, largest_frequency = float(f[int(np.argmin(real))]), float(f[int(np.argmax(size))])
+    if not edge_min < least_frequency < edge_max:
+        return [Doubt(_WHAT, f"the real part is least at the edge of the band ({least_frequency:.4g} Hz)",
                       "beyond it it may be less, and the width smaller: take or measure a wider band")]
-    if not low < largest < high:
-        return [Doubt(_WHAT, f"the response is largest at the edge of the band ({largest:.4g} Hz)",
+    if not edge_min < largest_frequency < edge_max:
+        return [Doubt(_WHAT, f"the response is largest at the edge of the band ({largest_frequency:.4g} Hz)",
                       "a mode beyond it decides perhaps: take or measure a wider band")]
     return []

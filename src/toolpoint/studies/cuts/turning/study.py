@@ -24,8 +24,8 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 
 HEADER = ("", "rev/min", "width mm", "")
-SPEEDS = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
-DEEPER = 4
+LATHE_SPEED_GRID = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
+MAX_WIDTH_DOUBLINGS = 4  # of a chart without limits
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,11 @@ class TurningCut:
 
     cutting : K_f along the thickness of the chip, Pa; tangential : K_t along the cutting speed, Pa; normal : direction in which
     the chip is thick, from the work into the tool; velocity : direction in which the work moves past the edge (None: y).
+
+    Examples
+    --------
+    >>> TurningCut(cutting=2e9, tangential=1e9, normal=(1.0, 0.0, 0.0)).velocity is None  # then the work moves along y
+    True
     """
 
     cutting: float
@@ -47,9 +52,12 @@ class TurningCut:
 
 @dataclass(frozen=True, eq=False)
 class TurningStudy(NotebookText):
-    """The cut and its problem, the chart (its notes say what was assumed), the unconditional limit (None with process
-    damping, where it depends on the speed), and the width of mode coupling alone, without regeneration, that no choice of speed
-    avoids (None of a measured FRF or with process damping)."""
+    """Turning cut with its problem, chart and limits.
+
+    limit : unconditional limit, None with process damping, where it depends on the speed; coupling : width of mode coupling
+    alone, without regeneration, which no choice of speed avoids, None of a measured FRF or with process damping. The notes of
+    the chart hold the assumptions.
+    """
 
     cut: TurningCut
     problem: TurningProblem
@@ -75,14 +83,14 @@ class TurningStudy(NotebookText):
                          remark + ("" if self.problem.plane.is_modal else ", of the measured band")
                          + (" (doubtful)" if self.doubts else "")])
         if self.coupling is not None:
-            least, known = self.coupling.depth, np.isfinite(self.coupling.depth)
-            width = f"above {1e3 * least:.4f}" if known else f"no width to {1e3 * chart.depth_max:.3g}"
-            remark = f"at {self.coupling.frequency:.1f} Hz" if known else "this force direction couples no modes"
+            coupling_width, is_finite = self.coupling.depth, np.isfinite(self.coupling.depth)
+            width = f"above {1e3 * coupling_width:.4f}" if is_finite else f"no width to {1e3 * chart.depth_max:.3g}"
+            remark = f"at {self.coupling.frequency:.1f} Hz" if is_finite else "this force direction couples no modes"
             rows.append(["unstable by mode coupling at any speed", "", width, remark])
-        low, high = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
-        for name, at in (("lowest limit of the chart", low), ("highest limit of the chart", high)):
-            value, error = float(chart.limit[at]), float(chart.limit_error[at])
-            rows.append([name, f"{chart.speeds[at]:.0f}",
+        lowest, highest = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
+        for name, index in (("lowest limit of the chart", lowest), ("highest limit of the chart", highest)):
+            value, error = float(chart.limit[index]), float(chart.limit_error[index])
+            rows.append([name, f"{chart.speeds[index]:.0f}",
                          f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}",
                          _error_words(value, error).rstrip(", ")])
         if self.withheld:
@@ -97,7 +105,7 @@ class TurningStudy(NotebookText):
 
     @property
     def doubts(self) -> list[Doubt]:
-        """What may be wrong with the limits."""
+        """Doubts about the limits."""
         return doubts_among(self.chart.notes)
 
     @property
@@ -108,10 +116,10 @@ class TurningStudy(NotebookText):
     def to_dict(self) -> dict[str, object]:
         """Return the result as plain numbers and text; no best cut and no width for every speed where they are withheld."""
         best, points = from_chart(self.chart), self.chart.limit_points().tolist()
-        least = None if self.limit is None or self.withheld or not np.isfinite(self.limit.width) else {
+        unconditional = None if self.limit is None or self.withheld or not np.isfinite(self.limit.width) else {
             "width_m": self.limit.width, "width_error_m": self.limit.error, "chatter_frequency_hz": self.limit.frequency,
             "least_real_part_m_per_n": self.limit.real, "speed_rpm": self.limit.tips.tolist()}
-        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least,
+        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": unconditional,
                 "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
                 "depth_max_m": self.chart.depth_max, "is_end_of_search": (~np.isfinite(self.chart.limit)).tolist(),
@@ -124,8 +132,8 @@ class TurningStudy(NotebookText):
 
     def _error_at(self, speed: float) -> float | None:
         """Return the stated error (m) of the limit at a charted speed, None where the search ended below a limit."""
-        at = int(np.argmin(np.abs(self.chart.speeds - speed)))
-        return float(self.chart.limit_error[at]) if np.isfinite(self.chart.limit[at]) else None
+        index = int(np.argmin(np.abs(self.chart.speeds - speed)))
+        return float(self.chart.limit_error[index]) if np.isfinite(self.chart.limit[index]) else None
 
     def _coupling(self) -> dict[str, float] | None:
         if self.coupling is None or not np.isfinite(self.coupling.depth):
@@ -140,26 +148,31 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     """
     problem, assumed = build_turning(dynamics, cut)
     described = None if dynamics.machine is None else dynamics.machine.description.cutting
-    n = speeds if speeds is not None else np.linspace(*(described.speeds if described else SPEEDS[:2]), SPEEDS[2])
+    n = speeds if speeds is not None else np.linspace(*(described.speeds if described else LATHE_SPEED_GRID[:2]),
+                                                      LATHE_SPEED_GRID[2])
     chart = stability.chart(problem, n, None, depth_max=width_range(problem))
-    for _ in range(DEEPER):
+    # A chart should show limits at half of its speeds at least: else it is widened.
+    for _ in range(MAX_WIDTH_DOUBLINGS):
         if np.isfinite(chart.limit).mean() >= 0.5:
             break
         chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
+    # Process damping falls with the speed: no width holds for all.
     limit = unconditional_limit(problem) if cut.process_damping == 0 else None
     modal = cut.process_damping == 0 and problem.plane.is_modal
     coupling = mode_coupling(problem, chart.depth_max) if modal else None
     if not problem.plane.is_modal:
         assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
+    # Notes on the milling plane do not hold for the direction of a turned chip.
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
     doubts = [*doubts_among(kept), *doubts_among(assumed)]
-    rest = [note for note in assumed if not isinstance(note, Doubt)]
-    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *rest])), limit,
+    plain_notes = [note for note in assumed if not isinstance(note, Doubt)]
+    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *plain_notes])),
+                        limit,
                         coupling)
 
 
 def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
-    """Return the turning problem of a cut on these dynamics, and what was assumed."""
+    """Return the turning problem of a cut on these dynamics, and the assumptions."""
     labels, notes = _labels(dynamics)
     normal = unit_vector("`direction`", cut.normal or _axis(next(iter(labels))))
     force, notes = normal, list(notes)
@@ -168,6 +181,7 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
         if abs(float(velocity @ normal)) > 1e-6:
             raise ToolpointError(f"`cutting_direction`: {_vector(velocity)} is not normal to the chip's thickness along "
                                  f"{_vector(normal)}; must be (give another `cutting_direction`)")
+        # Force over K_f: the thickness's own share is one.
         force = normal + cut.tangential / cut.cutting * velocity
         notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
     notes.append(f"the chip is thick along {_vector(normal)}")
@@ -176,7 +190,7 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
 
 
 def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
-    """Return axis to label of the directions that are known at the point that cuts; a lone response is that of its axis."""
+    """Return axis to label of the known directions at the cutting point; a lone response is that of its axis."""
     if Dof.parse(dynamics.x).direction[1:] != "x":
         return {"x": dynamics.x}, [f"{dynamics.x} is taken as x"]
     z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z

@@ -1,1 +1,1 @@
-"""What is understood of a machine file, in words, and what looks odd in it."""
+"""Check of a machine file: the machine in words, and doubts about its numbers."""

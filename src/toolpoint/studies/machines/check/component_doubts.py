@@ -10,30 +10,32 @@ from toolpoint._doubt import Doubt
 from toolpoint.machine.components import Components
 from toolpoint.machine.description.extent import shape_size
 from toolpoint.studies.machines.check.cut_doubts import question_cut
-from toolpoint.studies.machines.check.machine_beliefs import DENSEST, FURTHEST, LIGHTEST, SHORTEST
+from toolpoint.studies.machines.check.machine_beliefs import MAX_BOX_DENSITY, MAX_TRAVEL, MIN_BOX_DENSITY, MIN_TRAVEL
 
-NAMED = {"X": 0, "Y": 1, "Z": 2, "A": 0, "B": 1, "C": 2}  # axes whose name says what they move along or about (ISO 841)
-SIZE = (0.02, 25.0)  # m, of the longest side of a component
-SIDES_APART = 60.0  # longest over shortest side
-APART = 3.0  # sizes of the others, from their middle: no part of the machine stands there
-MOST_DEVIATION = {"mass": 0.5, "inertia": 1.0}  # shares
-LEAST_TURN = np.radians(5.0)
+# component of direction that the axis name stands for (ISO 841)
+AXIS_INDEX_BY_NAME = {"X": 0, "Y": 1, "Z": 2, "A": 0, "B": 1, "C": 2}
+COMPONENT_LENGTH_RANGE = (0.02, 25.0)  # m, of the longest side of a component
+MAX_SIDE_RATIO = 60.0  # longest over shortest side
+MAX_CENTRE_DISTANCE_RATIO = 3.0  # distance from the middle of the others over their spread: no part stands farther off
+MAX_RELATIVE_DEVIATIONS = {"mass": 0.5, "inertia": 1.0}  # of the number itself
+MIN_ROTARY_SPAN = np.radians(5.0)  # rad, of an axis that turns
 
 
 def question_components(file: Components) -> tuple[Doubt, ...]:
     """Return doubts about the numbers of a component file that are possible and hardly meant."""
     cut = () if file.cutting is None else question_cut(file.cutting)
-    return (*_bodies(file), *_places(file), *_axes(file), *_deviations(file), *cut)
+    return (*_question_bodies(file), *_question_places(file), *_question_axes(file), *_question_deviations(file), *cut)
 
 
 def _sizes(file: Components) -> dict[str, np.ndarray]:
     return {name: np.asarray(shape_size(body.shape)) for name, body in file.bodies.items() if body.shape is not None}
 
 
-def _bodies(file: Components) -> Iterator[Doubt]:
+def _question_bodies(file: Components) -> Iterator[Doubt]:
     for name, size in _sizes(file).items():
         path, longest = f"components.{name}.body", float(size.max())
-        odd = not SIZE[0] <= longest <= SIZE[1] or longest > SIDES_APART * float(size.min())
+        odd = (not COMPONENT_LENGTH_RANGE[0] <= longest <= COMPONENT_LENGTH_RANGE[1]
+               or longest > MAX_SIDE_RATIO * float(size.min()))
         if odd:
             yield Doubt(f"{path}.shape", f"{' x '.join(f'{v:.3g}' for v in size)} m", "check the unit of every side",
                         figure=longest)
@@ -41,12 +43,12 @@ def _bodies(file: Components) -> Iterator[Doubt]:
         if mass is None or odd:
             continue
         density = mass / float(np.prod(size))
-        if not LIGHTEST <= density <= DENSEST:
+        if not MIN_BOX_DENSITY <= density <= MAX_BOX_DENSITY:
             yield Doubt(f"{path}.mass", f"{mass:.4g} kg in {' x '.join(f'{v:.3g}' for v in size)} m is {density:.3g} kg/m^3",
                         "check the units of mass and size", figure=density)
 
 
-def _places(file: Components) -> Iterator[Doubt]:
+def _question_places(file: Components) -> Iterator[Doubt]:
     """Doubt centres and points far off the box of all the others."""
     sizes = _sizes(file)
     centres = {f"components.{name}.body.centre": np.array(body.centre) for name, body in file.bodies.items()}
@@ -59,34 +61,36 @@ def _places(file: Components) -> Iterator[Doubt]:
             continue
         middle = np.median(others, axis=0)
         spread = max(float(np.median(np.abs(others - middle), axis=0).max()) * 2, longest)
-        away = float(np.linalg.norm(place - middle))
-        if away > APART * spread:
-            yield Doubt(path, f"{', '.join(f'{v:.4g}' for v in place)} m is {away:.3g} m from the middle of the other parts, "
-                        f"which spread over {spread:.2g} m", "check its unit", figure=away / spread)
+        distance = float(np.linalg.norm(place - middle))
+        if distance > MAX_CENTRE_DISTANCE_RATIO * spread:
+            yield Doubt(path, f"{', '.join(f'{v:.4g}' for v in place)} m is {distance:.3g} m from the middle of the other "
+                              f"parts, "
+                        f"which spread over {spread:.2g} m", "check its unit", figure=distance / spread)
 
 
-def _axes(file: Components) -> Iterator[Doubt]:
+def _question_axes(file: Components) -> Iterator[Doubt]:
     for name, axis in file.axes.items():
         span = axis.limits[1] - axis.limits[0]
-        low, high = (LEAST_TURN, 40 * np.pi) if axis.turns else (SHORTEST, FURTHEST)
-        longest = max((float(size.max()) for size in _sizes(file).values()), default=FURTHEST)
-        high = high if axis.turns else min(high, 6 * longest)
-        low = low if axis.turns else max(low, longest / 300)
-        if np.isfinite(span) and not low <= span <= high:
+        span_min, span_max = (MIN_ROTARY_SPAN, 40 * np.pi) if axis.turns else (MIN_TRAVEL, MAX_TRAVEL)
+        longest = max((float(size.max()) for size in _sizes(file).values()), default=MAX_TRAVEL)
+        span_max = span_max if axis.turns else min(span_max, 6 * longest)
+        span_min = span_min if axis.turns else max(span_min, longest / 300)
+        if np.isfinite(span) and not span_min <= span <= span_max:
             yield Doubt(f"axes.{name}.limits", f"travels {np.degrees(span):.4g} degrees" if axis.turns else
                         f"travels {span:.4g} m", "check the unit of its limits", figure=span)
         way = np.abs(np.array(axis.direction))
-        if name in NAMED and axis.turns == (name in "ABC") and way.max() > 0.99 and way[NAMED[name]] < 0.1:
+        if (name in AXIS_INDEX_BY_NAME and axis.turns == (name in "ABC") and way.max() > 0.99
+            and way[AXIS_INDEX_BY_NAME[name]] < 0.1):
             yield Doubt(f"axes.{name}", f"{'turns about' if axis.turns else 'moves along'} {'xyz'[int(way.argmax())]}, not its "
                         "own direction", "check `along` or `about`")
 
 
-def _deviations(file: Components) -> Iterator[Doubt]:
+def _question_deviations(file: Components) -> Iterator[Doubt]:
     sizes = _sizes(file)
     for name, deviation in file.deviations.items():
-        for key, most in MOST_DEVIATION.items():
+        for key, limit in MAX_RELATIVE_DEVIATIONS.items():
             value = getattr(deviation, key)
-            if value > most or 0 < value < 1e-4:
+            if value > limit or 0 < value < 1e-4:
                 yield Doubt(f"components.{name}.uncertainty.{key}", f"{100 * value:.4g} %", "a share with its unit: 5 %",
                             figure=value)
         size = float(sizes[name].max()) if name in sizes else 1.0

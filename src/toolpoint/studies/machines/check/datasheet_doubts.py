@@ -1,4 +1,4 @@
-"""Doubts about a robot's datasheet: reducers that do not suit each other, angles of its table typed in the other unit."""
+"""Doubts about a robot's datasheet: reducers that contradict each other, angles of its table in the other unit."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.studies.machines.check.robot_doubts import question_whole_robot
 from toolpoint.studies.machines.check.size_doubts import angle_slip
 
-BENDS_LEAST, BENDS_MOST = 0.3, 200.0  # times a reducer's torsion, that its bending is
-FROM_OTHERS = 100.0  # times below the least or above the largest of the other reducers
-WHOLE_TABLE = 3  # angles of another unit from which it is the table's
-DAMPERS_APART = 60.0  # the same of damping over torsion: reducers of a robot differ by a few times
-LOST = 2.0  # damper's moment over the spring's at 10 Hz
-SOFTEST, STIFFEST = 100.0, 5e7  # N m/rad of a reducer's torsion: wrists of some kg, bases of some t
+MIN_BENDING_TO_TORSION, MAX_BENDING_TO_TORSION = 0.3, 200.0  # stiffness of a reducer against bending over that against torsion
+MAX_REDUCER_RATIO = 100.0  # stiffness below the smallest or above the largest of the other reducers
+MIN_TABLE_SLIPS = 3  # angles of another unit from which the whole table is doubted
+MAX_DAMPING_TIME_RATIO = 60.0  # damping over torsion beside the other reducers, which differ by a few times
+MAX_DAMPER_TO_SPRING_MOMENT = 2.0  # at 10 Hz
+MIN_REDUCER_TORSION, MAX_REDUCER_TORSION = 100.0, 5e7  # N m/rad of a reducer's torsion: wrists of some kg, bases of some t
 
 
 def question_datasheet(sheet: RobotDatasheet) -> tuple[Doubt, ...]:
     """Return doubts about the numbers of a datasheet that are possible and hardly meant."""
-    parts = (*_table(sheet), *_reducers(sheet))
+    parts = (*_question_table(sheet), *_question_reducers(sheet))
     # What a part explains is not said of the whole again.
     return parts or tuple(question_whole_robot(sheet))
 
 
-def _table(sheet: RobotDatasheet) -> Iterator[Doubt]:
+def _question_table(sheet: RobotDatasheet) -> Iterator[Doubt]:
     angles = {f"axes.{axis.name}.{key}": float(getattr(axis, key)) for axis in sheet.axes for key in ("alpha", "theta")}
     slips = {path: words for path, angle in angles.items() if (words := angle_slip(abs(angle)))}
     turned = sum(angle != 0 for angle in angles.values())
-    if len(slips) >= WHOLE_TABLE and len(slips) > turned / 2:
+    if len(slips) >= MIN_TABLE_SLIPS and len(slips) > turned / 2:
         path, words = next(iter(slips.items()))
         yield Doubt("axes", f"{len(slips)} of {turned} angles of the table (theta, alpha) are quarter turns in the other unit, "
                     f"as {path.removeprefix('axes.')}: {angles[path]:.5g} rad, {words}", "write their unit: -90 deg",
@@ -49,35 +49,39 @@ def _table(sheet: RobotDatasheet) -> Iterator[Doubt]:
                             "check its unit (a number without one is in m)", figure=length)
 
 
-def _reducers(sheet: RobotDatasheet) -> Iterator[Doubt]:
+def _question_reducers(sheet: RobotDatasheet) -> Iterator[Doubt]:
     rows = {name: {"torsion": float(part.torsion[0]), "bending": float(part.bending or 0.0)}
             for name, part in sheet.catalogue.items()}
     for name, row in rows.items():
         path, said = f"catalogue.{name}", set[str]()
         for key, value in row.items():
             others = [other[key] for label, other in rows.items() if label != name]
-            away = max(min(others) / value, value / max(others)) if others else 1.0
-            if away > FROM_OTHERS:
+            factor = max(min(others) / value, value / max(others)) if others else 1.0
+            if factor > MAX_REDUCER_RATIO:
                 said.add(key)
-                yield Doubt(f"{path}.{key}", f"{value:.4g} N m/rad, {away:.2g} times outside those of the other reducers",
-                            "check its unit (10^4 N m/rad is 1e4)", figure=away)
+                yield Doubt(f"{path}.{key}", f"{value:.4g} N m/rad, {factor:.2g} times outside those of the other reducers",
+                            "check its unit (10^4 N m/rad is 1e4)", figure=factor)
         ratio = row["bending"] / row["torsion"]
-        if not said and not BENDS_LEAST <= ratio <= BENDS_MOST:
-            key = "bending" if ratio < BENDS_LEAST or SOFTEST <= row["torsion"] <= STIFFEST else "torsion"
+        if not said and not MIN_BENDING_TO_TORSION <= ratio <= MAX_BENDING_TO_TORSION:
+            key = ("bending" if ratio < MIN_BENDING_TO_TORSION or MIN_REDUCER_TORSION <= row["torsion"] <= MAX_REDUCER_TORSION
+                   else "torsion")
             yield Doubt(f"{path}.{key}", f"bending of {row['bending']:.4g} beside a torsion of {row['torsion']:.4g} N m/rad is "
-                        f"{ratio:.2g} times as much, {BENDS_LEAST:g}-{BENDS_MOST:g} is usual", "check the unit of both",
+                        f"{ratio:.2g} times as much, {MIN_BENDING_TO_TORSION:g}-{MAX_BENDING_TO_TORSION:g} is usual",
+                        "check the unit of both",
                         figure=ratio)
-        elif not said and not SOFTEST <= row["torsion"] <= STIFFEST:
+        elif not said and not MIN_REDUCER_TORSION <= row["torsion"] <= MAX_REDUCER_TORSION:
             yield Doubt(f"{path}.torsion", f"{row['torsion']:.4g} N m/rad, of no robot's reducer", "check its unit",
                         figure=row["torsion"])
-        share = 2 * np.pi * 10 * float(sheet.catalogue[name].damping) / row["torsion"]
+        moment_ratio = 2 * np.pi * 10 * float(sheet.catalogue[name].damping) / row["torsion"]
         others = [float(part.damping) / rows[label]["torsion"] for label, part in sheet.catalogue.items()
                   if label != name and part.damping]
-        here = float(sheet.catalogue[name].damping) / row["torsion"]
-        away = max(min(others) / here, here / max(others)) if others and here else 1.0
-        if away > DAMPERS_APART and "torsion" not in said:
-            yield Doubt(f"{path}.damping", f"{sheet.catalogue[name].damping:.4g} N m s/rad: over its torsion {away:.2g} times "
-                        "apart from the other reducers", "check its unit", figure=away)
-        elif share > LOST and "torsion" not in said:
-            yield Doubt(f"{path}.damping", f"{sheet.catalogue[name].damping:.4g} N m s/rad: at 10 Hz {share:.2g} times the "
-                        "moment of the spring", "check its unit", figure=share)
+        damping_time = float(sheet.catalogue[name].damping) / row["torsion"]
+        factor = max(min(others) / damping_time, damping_time / max(others)) if others and damping_time else 1.0
+        if factor > MAX_DAMPING_TIME_RATIO and "torsion" not in said:
+            yield Doubt(f"{path}.damping",
+                        f"{sheet.catalogue[name].damping:.4g} N m s/rad: over its torsion {factor:.2g} times "
+                        "apart from the other reducers", "check its unit", figure=factor)
+        elif moment_ratio > MAX_DAMPER_TO_SPRING_MOMENT and "torsion" not in said:
+            yield Doubt(f"{path}.damping",
+                        f"{sheet.catalogue[name].damping:.4g} N m s/rad: at 10 Hz {moment_ratio:.2g} times the "
+                        "moment of the spring", "check its unit", figure=moment_ratio)

@@ -1,4 +1,4 @@
-"""Doubts about elastic bodies that only their numbers give away: materials of no machine, meshes too coarse for their band."""
+"""Doubts about elastic bodies that only their numbers reveal: impossible materials, meshes too coarse for their band."""
 
 from __future__ import annotations
 
@@ -11,49 +11,50 @@ from toolpoint.machine import Machine
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, ElasticMaterial, SolidBody
 
-STIFFEST, SOFTEST = 1e12, 1e8  # Pa: above diamond, below soft plastics
-LIGHTEST = 20.0  # kg/m^3: below foam
-PER_WAVE = 2.0  # quadratic elements a shear wave must hold at the band; bending waves are shorter still
+MAX_MATERIAL_MODULUS, MIN_MATERIAL_MODULUS = 1e12, 1e8  # Pa: above diamond, below soft plastics
+MIN_MATERIAL_DENSITY = 20.0  # kg/m^3: below foam
+MIN_ELEMENTS_PER_WAVE = 2.0  # quadratic elements in a shear wave at the band; bending waves are shorter still
 
 
 def question_elastic_bodies(machine: Machine) -> list[Doubt]:
-    """Return doubts about the materials and meshes of elastic bodies, and about motions that nothing holds."""
+    """Return doubts about the materials and meshes of elastic bodies, and about motions without stiffness."""
     lines = list[Doubt]()
     for name, body in machine.description.bodies.items():
         part = body.elastic or body.solid
         if part is None:
             continue
         kind = "elastic" if body.elastic is not None else "solid"
-        for which, material in part.materials.items():
-            lines += _of_material(f"bodies.{name}.{kind}.materials.{which}", material)
-        lines += _of_mesh(f"bodies.{name}.{kind}", part)
-    return [*lines, *_mechanisms(machine)]
+        for label, material in part.materials.items():
+            lines += _question_material(f"bodies.{name}.{kind}.materials.{label}", material)
+        lines += _question_mesh(f"bodies.{name}.{kind}", part)
+    return [*lines, *_question_mechanisms(machine)]
 
 
-def _of_material(path: str, material: ElasticMaterial) -> Iterator[Doubt]:
-    if not SOFTEST <= material.modulus <= STIFFEST:
-        word = "stiffer than diamond" if material.modulus > STIFFEST else "softer than plastic"
+def _question_material(path: str, material: ElasticMaterial) -> Iterator[Doubt]:
+    if not MIN_MATERIAL_MODULUS <= material.modulus <= MAX_MATERIAL_MODULUS:
+        word = "stiffer than diamond" if material.modulus > MAX_MATERIAL_MODULUS else "softer than plastic"
         yield Doubt(f"{path}.modulus", f"{material.modulus:.3g} Pa, {word}", "check its unit (a number without one is in Pa)",
                     figure=material.modulus)
-    if material.density < LIGHTEST:
+    if material.density < MIN_MATERIAL_DENSITY:
         yield Doubt(f"{path}.density", f"{material.density:.3g} kg/m^3, lighter than foam",
                     "check its unit (a number without one is in kg/m^3; iron has 7200)", figure=material.density)
 
 
-def _of_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[Doubt]:
+def _question_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[Doubt]:
     """Doubt an element size that holds too few elements a wave of the slowest material at the band."""
     if part.mesh_size is None:
         return
     waves = {name: np.sqrt(m.modulus / (2 * (1 + m.poisson) * m.density)) / part.band for name, m in part.materials.items()}
     shortest = min(waves.values(), default=np.inf)
-    if part.mesh_size * PER_WAVE > shortest:
-        yield Doubt(f"{path}.mesh_size", f"{1e3 * part.mesh_size:.3g} mm is less than {PER_WAVE:g} elements a shear wave at "
+    if part.mesh_size * MIN_ELEMENTS_PER_WAVE > shortest:
+        yield Doubt(f"{path}.mesh_size",
+                    f"{1e3 * part.mesh_size:.3g} mm is less than {MIN_ELEMENTS_PER_WAVE:g} elements a shear wave at "
                     f"the band of {part.band:.4g} Hz ({1e3 * shortest:.3g} mm), so modes up to there are not those of the body",
                     "write smaller elements, or the band that is needed", figure=part.mesh_size / shortest)
 
 
-def _mechanisms(machine: Machine) -> Iterator[Doubt]:
-    """Doubt motions at 0 Hz, named by what moves, of machines with elastic bodies at their reference pose."""
+def _question_mechanisms(machine: Machine) -> Iterator[Doubt]:
+    """Doubt motions at 0 Hz of machines with elastic bodies at their reference pose, named by their joint."""
     if not any(body.modal_count for body in machine.bodies):
         return
     try:

@@ -14,7 +14,14 @@ from toolpoint.studies.machines.check.servo_doubts import question_servo
 
 
 def question_part(part: object) -> tuple[Doubt, ...]:
-    """Return doubts about the numbers of what a file describes that are possible and hardly meant; none for other kinds."""
+    """Return doubts about numbers of a described part that are possible and hardly meant; none for other kinds.
+
+    Examples
+    --------
+    >>> from toolpoint.machine.description import BodyDescription
+    >>> question_part(BodyDescription(100.0))
+    ()
+    """
     if isinstance(part, RobotDatasheet):
         return question_datasheet(part)
     if isinstance(part, DriveDescription):

@@ -1,4 +1,4 @@
-"""Doubts about laws of joints that stand still where the machine moves or spins; said by `check`, never refused."""
+"""Doubts about laws of joints that stay constant while the machine moves or spins; `check` prints them, nothing is refused."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import JointDescription, MachineDescription
 from toolpoint.machine.parts.laws import driven_ways
 
-APART = 0.02  # of the spin's speed
+SPIN_SPEED_TOLERANCE = 0.02  # of the shaft's speed
 
 
 def question_laws(machine: Machine) -> list[Doubt]:
@@ -24,14 +24,14 @@ def question_laws(machine: Machine) -> list[Doubt]:
             lines.append(Doubt(f"joints.{name}.law.ball_screw", f"an axis drives it along {screw.along}, but its stiffness is "
                                f"that of nut_at {1e3 * screw.nut_at:.4g} mm at every position", "write 'follows: away' (or "
                                "towards) the thrust bearing"))
-        bearing, spin = joint.law.bearing, _speed(description, joint)
-        if bearing is not None and not bearing.follows and spin and abs(bearing.speed - spin) > APART * spin:
+        bearing, spin = joint.law.bearing, _relative_spin(description, joint)
+        if bearing is not None and not bearing.follows and spin and abs(bearing.speed - spin) > SPIN_SPEED_TOLERANCE * spin:
             lines.append(Doubt(f"joints.{name}.law.bearing", f"its shaft spins at {spin:.4g} rev/min, it is computed at "
                                f"{bearing.speed:.4g} rev/min", "write 'follows: spin' in place of its speed"))
     return lines
 
 
-def _speed(description: MachineDescription, joint: JointDescription) -> float:
+def _relative_spin(description: MachineDescription, joint: JointDescription) -> float:
     """Return the speed of one body of a joint to the other, rev/min."""
     speeds = [0.0 if (body := description.bodies.get(name)) is None or body.spin is None else body.spin.speed
               for name in (joint.parent, joint.child)]

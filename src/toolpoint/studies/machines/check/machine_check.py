@@ -1,4 +1,4 @@
-"""What was understood of a machine file: the machine in words, what it assumes, and what looks odd."""
+"""Check of a machine: the machine in words, its assumptions, and doubts about its numbers."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ from toolpoint.studies.machines.check.travel_doubts import describe_signs, quest
 
 @dataclass(frozen=True)
 class CheckedMachine(NotebookText):
-    """A checked machine: doubts first, then its chain, travel, motion, what reduction does to it, and cut in words, then its
-    assumptions."""
+    """Checked machine: doubts first, then the machine in words, then its assumptions.
+
+    chain, travel, motion : in words; cutting : the described cut, None without one; reduction : its errors.
+    """
 
     machine: str
     coordinates: int
@@ -57,18 +59,32 @@ class CheckedMachine(NotebookText):
 
 
 def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedMachine:
-    """Return what was understood of a machine; doubts that its file states come first, then `further` (a robot's inertias)."""
+    """Return the machine in words with all doubts.
+
+    Doubts that its file states come first, then `further` (a robot's inertias).
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}))
+    >>> check_machine(machine).coordinates
+    3
+    """
     cut = machine.description.cutting
-    beyond, reduction = question_reduction(machine)
+    reduction_doubts, reduction = question_reduction(machine)
     stated = dict.fromkeys((*machine.description.doubts, *question_reference(machine)))
-    first = (*stated, *further, *question_machine(machine), *question_units(machine))
-    said = {doubt.what for doubt in first}
-    more = (*question_springs(machine), *question_sizes(machine), *question_travel(machine),
-            *(() if cut is None else question_cut(cut)))
-    plain = (*first, *(doubt for doubt in more if doubt.what not in said))  # the plainer one of two about a part
-    said |= {doubt.what for doubt in plain}
-    finer = (*question_ratios(machine), *question_places(machine), *(() if plain else question_arm(machine)))
-    doubts = (*plain, *(doubt for doubt in finer if doubt.what not in said), *beyond)
+    file_doubts = (*stated, *further, *question_machine(machine), *question_units(machine))
+    said = {doubt.what for doubt in file_doubts}
+    number_doubts = (*question_springs(machine), *question_sizes(machine), *question_travel(machine),
+                     *(() if cut is None else question_cut(cut)))
+    # the plainer one of two about a part
+    coarse_doubts = (*file_doubts, *(doubt for doubt in number_doubts if doubt.what not in said))
+    said |= {doubt.what for doubt in coarse_doubts}
+    fine_doubts = (*question_ratios(machine), *question_places(machine), *(() if coarse_doubts else question_arm(machine)))
+    doubts = (*coarse_doubts, *(doubt for doubt in fine_doubts if doubt.what not in said), *reduction_doubts)
     return CheckedMachine(machine.name, machine.size, doubts,
                         draw_chain(machine), describe_travel(machine), (*describe_motion(machine), *describe_signs(machine)),
                         None if cut is None else words(cut), describe_assumed(machine), reduction)

@@ -1,4 +1,4 @@
-"""Values of a machine file that are possible but hardly meant: said by `check`, never refused."""
+"""Doubts about values of a machine file that are possible but hardly meant; `check` prints them, nothing is refused."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.check.elastic_doubts import question_elastic_bodies
 from toolpoint.studies.machines.check.law_doubts import question_laws
 
-HEAVIEST = 2e5  # kg; the bed of a large portal mill
-ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
-OFF_DRAWN = 0.35  # lengths of the longer body, from drawn boxes to the joint between them
-LEFT_OPEN = 1e-6  # of what an axis does to a loop
+MAX_BODY_MASS = 2e5  # kg; the bed of a large portal mill
+MAX_INTERFACE_OFFSET = 5e-4  # m, between an interface and the joint that holds it
+MAX_DRAWN_GAP_RATIO = 0.35  # lengths of the longer body, from drawn boxes to the joint between them
+LOOP_RATE_TOLERANCE = 1e-6  # of the rate at which an axis opens a loop
 
 
 def question_machine(machine: Machine) -> tuple[Doubt, ...]:
     """Return doubts about joints without a place, masses beyond machine tools, and a speed range that runs backwards."""
     description = machine.description
-    lines = [Doubt(f"bodies.{name}", f"{body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg)",
-                   "check the unit", figure=body.mass[0, 0] / HEAVIEST)
-             for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
+    lines = [Doubt(f"bodies.{name}", f"{body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({MAX_BODY_MASS:g} kg)",
+                   "check the unit", figure=body.mass[0, 0] / MAX_BODY_MASS)
+             for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.mass[0, 0] > MAX_BODY_MASS]
     lines += [Doubt(f"joints.{name}", "no place is given, so its springs stand at 0, 0, 0 of the machine",
                     "write 'at: [x, y, z]' unless that is where they are") for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
@@ -44,7 +44,7 @@ def question_machine(machine: Machine) -> tuple[Doubt, ...]:
 
 
 def tearing_axes(machine: Machine) -> list[Doubt]:
-    """Return doubts about axes that cannot move alone: what they do to a loop no passive joint can follow."""
+    """Return doubts about axes that cannot move alone: no passive joint can follow what they do to a loop."""
     chain = machine.chain
     if not isinstance(chain, ClosedChain) or not chain.loops:
         return []
@@ -53,17 +53,18 @@ def tearing_axes(machine: Machine) -> list[Doubt]:
     lines: list[Doubt] = []
     rows = [loop.name for loop in chain.loops for _ in loop.rows]
     for k, axis in enumerate(chain.driven_axes):
-        moved = rate @ chain.coupling[:, k]
-        left = moved - passive @ (np.linalg.pinv(passive) @ moved) if passive.size else moved
-        if np.abs(left).max(initial=0.0) > LEFT_OPEN * max(float(np.abs(moved).max(initial=0.0)), 1e-300):
-            loop = rows[int(np.argmax(np.abs(left)))]
+        axis_rate = rate @ chain.coupling[:, k]
+        # Least squares: what no passive motion can take back remains.
+        gap_rate = axis_rate - passive @ (np.linalg.pinv(passive) @ axis_rate) if passive.size else axis_rate
+        if np.abs(gap_rate).max(initial=0.0) > LOOP_RATE_TOLERANCE * max(float(np.abs(axis_rate).max(initial=0.0)), 1e-300):
+            loop = rows[int(np.argmax(np.abs(gap_rate)))]
             lines.append(Doubt(f"axes.{axis.name}", f"moved alone it tears loop joint {loop} open (or strains it)",
                                "let one axis drive both sides of the loop (drives: [...]), or free a direction of the loop"))
     return lines
 
 
 def far_interfaces(machine: Machine) -> list[Doubt]:
-    """Return doubts about joints whose springs stand elsewhere than the interface of the elastic body that they hold."""
+    """Return doubts about joints whose springs stand away from the interface of the elastic body that they hold."""
     lines: list[Doubt] = []
     for name, joint in machine.description.joints.items():
         for body, interface in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)):
@@ -74,12 +75,12 @@ def far_interfaces(machine: Machine) -> list[Doubt]:
             if held is None or held.slide is not None:
                 continue
             place = tf.move(machine.body_frames[link], held.position[None])[0]
-            away = float(np.linalg.norm(place - np.array(joint.frame.at)))
-            if away > ON_AN_ARM:
-                at = ", ".join(f"{1e3 * v:.4g}" for v in place)
-                lines.append(Doubt(f"joints.{name}", f"its springs stand {1e3 * away:.4g} mm from interface {interface} "
+            offset = float(np.linalg.norm(place - np.array(joint.frame.at)))
+            if offset > MAX_INTERFACE_OFFSET:
+                coordinates = ", ".join(f"{1e3 * v:.4g}" for v in place)
+                lines.append(Doubt(f"joints.{name}", f"its springs stand {1e3 * offset:.4g} mm from interface {interface} "
                                                      f"of {body}, "
-                                   "on a rigid arm", f"write 'at: [{at}] mm' unless that is meant", figure=away))
+                                   "on a rigid arm", f"write 'at: [{coordinates}] mm' unless that is meant", figure=offset))
     return lines
 
 
@@ -96,9 +97,10 @@ def far_joints(machine: Machine) -> list[Doubt]:
         gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
         longest = max(2 * float(half.max()) for _, half in spans)
         drawn = all(description.bodies[body].shape is not None for body in bodies)
-        if min(gaps) > max((OFF_DRAWN if drawn else 1.0) * longest, 0.1):
-            at = ", ".join(f"{v:g}" for v in place)
-            lines.append(Doubt(f"joints.{name}", f"at {at} m, {min(gaps):.3g} m away from both of its bodies, {longest:.3g} m "
+        if min(gaps) > max((MAX_DRAWN_GAP_RATIO if drawn else 1.0) * longest, 0.1):
+            coordinates = ", ".join(f"{v:g}" for v in place)
+            lines.append(Doubt(f"joints.{name}",
+                               f"at {coordinates} m, {min(gaps):.3g} m away from both of its bodies, {longest:.3g} m "
                                "long at most", "check the place and its unit", figure=min(gaps)))
     return lines
 

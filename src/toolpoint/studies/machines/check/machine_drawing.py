@@ -1,5 +1,4 @@
-"""A machine drawn in words, as `check` shows it: what carries what, how heavy and large it is, how far it travels, what was
-assumed. What it says was understood from the file; a reader compares it with the machine in the hall."""
+"""Drawing of a machine in words, as `check` shows it: tree of bodies, masses and sizes, travel, assumptions."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from toolpoint.machine.description import GROUND, AxisDescription, JointDescript
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.machine.parts.model import Machine
 
-WAYS = ("x", "y", "z", "rx", "ry", "rz")
+DIRECTION_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def draw_chain(machine: Machine) -> tuple[str, ...]:
@@ -26,9 +25,9 @@ def draw_chain(machine: Machine) -> tuple[str, ...]:
     for name, point in description.points.items():
         points.setdefault(point.body, []).append(name + (f" ({marks[name]})" if name in marks else ""))
     total = sum(float(body.mass[0, 0]) for body in machine.bodies)
-    seen = f"; {', '.join(points[GROUND])}" if GROUND in points else ""
+    point_words = f"; {', '.join(points[GROUND])}" if GROUND in points else ""
     return (f"{description.name}: {len(machine.bodies)} bodies of {total:.4g} kg in all, {machine.size} coordinates",
-            f"ground{seen}", *_branches(machine, carried, points, GROUND, 1))
+            f"ground{point_words}", *_branches(machine, carried, points, GROUND, 1))
 
 
 def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mapping[str, list[str]], parent: str, depth: int
@@ -36,11 +35,12 @@ def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mappin
     for name in carried.get(parent, ()):
         joint = machine.description.joints[name]
         lead = "   " * depth + f"{name} ({joint_words(machine, name)}): "
+        # The body behind a joint that closes a loop hangs in the tree already.
         if joint.closes_loop:
             yield lead + f"closes a loop to {joint.child}"
             continue
-        seen = f"; {', '.join(points[joint.child])}" if joint.child in points else ""
-        yield lead + f"{joint.child}, {body_words(machine, joint.child)}{seen}"
+        point_words = f"; {', '.join(points[joint.child])}" if joint.child in points else ""
+        yield lead + f"{joint.child}, {body_words(machine, joint.child)}{point_words}"
         yield from _branches(machine, carried, points, joint.child, depth + 1)
 
 
@@ -49,6 +49,7 @@ def body_words(machine: Machine, name: str) -> str:
     link, body = machine.body_names.index(name), machine.description.bodies[name]
     mass = machine.bodies[link].mass
     shape = body.draw or body.shape
+    # Without a shape the box of the same mass and inertia gives an idea of the size.
     size = equal_box(mass) if shape is None else shape_size(shape)
     about = "about " if shape is None else ""
     spin = "" if body.spin is None else f", spinning at {body.spin.speed * 30 / np.pi:.4g} rev/min"
@@ -60,7 +61,7 @@ def joint_words(machine: Machine, name: str) -> str:
     """Return what a joint does: the directions that it springs in, leaves free, and is driven in."""
     joint = machine.description.joints[name]
     springs = _springs(joint)
-    free = [way for way in WAYS if way in joint.free]
+    free = [way for way in DIRECTION_NAMES if way in joint.free]
     drives = [f"{drive.direction.lstrip('-')} by {axis_name}" for axis_name, axis in machine.description.axes.items()
               for drive in axis.moved if drive.joint == name]
     words = [f"springs {springs}"] if springs else []
@@ -71,11 +72,11 @@ def joint_words(machine: Machine, name: str) -> str:
 
 def _springs(joint: JointDescription) -> str:
     if joint.law is not None:
-        more = f" and {' '.join(joint.stiffness)}" if joint.stiffness else ""
-        return f"by the law of its kind{more}"
+        extra = f" and {' '.join(joint.stiffness)}" if joint.stiffness else ""
+        return f"by the law of its kind{extra}"
     if joint.stiffness_matrix is not None:
         return "by a whole matrix"
-    return " ".join(way for way in WAYS if way in joint.stiffness)
+    return " ".join(way for way in DIRECTION_NAMES if way in joint.stiffness)
 
 
 def describe_travel(machine: Machine) -> tuple[str, ...]:
@@ -86,15 +87,16 @@ def describe_travel(machine: Machine) -> tuple[str, ...]:
         axis = axes[name]
         span = f"{axis.words(axis.lower)} .. {axis.words(axis.upper)}" if np.isfinite([axis.lower, axis.upper]).all() else \
             "no limits given"
-        lines.append(f"axis {name} moves {_moved(machine, described)}; travel {span}")
+        lines.append(f"axis {name} moves {_describe_drives(machine, described)}; travel {span}")
     return tuple(lines)
 
 
-def _moved(machine: Machine, axis: AxisDescription) -> str:
+def _describe_drives(machine: Machine, axis: AxisDescription) -> str:
     joints = machine.description.joints
     words = []
     for drive in axis.moved:
         way = drive.direction.lstrip("-")
+        # A drive along the negative direction with a negative factor moves forwards.
         sign = "-" if (drive.direction[0] == "-") != (drive.factor < 0) else "+"
         words.append(f"{joints[drive.joint].child} {'about' if way[0] == 'r' else 'along'} {sign}{way[-1]} of {drive.joint}")
     return " and ".join(words)
@@ -136,6 +138,7 @@ def _sources(machine: Machine) -> list[str]:
     description = machine.description
     sources = [body.source for body in description.bodies.values()] + [joint.source for joint in description.joints.values()]
     counts = Counter(source or "of unstated source" for source in sources)
+    # A list that says for every part that nothing is stated would say nothing.
     if set(counts) == {"of unstated source"}:
         return ["sources: no body and no joint says where its numbers are from (write 'source: measured', published, chosen)"]
     return ["sources: " + ", ".join(f"{number} parts {source}" for source, number in counts.most_common())]

@@ -1,4 +1,4 @@
-"""What `check` says of how a machine moves: which way its tool points, what its axes drive, how its loops close."""
+"""Motion of a machine in words for `check`: direction of the tool, what axes drive, how loops close."""
 
 from __future__ import annotations
 

@@ -17,34 +17,35 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, JointDescription
 from toolpoint.machine.description.extent import body_span
 
-APART_ABOUT = 3.5  # times, stiffness about one direction beside the others, as it stands and with the size of the bodies
-APART_FEET = 6.0  # times, the same for joints to the ground: levelling elements differ more (published: 5.2)
-DRIVEN_ABOUT = 1.5  # times, a driven turn's stiffness beside the stiffest other of its joint
-APART_ALONG = 5.0  # times, stiffness along one direction that no axis drives beside the others of its joint
-APART_FROM_ALL = 1.6  # times, the same value beside the median of all other joints, to the same side
-APART_DRIVES = 4.0  # times, stiffness of one linear drive beside the others of the machine
-STIFFER_THAN_GUIDES = 2.0  # times, a drive beside the guides of the same joint
-ALONG = ("x", "y", "z")
+MAX_TURNING_RATIO = 3.5  # times, stiffness about one direction beside the others, as it stands and with the size of the bodies
+MAX_FOOT_RATIO = 6.0  # times, the same for joints to the ground: levelling elements differ more (published: 5.2)
+MAX_DRIVEN_TURN_RATIO = 1.5  # times, a driven turn's stiffness beside the stiffest other of its joint
+MAX_GUIDE_RATIO = 5.0  # times, stiffness along one direction that no axis drives beside the others of its joint
+MIN_RATIO_TO_OTHER_JOINTS = 1.6  # times, the same value beside the median of all other joints, to the same side
+MAX_DRIVE_RATIO = 4.0  # times, stiffness of one linear drive beside the others of the machine
+MAX_DRIVE_TO_GUIDE_RATIO = 2.0  # times, a drive beside the guides of the same joint
+TRANSLATION_NAMES = ("x", "y", "z")
 
 
 def question_ratios(machine: Machine) -> list[Doubt]:
     """Return doubts about stiffness that directions of the same kind contradict: about, along and driven."""
     description = machine.description
-    driven = _driven(machine)
+    driven = _driven_directions(machine)
     lines, drives, guides = list[Doubt](), dict[str, float](), dict[str, dict[str, float]]()
     for name, joint in description.joints.items():
         bodies = [body for body in (joint.parent, joint.child) if body != GROUND]
         if any(description.bodies[body].is_elastic for body in bodies):
             continue
-        lines += [*_about(machine, name, joint, driven[name]), *_driven_about(name, joint, driven[name])]
-        values = {way: float(joint.stiffness[way]) for way in ALONG if joint.stiffness.get(way, 0.0) > 0}
+        lines += [*_question_turning(machine, name, joint, driven[name]), *_question_driven_turns(name, joint, driven[name])]
+        values = {way: float(joint.stiffness[way]) for way in TRANSLATION_NAMES if joint.stiffness.get(way, 0.0) > 0}
         guides[name] = {way: value for way, value in values.items() if way not in driven[name]}
         drives |= {f"joints.{name}.stiffness.{way}": values[way] for way in values if way in driven[name]}
-    lines += _along(guides, {name for name, joint in description.joints.items() if GROUND in (joint.parent, joint.child)})
-    return [*lines, *_drives(drives, guides)]
+    lines += _question_guides(guides, {name for name, joint in description.joints.items() if GROUND in (joint.parent,
+                                                                                                        joint.child)})
+    return [*lines, *_question_drives(drives, guides)]
 
 
-def _driven(machine: Machine) -> Mapping[str, set[str]]:
+def _driven_directions(machine: Machine) -> Mapping[str, set[str]]:
     driven = defaultdict[str, set[str]](set)
     for axis in machine.description.axes.values():
         for drive in axis.moved:
@@ -52,92 +53,95 @@ def _driven(machine: Machine) -> Mapping[str, set[str]]:
     return driven
 
 
-def _about(machine: Machine, name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
+def _question_turning(machine: Machine, name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
     """Doubt the turning stiffness that is far from the others of its joint, both as it stands and with the bodies' size."""
     ways = [way for way in ("rx", "ry", "rz") if joint.stiffness.get(way, 0.0) > 0
-            and way not in driven and way not in _spun(machine, joint)]
+            and way not in driven and way not in _spin_directions(machine, joint)]
     if len(ways) < 2:
         return
     stiffness = np.log([joint.stiffness[way] for way in ways])
-    seats = np.log([_seat(machine, joint, way) for way in ways])
-    away = np.array([_from_others(stiffness), _from_others(stiffness - seats)])
-    least = np.where(away[0] * away[1] > 0, np.abs(away).min(axis=0), 0.0)
-    far = np.flatnonzero(least > np.log(APART_FEET if GROUND in (joint.parent, joint.child) else APART_ABOUT))
-    if not far.size:
+    edge_logs = np.log([_edge_stiffness(machine, joint, way) for way in ways])
+    log_ratios = np.array([_difference_from_others(stiffness), _difference_from_others(stiffness - edge_logs)])
+    smallest_ratio = np.where(log_ratios[0] * log_ratios[1] > 0, np.abs(log_ratios).min(axis=0), 0.0)
+    candidates = np.flatnonzero(smallest_ratio > np.log(MAX_FOOT_RATIO if GROUND in (joint.parent,
+                                                                                     joint.child) else MAX_TURNING_RATIO))
+    if not candidates.size:
         return
     # Of two, the one whose lever is farther from what joints have (K_r of about half of what the smaller body's edges give).
-    odd = int(max(far, key=lambda i: (least[i], abs(stiffness[i] - seats[i] - np.log(0.45)))))
-    factor = float(np.exp(least[odd]))
-    word = "above" if away[0, odd] > 0 else "below"
+    odd = int(max(candidates, key=lambda i: (smallest_ratio[i], abs(stiffness[i] - edge_logs[i] - np.log(0.45)))))
+    factor = float(np.exp(smallest_ratio[odd]))
+    word = "above" if log_ratios[0, odd] > 0 else "below"
     yield Doubt(f"joints.{name}.stiffness.{ways[odd]}", f"{joint.stiffness[ways[odd]]:.3g} N m/rad, {factor:.2g} times "
                 f"{word} the turning stiffness about {' and '.join(ways[:odd] + ways[odd + 1:])} of the same joint, also for "
                 "the size of its bodies", "check its digits and unit (N m/deg is 57.3 N m/rad)", figure=factor)
 
 
-def _driven_about(name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
+def _question_driven_turns(name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
     """Doubt a driven turn stiffer than its bearing: gears and reducers in a row are softer than what leads them."""
     turns = {way: float(value) for way, value in joint.stiffness.items() if "r" in way and value > 0}
     led = [value for way, value in turns.items() if way not in driven]
     for way in sorted(driven & turns.keys()):
-        if len(led) > 1 and turns[way] > DRIVEN_ABOUT * max(led):
+        if len(led) > 1 and turns[way] > MAX_DRIVEN_TURN_RATIO * max(led):
             yield Doubt(f"joints.{name}.stiffness.{way}", f"{turns[way]:.3g} N m/rad about its drive, its bearing has "
                         f"{max(led):.3g} across at most", "check its digits and unit (N m/deg is 57.3 N m/rad)",
                         figure=turns[way] / max(led))
 
 
-def _spun(machine: Machine, joint: JointDescription) -> set[str]:
+def _spin_directions(machine: Machine, joint: JointDescription) -> set[str]:
     """Return the turn about a round body's own axis: bearings and centres hold it in their own way."""
     shapes = [machine.description.bodies[body].shape for body in (joint.parent, joint.child) if body != GROUND]
     return {"r" + shape.axis for shape in shapes if shape is not None and shape.kind == "cylinder"}
 
 
-def _seat(machine: Machine, joint: JointDescription, way: str) -> float:
+def _edge_stiffness(machine: Machine, joint: JointDescription, way: str) -> float:
     """Return the turning stiffness that springs along would have at the edges of the smaller body, N m/rad; 1 without any."""
     links = [machine.link(body) for body in (joint.parent, joint.child) if body != GROUND]
     halves = [body_span(machine.description.bodies[machine.body_names[i]], machine.body_frames[i], machine.bodies[i].mass)[1]
               for i in links]
     half = np.maximum(np.min(halves, axis=0), 1e-6)
-    i, j = (k for k in range(3) if ALONG[k] != way[1])
-    along, across = (joint.stiffness.get(ALONG[k], 0.0) for k in (i, j))
+    i, j = (k for k in range(3) if TRANSLATION_NAMES[k] != way[1])
+    along, across = (joint.stiffness.get(TRANSLATION_NAMES[k], 0.0) for k in (i, j))
     return float(along * half[j] ** 2 + across * half[i] ** 2) if along > 0 and across > 0 else 1.0
 
 
-def _from_others(logs: FloatArray) -> FloatArray:
+def _difference_from_others(logs: FloatArray) -> FloatArray:
     """Return how far each logarithm is from the mean of the others."""
     return logs - (logs.sum() - logs) / (len(logs) - 1)
 
 
-def _along(guides: Mapping[str, Mapping[str, float]], feet: set[str]) -> Iterator[Doubt]:
+def _question_guides(guides: Mapping[str, Mapping[str, float]], feet: set[str]) -> Iterator[Doubt]:
     """Doubt the direction far from the others of its joint and, to the same side, from other joints."""
-    for name, here in guides.items():
-        apart = APART_FEET if name in feet else APART_ALONG
-        elsewhere = [np.log(value) for other, row in guides.items() if other != name for value in row.values()]
-        if len(here) < 2 or not elsewhere:
+    for name, joint_stiffness in guides.items():
+        max_ratio = MAX_FOOT_RATIO if name in feet else MAX_GUIDE_RATIO
+        other_logs = [np.log(value) for other, row in guides.items() if other != name for value in row.values()]
+        if len(joint_stiffness) < 2 or not other_logs:
             continue
-        logs = np.log(list(here.values()))
-        away = np.array([_from_others(logs), logs - np.median(elsewhere)])
-        far = [i for i in range(len(logs)) if away[0, i] * away[1, i] > 0 and abs(away[0, i]) > np.log(apart)
-               and abs(away[1, i]) > np.log(APART_FROM_ALL)]
-        if far:
-            way = list(here)[odd := max(far, key=lambda i: abs(away[0, i]))]
-            factor = float(np.exp(abs(away[0, odd])))
-            yield Doubt(f"joints.{name}.stiffness.{way}", f"{here[way]:.3g} N/m, {factor:.2g} times "
-                        f"{'above' if away[0, odd] > 0 else 'below'} {' and '.join(w for w in here if w != way)} of the same "
+        logs = np.log(list(joint_stiffness.values()))
+        log_ratios = np.array([_difference_from_others(logs), logs - np.median(other_logs)])
+        candidates = [i for i in range(len(logs)) if log_ratios[0, i] * log_ratios[1, i] > 0
+                      and abs(log_ratios[0, i]) > np.log(max_ratio)
+                      and abs(log_ratios[1, i]) > np.log(MIN_RATIO_TO_OTHER_JOINTS)]
+        if candidates:
+            way = list(joint_stiffness)[odd := max(candidates, key=lambda i: abs(log_ratios[0, i]))]
+            factor = float(np.exp(abs(log_ratios[0, odd])))
+            yield Doubt(f"joints.{name}.stiffness.{way}", f"{joint_stiffness[way]:.3g} N/m, {factor:.2g} times "
+                        f"{'above' if log_ratios[0, odd] > 0 else 'below'} "
+                        f"{' and '.join(w for w in joint_stiffness if w != way)} of the same "
                         "joint, and far from other joints to the same side", "check its digits and unit (kgf/um is 9.81 N/um)",
                         figure=factor)
 
 
-def _drives(drives: Mapping[str, float], guides: Mapping[str, Mapping[str, float]]) -> Iterator[Doubt]:
+def _question_drives(drives: Mapping[str, float], guides: Mapping[str, Mapping[str, float]]) -> Iterator[Doubt]:
     """Doubt a drive far from all others, or stiffer than the guides that lead it."""
     for path, value in drives.items():
         others = [other for place, other in drives.items() if place != path]
         middle = float(np.exp(np.mean(np.log(others)))) if others else value
         factor = max(value / middle, middle / value)
         led = guides[path.split(".")[1]].values()
-        if factor > APART_DRIVES:
+        if factor > MAX_DRIVE_RATIO:
             yield Doubt(path, f"{value:.3g} N/m, the other drives have about {middle:.3g} N/m", "check its digits and unit",
                         figure=factor)
-        elif led and value > STIFFER_THAN_GUIDES * max(led):
+        elif led and value > MAX_DRIVE_TO_GUIDE_RATIO * max(led):
             yield Doubt(path, f"{value:.3g} N/m along its drive, its guides across have {max(led):.3g} N/m at most",
                         "check its digits and unit: screw, nut and bearings in a row are softer than guides",
                         figure=value / max(led))

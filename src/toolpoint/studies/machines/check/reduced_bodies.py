@@ -1,4 +1,4 @@
-"""What `check` says of a machine with reduced elastic bodies: how good their reduction is where the machine is used."""
+"""Doubts about reduced elastic bodies for `check`: error of their reduction at the poses where the machine is used."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.pose_words import pose_words
 
-MODES = 6  # asked of at every pose
-OFF = 1e-4  # m: what a joint may leave the line of its slide by
+REDUCTION_MODE_COUNT = 6  # modes estimated at every pose
+SLIDE_TOLERANCE = 1e-4  # m, of a joint beside the line of its slide
 
 
 def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
-    """Return doubts about ends of travel that no elastic body reaches, and the worst pose by reduction: a doubt, or a line.
+    """Return doubts about ends of travel beyond elastic bodies, and the pose with the largest reduction error: doubt or line.
 
-    Of the reference pose, the described poses, and every axis at both of its ends (alone, where no loop has to follow).
+    Asked at the reference pose, the described poses, and both ends of every axis (alone, where no loop has to follow).
     """
     if not can_estimate(machine):
         return (), ()
-    doubts, worst = list[Doubt](), list[tuple[float, dict[str, float], ReductionEstimate]]()
-    for axis, pose in _poses(machine):
+    doubts, estimates = list[Doubt](), list[tuple[float, dict[str, float], ReductionEstimate]]()
+    for axis, pose in _poses_of_use(machine):
         try:
-            estimate = estimate_reduction(machine, pose, MODES)
+            estimate = estimate_reduction(machine, pose, REDUCTION_MODE_COUNT)
         except ToolpointError as error:
             if axis:
                 doubts.append(Doubt(f"axes.{axis}", f"at {pose_words(machine, pose)}, an end of its travel: {error}",
@@ -38,35 +38,36 @@ def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, 
             continue  # a described pose that cannot be is said by what asks for it
         assert estimate is not None
         if axis:
-            doubts += _aside(machine, axis, pose)
-        worst.append((estimate.largest, pose, estimate))
-    if not worst:
+            doubts += _question_slides(machine, axis, pose)
+        estimates.append((estimate.largest, pose, estimate))
+    if not estimates:
         return tuple(doubts), ()
-    _, pose, estimate = max(worst, key=lambda row: row[0])
-    note = place_note(estimate_note(estimate), f"{pose_words(machine, pose)}, the worst of {len(worst)} poses")
+    _, pose, estimate = max(estimates, key=lambda row: row[0])
+    note = place_note(estimate_note(estimate), f"{pose_words(machine, pose)}, the worst of {len(estimates)} poses")
     return (*doubts, *doubts_among([note])), () if isinstance(note, Doubt) else (note,)
 
 
-def _aside(machine: Machine, axis: str, pose: dict[str, float]) -> list[Doubt]:
-    """Return doubts about joints that an axis carries off a slide sideways: the place on the body stays, on a longer arm."""
-    here, there = place_machine(machine, {}), place_machine(machine, pose)
+def _question_slides(machine: Machine, axis: str, pose: dict[str, float]) -> list[Doubt]:
+    """Return doubts about joints that an axis moves sideways off a slide: the point of the body is kept, on a longer arm."""
+    reference_placement, placement = place_machine(machine, {}), place_machine(machine, pose)
     lines = []
     for i, name in enumerate(machine.joint_names):
         for link, interface in zip((machine.chain.parents[i], i), machine.interfaces[i], strict=True):
-            known = machine.bodies[link].interfaces.get(interface or "") if link >= 0 else None
-            if known is None or known.along is None:
+            slide = machine.bodies[link].interfaces.get(interface or "") if link >= 0 else None
+            if slide is None or slide.along is None:
                 continue
             moved = np.subtract(*(tf.move(tf.inverse(place.frames[0, link]), place.joint_frames[0, i, None, :3, 3])[0]
-                                  for place in (there, here)))
-            off = float(np.linalg.norm(moved - (moved @ known.along) * known.along))
-            if off > OFF:
-                lines.append(Doubt(f"axes.{axis}", f"at {pose_words(machine, pose)} joint {name} is {1e3 * off:.4g} mm beside "
+                                  for place in (placement, reference_placement)))
+            offset = float(np.linalg.norm(moved - (moved @ slide.along) * slide.along))
+            if offset > SLIDE_TOLERANCE:
+                lines.append(Doubt(f"axes.{axis}",
+                                   f"at {pose_words(machine, pose)} joint {name} is {1e3 * offset:.4g} mm beside "
                                    f"slide {interface} of {machine.body_names[link]}",
-                                   "let it move along the slide, or turn the slide", figure=off))
+                                   "let it move along the slide, or turn the slide", figure=offset))
     return lines
 
 
-def _poses(machine: Machine) -> Iterator[tuple[str, dict[str, float]]]:
+def _poses_of_use(machine: Machine) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield poses, each with the axis whose end it is."""
     yield "", {}
     for pose in machine.description.poses:

@@ -20,12 +20,12 @@ from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.model import calibrate_density, rigid_members, robot_machine
 from toolpoint.vibration import eigen
 
-LEAST_AXES = 3  # turning, one on the other: from here on a chain is an arm
-SLOWEST, FASTEST = 4.0, 80.0  # Hz m, first frequency times the length of the arm
-UNDAMPED, OVERDAMPED = 1e-3, 0.15  # damping ratio of the first mode
-LIGHTEST_PAYLOAD, HEAVIEST_PAYLOAD = 0.005, 1.0  # of the robot's own weight
-SHORTEST_REACH, LONGEST_REACH = 0.5, 1.25  # of the sum of lengths between the axes
-LIGHTEST, DENSEST = 100.0, 9e3  # kg/m^3, of members that make up the weight
+MIN_ARM_AXES = 3  # turning axes, each on the one before: from here on a chain is an arm
+MIN_FREQUENCY_LENGTH, MAX_FREQUENCY_LENGTH = 4.0, 80.0  # Hz m, first frequency times the length of the arm
+MIN_FIRST_DAMPING_RATIO, MAX_FIRST_DAMPING_RATIO = 1e-3, 0.15  # damping ratio of the first mode
+MIN_PAYLOAD_FRACTION, MAX_PAYLOAD_FRACTION = 0.005, 1.0  # of the robot's own weight
+MIN_REACH_RATIO, MAX_REACH_RATIO = 0.5, 1.25  # of the sum of lengths between the axes
+MIN_MEMBER_DENSITY, MAX_MEMBER_DENSITY = 100.0, 9e3  # kg/m^3, of members that make up the weight
 
 
 def question_arm(machine: Machine) -> Iterator[Doubt]:
@@ -42,17 +42,19 @@ def question_arm(machine: Machine) -> Iterator[Doubt]:
     if not elastic.size:
         return
     first = float(frequency[elastic[0]])
-    product = first * length
-    if not SLOWEST <= product <= FASTEST:
-        low, high = SLOWEST / length, FASTEST / length
-        yield Doubt("first frequency", f"{first:.3g} Hz, robots of {length:.3g} m have {low:.2g} to {high:.2g} Hz",
+    frequency_length = first * length
+    if not MIN_FREQUENCY_LENGTH <= frequency_length <= MAX_FREQUENCY_LENGTH:
+        frequency_min, frequency_max = MIN_FREQUENCY_LENGTH / length, MAX_FREQUENCY_LENGTH / length
+        yield Doubt("first frequency",
+                    f"{first:.3g} Hz, robots of {length:.3g} m have {frequency_min:.2g} to {frequency_max:.2g} Hz",
                     "check the units of torsion (N m/rad), of the weight and of the payload",
-                    figure=max(SLOWEST / product, product / FASTEST))
-    share = float(ratio[elastic[0]])
-    if share > 0 and not UNDAMPED <= share <= OVERDAMPED:
-        yield Doubt("damping of the first mode", f"{100 * share:.3g} % at {first:.3g} Hz, robots have "
-                    f"{100 * UNDAMPED:g} to {100 * OVERDAMPED:g} %", "check the unit of damping (N m s/rad) and of torsion",
-                    figure=max(UNDAMPED / share, share / OVERDAMPED))
+                    figure=max(MIN_FREQUENCY_LENGTH / frequency_length, frequency_length / MAX_FREQUENCY_LENGTH))
+    first_ratio = float(ratio[elastic[0]])
+    if first_ratio > 0 and not MIN_FIRST_DAMPING_RATIO <= first_ratio <= MAX_FIRST_DAMPING_RATIO:
+        yield Doubt("damping of the first mode", f"{100 * first_ratio:.3g} % at {first:.3g} Hz, robots have "
+                    f"{100 * MIN_FIRST_DAMPING_RATIO:g} to {100 * MAX_FIRST_DAMPING_RATIO:g} %",
+                    "check the unit of damping (N m s/rad) and of torsion",
+                    figure=max(MIN_FIRST_DAMPING_RATIO / first_ratio, first_ratio / MAX_FIRST_DAMPING_RATIO))
 
 
 def arm_length(machine: Machine) -> float:
@@ -60,7 +62,7 @@ def arm_length(machine: Machine) -> float:
     description, axes = machine.description, machine.chain.axes
     if isinstance(machine.chain, ClosedChain) or description.tool is None:
         return 0.0
-    if sum(axis.is_rotary for axis in axes) < LEAST_AXES or not all(axis.is_rotary for axis in axes):
+    if sum(axis.is_rotary for axis in axes) < MIN_ARM_AXES or not all(axis.is_rotary for axis in axes):
         return 0.0
     point = description.points[description.tool]
     if point.body == GROUND:
@@ -73,7 +75,7 @@ def arm_length(machine: Machine) -> float:
         if machine.joint_names[link] in turning:
             places.append(machine.chain.frames[link][:3, 3])
         link = machine.chain.parents[link]
-    if len(places) <= LEAST_AXES:  # axes beside each other are no arm
+    if len(places) <= MIN_ARM_AXES:  # axes beside each other are no arm
         return 0.0
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
@@ -81,7 +83,7 @@ def arm_length(machine: Machine) -> float:
 def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
     """Yield doubts about a datasheet's weight, payload, reach, first frequency and damping, its members taken as rigid."""
     lengths = sum(float(np.hypot(axis.a, axis.d)) for axis in sheet.axes)
-    if sheet.reach is not None and lengths > 0 and not SHORTEST_REACH <= sheet.reach / lengths <= LONGEST_REACH:
+    if sheet.reach is not None and lengths > 0 and not MIN_REACH_RATIO <= sheet.reach / lengths <= MAX_REACH_RATIO:
         yield Doubt("reach", f"{sheet.reach:.4g} m beside {lengths:.4g} m of lengths between its axes (a, d)",
                     "check the unit of both", figure=sheet.reach / lengths)
     if any(member.kind == "mesh" for member in sheet.members.values()):
@@ -93,8 +95,10 @@ def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
         yield Doubt("weight", f"no robot follows from it: {error}", "check its unit and those of the masses of its parts",
                     figure=1.0)
         return
-    if not LIGHTEST <= density <= DENSEST:
-        yield Doubt("weight", f"{sheet.weight:.4g} kg gives the members {density:.3g} kg/m^3 ({LIGHTEST:g} to {DENSEST:g} is "
+    if not MIN_MEMBER_DENSITY <= density <= MAX_MEMBER_DENSITY:
+        yield Doubt("weight",
+                    f"{sheet.weight:.4g} kg gives the members {density:.3g} kg/m^3 ({MIN_MEMBER_DENSITY:g} to "
+                    f"{MAX_MEMBER_DENSITY:g} is "
                     "usual)", "check the unit of the weight and the sizes of members", figure=density)
         return
     yield from _question_payload(sheet)
@@ -108,6 +112,6 @@ def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
 
 def _question_payload(sheet: RobotDatasheet) -> Iterator[Doubt]:
     payload = sheet.payload.mass / sheet.weight
-    if not LIGHTEST_PAYLOAD <= payload <= HEAVIEST_PAYLOAD:
+    if not MIN_PAYLOAD_FRACTION <= payload <= MAX_PAYLOAD_FRACTION:
         yield Doubt("payload.mass", f"{sheet.payload.mass:.4g} kg, {payload:.2g} times the robot's own weight of "
                     f"{sheet.weight:.4g} kg", "check the units of both", figure=payload)
