@@ -49,12 +49,13 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
                                                       needs="--probability, for example --probability 200")] = ()) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     progress, dynamics = run.progress_of_parts(), source.read()
-    heard = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
+    recordings = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
     decided = [(speed, depth, outcome) for speed, depth, outcome in tried if isinstance(outcome, bool)]
-    judged, notes = studies.hear_tried(heard, cut.get("teeth")) if heard else ([], [])
+    judged, notes = studies.hear_tried(recordings, cut.get("teeth")) if recordings else ([], [])
     parameters = studies.Uncertainty(samples or 0, cuts=(*decided, *judged), **(uncertainty or {}))
     result = studies.chart_lobes(dynamics, cut, method=cutting.stability.method_named(method, "`method`"), speeds=speeds,
-                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress).noted([*notes, *run.warnings])
+                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress)
+    result = result.noted([*notes, *run.warnings])
     run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
 
 

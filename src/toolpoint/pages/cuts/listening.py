@@ -32,8 +32,8 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
     highest, start = _highest(result), e.part.first / e.rate
     family = result.evidence.family if result.verdict != NO_CHATTER else None
     lines = None if family is None else family.lines
-    shown = np.zeros(0) if lines is None else lines.frequency[:MAX_MARKED_LINES]
-    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, shown, highest=highest, start=start),
+    marked = np.zeros(0) if lines is None else lines.frequency[:MAX_MARKED_LINES]
+    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, marked, highest=highest, start=start),
                   "The cut over time; tooth passings and chatter lines are marked at the right edge.")
     report = report.with_section("Spectrogram", sound)
     named = draw_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
@@ -52,5 +52,5 @@ def _highest(result: ListenedCut) -> float:
     """End of the frequencies shown, Hz."""
     e, lines = result.evidence, result.evidence.spectrum.lines()
     strong = lines.frequency[lines.power > 1e-3 * lines.power.max()] if lines.power.size else np.zeros(0)
-    top = max(float(strong.max(initial=0.0)) * LINES_MARGIN, MIN_SHOWN_HARMONICS * e.tooth)
-    return float(min(top, e.spectrum.frequency[-1]))
+    limit = max(float(strong.max(initial=0.0)) * LINES_MARGIN, MIN_SHOWN_HARMONICS * e.tooth)
+    return float(min(limit, e.spectrum.frequency[-1]))

@@ -25,6 +25,11 @@ def hear_tried(cuts: Sequence[tuple[float, float, Record]], teeth: int | None
     ------
     ToolpointError
         Where the number of teeth is not given, and as `listen` does.
+
+    Examples
+    --------
+    >>> hear_tried([], 4)
+    ([], [])
     """
     if teeth is None:
         fail("`tried`", "a recording without the number of teeth", "must be given with it", remedy="add `teeth`")
