@@ -8,7 +8,7 @@ import numpy as np
 from listen_cuts import cuts
 
 from toolpoint.studies.listening.evidence import gather_evidence
-from toolpoint.studies.listening.probability import features_of
+from toolpoint.studies.listening.probability import MAX_BROADBAND_RATIO, features_of
 
 RIDGE = 0.001
 
@@ -35,6 +35,8 @@ def main() -> None:
     for number, cut in cuts(options.cuts, options.seed):
         evidence = gather_evidence(cut.record.samples[:, 0], cut.record.sample_rate, cut.problem.tool.teeth,
                                    60 * cut.spindle if cut.programmed is None else cut.programmed)
+        if evidence.broadband > MAX_BROADBAND_RATIO:  # such cuts are left open whatever the model says
+            continue
         features.append(features_of(evidence))
         truth.append(cut.chatters)
         print(number, "chatter" if cut.chatters else "stable", np.round(features[-1], 2), flush=True)

@@ -9,6 +9,8 @@ from scipy.io import wavfile
 
 from signals.heard_signals import RATE, comb, side_bands, with_noise
 from toolpoint.app.main import cli
+from toolpoint.io import write_nouns
+from toolpoint.vibration import Modes
 
 
 @pytest.fixture
@@ -35,3 +37,13 @@ def test_json_says_the_same(cut, tmp_path):
     assert data["verdict"] == "chatter" and data["speed_rpm"] == pytest.approx(8004, rel=2e-3)
     assert pytest.approx(min([data["frequency_hz"], *data["side_bands_hz"]], key=lambda f: abs(f - 1417)), abs=0.5) == 1417
     assert any("--speed" in doubt for doubt in data["doubts"])
+
+
+def test_lobes_takes_a_recording_for_the_outcome_of_a_tried_cut(cut, tmp_path):
+    shape = 2 * np.pi * 900 / np.sqrt(2e7) * np.eye(2)
+    write_nouns(Modes([900.0, 905.0], [0.03, 0.03], shape, ["t:+x", "t:+y"]), tmp_path / "modes.h5")
+    arguments = ["lobes", "--modes", str(tmp_path / "modes.h5"), "--teeth", "4", "--diameter", "12", "--kt", "800",
+                 "--kn", "240", "--immersion", "1", "--direction", "slot", "--speeds", "7000:9000:5", "--probability", "5",
+                 "-o", str(tmp_path / "page")]
+    done = CliRunner().invoke(cli, [*arguments, "--tried", f"8000:2:{cut}"], catch_exceptions=False)
+    assert done.exit_code == 0 and "tried cut cut.wav: Chatter at" in done.output

@@ -92,7 +92,7 @@ def test_a_line_nearer_to_an_order_than_resolution_belongs_to_it(cells, is_told)
     sound = comb(100.0, 4, 2.0, rng) + 2 * np.cos(2 * np.pi * (700 + cells / 2) * time)
     separated = separate_lines(line_spectrum(with_noise(sound, 0.1, rng), RATE, highest=6000), 100.0, 4)
     assert (separated.others.frequency.size > 0) == is_told
-    assert separated.hidden == pytest.approx(2 * 3 / 2 / 100)
+    assert separated.hidden == pytest.approx(2 * 1.5 / 2 / 100)
 
 
 def test_tracking_makes_the_comb_of_a_ramp_sharp():

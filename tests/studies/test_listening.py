@@ -7,7 +7,7 @@ import pytest
 
 from signals.heard_signals import RATE, comb, side_bands, with_noise
 from toolpoint._check import ToolpointError
-from toolpoint.studies import SpindleRange, listen
+from toolpoint.studies import SpindleRange, hear_tried, listen
 from toolpoint.studies.listening.better_speeds import natural_frequency, propose_lobes
 from toolpoint.vibration import Modes, Record
 
@@ -177,3 +177,13 @@ def test_limits_of_the_spindle_are_checked():
 def test_a_result_is_plain_data_with_its_doubts_first():
     data = listen(record(chattering(17)), TEETH).to_dict()
     assert next(iter(data)) == "doubts" and json.loads(json.dumps(data))["verdict"] == "chatter"
+
+
+def test_tried_cuts_are_taken_from_their_recordings_and_those_that_cannot_tell_are_left_out():
+    cuts = [(60 * SPINDLE, 1e-3, record(stable(20))), (60 * SPINDLE, 2e-3, record(chattering(21))),
+            (8000.0, 3e-3, record(np.random.default_rng(22).normal(size=2 * RATE)))]
+    judged, remarks = hear_tried(cuts, TEETH)
+    assert [(depth, is_stable) for _, depth, is_stable in judged] == [(1e-3, True), (2e-3, False)]
+    assert any("left out, its sound cannot tell" in remark for remark in remarks)
+    with pytest.raises(ToolpointError, match="without the number of teeth"):
+        hear_tried(cuts, None)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
+    from toolpoint.studies.listening.tried_cuts import hear_tried
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
@@ -87,7 +88,7 @@ __all__ = [
     "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
     "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
     "compare_branches", "compare_with_test", "core_count",
-    "cut_on", "examine_environment", "film_machine", "gather_test",
+    "cut_on", "examine_environment", "film_machine", "gather_test", "hear_tried",
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "listen",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
@@ -132,6 +133,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
+    "listening.tried_cuts": ("hear_tried",),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -26,8 +27,9 @@ DEFAULT_CHART_SPEEDS = np.linspace(3000, 20000, 60)  # rev/min
 Spreads = Annotated[dict[str, Any], Reading(
     lambda text: read_shares(text, ("frequency", "damping", "stiffness", "coefficients")),
     "four numbers in percent, none below zero, for example 1,10,5,10; - keeps one")]
-TriedCut = Annotated[tuple[float, float, bool], Reading(
-    read_tried_cut, "SPEED:DEPTH:OUTCOME, rev/min, mm and stable or chatter, for example 12000:1.5:chatter")]
+TriedCut = Annotated[tuple[float, float, bool | Path], Reading(
+    read_tried_cut, "SPEED:DEPTH:OUTCOME, rev/min, mm and stable, chatter or a recording, for example 12000:1.5:chatter or "
+                    "12000:1.5:cut.wav")]
 Method = Annotated[str, Help("auto (chosen to suit the cut), floquet, panel, hill, zero-order, multi-frequency, "
                              "semi-discretization or collocation.")]
 
@@ -41,14 +43,19 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
           uncertainty: Annotated[Spreads | None, Help(
               "Standard deviations of frequencies, damping ratios, stiffnesses and cutting coefficients, percent; - for "
               "measured, or 1, 10, 5, 10.", metavar="F,Z,K,C", needs="--probability, for example --probability 200")] = None,
-          tried: Annotated[tuple[TriedCut, ...], Help("A cut already made: rev/min, mm, stable or chatter; sharpens P(stable).",
+          tried: Annotated[tuple[TriedCut, ...], Help("A cut already made: rev/min, mm, and stable, chatter, or a recording "
+                                                      "that is listened to (with --teeth); sharpens P(stable).",
                                                       metavar="SPEED:DEPTH:OUTCOME",
                                                       needs="--probability, for example --probability 200")] = ()) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     progress, dynamics = run.progress_of_parts(), source.read()
-    parameters = studies.Uncertainty(samples or 0, cuts=tried, **(uncertainty or {}))
+    recordings = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
+    decided = [(speed, depth, outcome) for speed, depth, outcome in tried if isinstance(outcome, bool)]
+    judged, notes = studies.hear_tried(recordings, cut.get("teeth")) if recordings else ([], [])
+    parameters = studies.Uncertainty(samples or 0, cuts=(*decided, *judged), **(uncertainty or {}))
     result = studies.chart_lobes(dynamics, cut, method=cutting.stability.method_named(method, "`method`"), speeds=speeds,
-                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress).noted(run.warnings)
+                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress)
+    result = result.noted([*notes, *run.warnings])
     run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
 
 

@@ -1,4 +1,4 @@
-"""Command about cuts that are heard: listen."""
+"""Command about cuts that are cut_record: listen."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def listen(run: Frame, record: Annotated[SourceFile, Argument()], *,
 
     RECORD is a sound file (WAV, FLAC, MP3, Ogg), a video with sound, or a record of vibration (any format of `toolpoint frf`).
     """
-    recording = io.read_listened(record)
-    known_modes = None if modes is None else io.read_modes(modes)
+    cut_record = io.read_listened(record)
+    tool_modes = None if modes is None else io.read_modes(modes)
     spindle = studies.SpindleRange(highest, lowest)
-    result = studies.listen(recording, teeth, speed, channel=channel, modes=known_modes, spindle=spindle)
-    run.present(pages.listening_page, result, run.warnings, notes=[*result.doubts, *result.notes], name=recording.name)
+    result = studies.listen(cut_record, teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
+    run.present(pages.listening_page, result, run.warnings, notes=[*result.doubts, *result.notes], name=cut_record.name)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -214,10 +215,14 @@ def read_pole(text: str) -> tuple[float, float]:
     return frequency, percent / 100
 
 
-def read_tried_cut(text: str) -> tuple[float, float, bool]:
-    """Return speed (rev/min), depth (m) and whether the cut was stable of ``SPEED:DEPTH:stable`` (or chatter), depth in mm."""
-    speed, depth, outcome = text.split(":")
-    return float(speed), 1e-3 * float(depth), {"stable": True, "chatter": False}[outcome]
+def read_tried_cut(text: str) -> tuple[float, float, bool | Path]:
+    """Return speed (rev/min), depth (m) and whether the cut was stable of ``SPEED:DEPTH:stable`` (or chatter), depth in mm; in
+    place of the outcome the path of a recording of the cut, which has an ending."""
+    speed, depth, outcome = text.split(":", 2)
+    words = {"stable": True, "chatter": False}
+    if outcome not in words and not Path(outcome).suffix:
+        raise ValueError
+    return float(speed), 1e-3 * float(depth), words.get(outcome, Path(outcome))
 
 
 def read_shares(text: str, names: Sequence[str]) -> dict[str, float]:

@@ -13,6 +13,7 @@ from toolpoint.signals.orders.growth import sample_each_turn
 from toolpoint.studies.listening.listened_cut import CHATTER, NO_CHATTER, ListenedCut
 
 MIN_SHOWN_HARMONICS = 6  # tooth passings that the charts show at least
+MAX_MARKED_LINES = 12  # chatter lines marked in the spectrogram, the strongest
 LINES_MARGIN = 1.3  # of the highest strong line
 
 
@@ -27,12 +28,12 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
                                                             "Tooth passing at a whole fraction of the mode's frequency; the "
                                                             "interval is that of damping ratios from 1 to 5 %. The fastest has "
                                                             "the widest pocket."))
-    report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
+    report = report.with_section("Result", Table(["quantity", "value"], result.numbers()), f"Because {result.reason}.")
     highest, start = _highest(result), e.part.first / e.rate
     family = result.evidence.family if result.verdict != NO_CHATTER else None
     lines = None if family is None else family.lines
-    line_frequency = np.zeros(0) if lines is None else lines.frequency
-    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, line_frequency, highest=highest, start=start),
+    marked = np.zeros(0) if lines is None else lines.frequency[:MAX_MARKED_LINES]
+    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, marked, highest=highest, start=start),
                   "The cut over time; tooth passings and chatter lines are marked at the right edge.")
     report = report.with_section("Spectrogram", sound)
     named = draw_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
@@ -51,5 +52,5 @@ def _highest(result: ListenedCut) -> float:
     """End of the frequencies shown, Hz."""
     e, lines = result.evidence, result.evidence.spectrum.lines()
     strong = lines.frequency[lines.power > 1e-3 * lines.power.max()] if lines.power.size else np.zeros(0)
-    frequency_max = max(float(strong.max(initial=0.0)) * LINES_MARGIN, MIN_SHOWN_HARMONICS * e.tooth)
-    return float(min(frequency_max, e.spectrum.frequency[-1]))
+    limit = max(float(strong.max(initial=0.0)) * LINES_MARGIN, MIN_SHOWN_HARMONICS * e.tooth)
+    return float(min(limit, e.spectrum.frequency[-1]))

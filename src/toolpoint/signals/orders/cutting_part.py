@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 
 BLOCK_SECONDS = 0.02
 MIN_LEVEL_RATIO = 1.5  # of the two levels of a record, amplitudes: nearer levels are no cut beside no cut
-MIN_CUT_SECONDS = 0.3
+MIN_CUT_SECONDS = 0.65  # of a loud part: a shorter one is a beat or a knock
 MARGIN_SECONDS = 0.06  # left out at both ends of a cut: entry, exit, and what rings down
 LARGE_SAMPLE_RATIO = 0.98  # of the largest sample: what clipped samples exceed
 MIN_CLIPPED_RUN = 3  # samples in a row

@@ -16,10 +16,13 @@ from toolpoint.signals.orders.line_spectrum import LineSpectrum, SpectralLines
 
 GUARD_CELLS = 3.0  # resolution cells about every order that belong to it: the skirt of a line that begins and ends
 RESOLVED_CELLS = 0.4  # resolution cells from an order at which the strongest line about it is no order
+HIDDEN_CELLS = 1.5  # resolution cells about an order of a tight comb in which a line weaker than the order is not seen
 MAX_COMB_SCATTER = 0.12  # resolution cells, median over tooth passings: a looser comb tells no line from an order so near
 STRONG_EXCESS = 100.0  # of a line over the floor that measures how the comb scatters
+MAX_SMEAR, MAX_SCATTER_TURNS = 2e-3, 0.1  # relative; orders: a line farther from a tooth passing is not one that wanders
 SMEAR_FACTOR = 3.0  # of the median relative scatter of tooth passings: what the speed's wandering may shift an order by
 MATCH_CELLS = 1.0  # resolution cells within which a line is a side band
+MIN_FUNDAMENTAL_RATIO = 0.01  # of the power of a second harmonic: a line at half its frequency is what it is of
 MAX_SEEDS = 12  # strongest lines that a family is built on
 MAX_TOOTH_PASSINGS = 60  # from a side band to the line that it is counted from
 
@@ -87,20 +90,21 @@ def separate_lines(spectrum: LineSpectrum, spindle: float, teeth: int) -> Separa
     orders = np.where(is_line, power, 0.0)
     distance = _distance(lines.frequency, spindle)
     width = np.minimum(np.maximum(guard, SMEAR_FACTOR * smear * lines.frequency), 0.25 * spindle)
-    others = lines.selected(distance > width)
+    others, hidden = lines.selected(distance > width), guard
     if scatter < MAX_COMB_SCATTER * spectrum.cell:
         is_off = (distance > RESOLVED_CELLS * spectrum.cell) & _is_strongest_near(lines, spindle, guard)
-        others = lines.selected((distance > width) | is_off)
+        others, hidden = lines.selected((distance > width) | is_off), min(HIDDEN_CELLS * spectrum.cell, guard)
     half = np.abs(np.mod(order / teeth, 1) - 0.5) < 1e-9
     between = (np.mod(order, teeth) != 0) & ~half
     return SeparatedLines(orders, float(orders[half].sum()), float(orders[between].sum()), others,
-                          min(2 * guard / spindle, 1.0), guard)
+                          min(2 * hidden / spindle, 1.0), guard)
 
 
 def _comb_scatter(lines: SpectralLines, spindle: float, teeth: int) -> tuple[float, float]:
     """Median distance of strong lines from the nearest tooth passing, Hz, and relative to their frequency."""
     distance = _distance(lines.frequency, spindle * teeth)
-    is_passing = (lines.excess > STRONG_EXCESS) & (distance < 0.25 * spindle)
+    is_passing = (lines.excess > STRONG_EXCESS) & (distance < np.minimum(MAX_SMEAR * lines.frequency,
+                                                                              MAX_SCATTER_TURNS * spindle))
     if not is_passing.any():
         return np.inf, 0.0
     return float(np.median(distance[is_passing])), float(np.median(distance[is_passing] / lines.frequency[is_passing]))
@@ -136,12 +140,19 @@ def find_families(lines: SpectralLines, spindle: float, teeth: int, cell: float)
     for _ in range(MAX_SEEDS):
         if not free.any():
             break
-        seed = int(np.flatnonzero(free)[0])
+        seed = _fundamental(lines, free, int(np.flatnonzero(free)[0]), MATCH_CELLS * cell)
         is_member = free & _belongs(lines.frequency, float(lines.frequency[seed]), spindle, teeth, MATCH_CELLS * cell)
         is_member[seed] = True
         families.append(_family(lines, is_member, seed, spindle, teeth, cell))
         free &= ~is_member
     return sorted(families, key=lambda family: -family.power)
+
+
+def _fundamental(lines: SpectralLines, free: BoolArray, seed: int, tolerance: float) -> int:
+    """Return the line at half the frequency of a seed where there is one: a chatter line has a second harmonic."""
+    is_half = free & (np.abs(lines.frequency - 0.5 * lines.frequency[seed]) < tolerance)
+    is_half &= lines.power > MIN_FUNDAMENTAL_RATIO * lines.power[seed]
+    return int(np.flatnonzero(is_half)[0]) if is_half.any() else seed
 
 
 def _belongs(frequency: FloatArray, seed: float, spindle: float, teeth: int, tolerance: float) -> BoolArray:

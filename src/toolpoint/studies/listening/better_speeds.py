@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DAMPING_RATIOS = (0.01, 0.025, 0.05)  # low, usual, high, of tools in spindles
-MAX_LOBE = 10  # beyond, the pockets are too narrow to be of use
+MAX_LOBE = 6  # beyond, the pockets are too narrow to be of use
 MAX_SHIFT = 1.15  # of a chatter line over its mode
 MIN_SPEED_CHANGE = 0.02  # relative: a nearer speed is the one that chatters
 DEFAULT_HEADROOM = 1.25  # of the present speed, where the highest speed of the spindle is not given
@@ -58,8 +58,8 @@ def propose_lobes(frequency: float, tooth: float, teeth: int, *, highest: float,
 def natural_frequency(frequency: float, tooth: float, damping: float) -> float:
     """Return the natural frequency behind a chatter line, Hz, for one mode of a damping ratio."""
     phase = 2 * np.pi * (frequency / tooth % 1)
-    if phase <= np.pi:  # the line lies below half a wave: not the usual side of the mode
-        return frequency
-    slope = np.tan(0.5 * (phase - np.pi))
+    slope = np.tan(0.5 * max(phase - np.pi, 0.0))
+    if slope == 0:  # the line is on the unusual side of its mode: the phase of one mode says nothing
+        return float(frequency / (1 + damping))
     ratio = damping / slope + np.sqrt((damping / slope) ** 2 + 1)
     return float(frequency / min(ratio, MAX_SHIFT))

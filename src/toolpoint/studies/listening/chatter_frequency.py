@@ -12,6 +12,8 @@ from toolpoint.studies.listening.probability import has_hidden_flip
 
 MODE_BAND = (-0.03, 0.15)  # relative distance of a chatter line from the natural frequency of the mode that chatters
 MIN_LINE_SHARE = 1e-3  # of the family's power: a weaker line is not named
+# A mode that regenerates has its line more than half a wave beyond a whole number between teeth (4 of 5 of random cuts).
+UPPER_HALF_WEIGHT = 5.0
 INTERVAL_DEVIATIONS = 1.96
 
 
@@ -36,19 +38,20 @@ def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequ
         return None
     kept = power > MIN_LINE_SHARE * power.max()
     frequency, power, deviation = frequency[kept], power[kept], deviation[kept]
-    line_index, mode = int(np.argmax(power / frequency**2)), float("nan")
+    motion = power / frequency**2 * np.where(np.mod(frequency / evidence.tooth, 1) > 0.5, UPPER_HALF_WEIGHT, 1.0)
+    index, mode = int(np.argmax(motion)), float("nan")
     if modes is not None and modes.size:
         distance = frequency[:, None] / modes[None, :] - 1
         fits = (distance > MODE_BAND[0]) & (distance < MODE_BAND[1])
         if fits.any():
-            weight = np.where(fits, (power / frequency**2)[:, None], 0.0)
-            line_index = int(np.argmax(weight.max(axis=1)))
-            mode = float(modes[int(np.argmax(weight[line_index]))])
-    wander = evidence.course.variation * float(frequency[line_index])
-    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[line_index], 0.1 * evidence.spectrum.cell)) + wander
+            weight = np.where(fits, motion[:, None], 0.0)
+            index = int(np.argmax(weight.max(axis=1)))
+            mode = float(modes[int(np.argmax(weight[index]))])
+    wander = evidence.course.variation * float(frequency[index])
+    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[index], 0.1 * evidence.spectrum.cell)) + wander
     order = np.argsort(-power)
-    others = tuple(float(f) for f in frequency[order] if f != frequency[line_index])
-    return ChatterFrequency(float(frequency[line_index]), half, others[:6], mode)
+    others = tuple(float(f) for f in frequency[order] if f != frequency[index])
+    return ChatterFrequency(float(frequency[index]), half, others[:6], mode)
 
 
 def _lines(evidence: Evidence) -> tuple[FloatArray, FloatArray, FloatArray]:

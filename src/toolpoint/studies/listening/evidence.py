@@ -28,8 +28,9 @@ COMPARED_PASSINGS = 8  # tooth passings that are looked for beside the loud part
 MIN_PASSING_RATIO = 0.2  # of their power there over that within, that makes it cutting too
 MIN_PASSING_EXCESS = 25.0  # of a tooth passing over the floor
 MIN_PASSINGS = 2
+MIN_COMB_SCORE = 6.0  # standard deviations of chance: of a comb that tells the speed by itself
 MIN_SHARPENING = 0.5  # of the comb's score, standard deviations of chance
-SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to be resolved would show
+SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to it to be told would show
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,30 +111,28 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
         cut = samples[part.first:part.last]
         spectrum = line_spectrum(cut, rate, highest=HIGHEST_FREQUENCY)
         rivals = _search(spectrum, teeth, speed)
-    angle_samples, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
+    followed, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
     lines = separate_lines(spectrum, refined.frequency, teeth)
     is_background = _background(samples, rate, part, lines.others)
     families = find_families(lines.others.selected(~is_background), refined.frequency, teeth, spectrum.cell)
-    return Evidence(angle_samples, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
+    return Evidence(followed, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
                     tuple(families), lines.others.selected(is_background), _skirt(spectrum, lines, refined.frequency),
                     _broadband(samples, rate, part, lines), clipped, teeth)
 
 
 def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, spectrum: LineSpectrum) -> CuttingPart:
-    """Return the part with what lies before and after it where teeth pass there too.
-
-    Chatter that sets in is louder than the cut before it, and must not be taken for the beginning of the cut.
-    """
+    """Return the part with what lies before and after it where teeth pass there too: chatter that sets in is louder than
+    the cut before it, and must not be taken for its beginning."""
     first, last = part.first, part.last
     passings = tooth * np.arange(1, COMPARED_PASSINGS + 1)
     power = spectrum.highest_near(passings, 1.5 * spectrum.cell)
     for piece in ("head", "tail"):
-        remainder = samples[:first] if piece == "head" else samples[last:]
-        if remainder.size < MIN_IDLE_SECONDS * rate:
+        outside = samples[:first] if piece == "head" else samples[last:]
+        if outside.size < MIN_IDLE_SECONDS * rate:
             continue
-        remainder_spectrum = line_spectrum(remainder, rate, highest=HIGHEST_FREQUENCY)
-        level = remainder_spectrum.highest_near(passings, 1.0 * remainder_spectrum.cell)
-        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, remainder_spectrum.frequency, remainder_spectrum.floor)
+        quieter = line_spectrum(outside, rate, highest=HIGHEST_FREQUENCY)
+        level = quieter.highest_near(passings, quieter.cell)
+        is_line = level > MIN_PASSING_EXCESS * np.interp(passings, quieter.frequency, quieter.floor)
         if np.sum(np.where(is_line, level, 0.0)) > MIN_PASSING_RATIO * power.sum() and is_line.sum() >= MIN_PASSINGS:
             first, last = (0, last) if piece == "head" else (first, samples.size)
     return CuttingPart(first, last, part.is_told and (first > 0 or last < samples.size))
@@ -144,15 +143,17 @@ def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: Spindle
     """Return the cut at even steps of angle with its spectrum, speed and course; as it was where tracking sharpens no comb."""
     limits = [speed.frequency * (1 + way * REFINEMENT_RANGE) for way in (-1, 1)]
     steady = SpeedCourse(np.full(cut.size, speed.frequency), 0.0)
-    best_start = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    untracked = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    if untracked.score < MIN_COMB_SCORE:  # few forced lines stand out: the distances of side bands tell more
+        return cut, spectrum, speed, steady
     course = track_speed(cut, rate, speed.frequency, teeth)
     if course.variation > 0:
-        angle_samples = resample_by_angle(cut, rate, course)
-        sharper = line_spectrum(angle_samples, rate, highest=HIGHEST_FREQUENCY)
-        best_tracked = search_speed(sharper, teeth, limits[0], limits[1])[0]
-        if best_tracked.score > best_start.score + MIN_SHARPENING:
-            return angle_samples, sharper, best_tracked, course
-    return cut, spectrum, best_start, steady
+        resampled = resample_by_angle(cut, rate, course)
+        sharper = line_spectrum(resampled, rate, highest=HIGHEST_FREQUENCY)
+        tracked = search_speed(sharper, teeth, limits[0], limits[1])[0]
+        if tracked.score > untracked.score + MIN_SHARPENING:
+            return resampled, sharper, tracked, course
+    return cut, spectrum, untracked, steady
 
 
 def _search(spectrum: LineSpectrum, teeth: int, speed: float | None) -> tuple[SpindleSpeed, ...]:
@@ -182,7 +183,7 @@ def _check_length(seconds: float, speed: float | None) -> None:
 
 
 def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: SpectralLines) -> BoolArray:
-    """Return whether each line is there without the cut: before it, or after it when the room has gone quiet."""
+    """Whether each line is there without the cut: before it, or after it when the room has gone quiet."""
     is_background = np.zeros(lines.frequency.size, bool)
     if not part.is_told or not lines.frequency.size:
         return is_background
@@ -190,31 +191,29 @@ def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Spec
     for idle in (head[:int(head.size - 0.1 * rate)] if head.size > 0.1 * rate else head[:0], tail):
         if idle.size >= MIN_IDLE_SECONDS * rate:
             spectrum = line_spectrum(idle, rate, highest=HIGHEST_FREQUENCY)
-            power = spectrum.highest_near(lines.frequency, 0.7 * spectrum.cell)
-            floor = np.interp(lines.frequency, spectrum.frequency, spectrum.floor)
-            is_background |= (power > MIN_IDLE_POWER_RATIO * lines.power) & (power > 8 * floor)
+            idle_lines = spectrum.lines()
+            is_same = np.abs(lines.frequency[:, None] - idle_lines.frequency[None, :]) < spectrum.cell
+            is_background |= (is_same & (idle_lines.power[None, :] > MIN_IDLE_POWER_RATIO * lines.power[:, None])).any(axis=1)
     return is_background
 
 
 def _broadband(samples: FloatArray, rate: float, part: CuttingPart, lines: SeparatedLines) -> float:
-    """Return the power of the cut in no line over that of the orders.
-
-    What is there before the cut is subtracted; where nothing was recorded before it the answer is zero.
-    """
+    """Power of the cut that stands in no line, over that of the orders; what is there before the cut is subtracted, and where
+    nothing was recorded before it the answer is zero."""
     cut, idle = samples[part.first:part.last], samples[:max(part.first - int(0.1 * rate), 0)]
-    unexplained_power = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
+    residual = float(np.var(cut)) - lines.order_power - float(lines.others.power.sum())
     if not part.is_told or idle.size < MIN_IDLE_SECONDS * rate:
-        return 0.0  # noise of the surroundings is not known
-    return max(unexplained_power - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
+        return 0.0  # noise of the surroundings cannot be told
+    return max(residual - float(np.var(idle)), 0.0) / max(lines.order_power, 1e-300)
 
 
 def _skirt(spectrum: LineSpectrum, lines: SeparatedLines, spindle: float) -> float:
-    """Return the power beside the orders, nearer than the resolution allows, over the power of the orders."""
+    """Power beside the orders, nearer than can be told, over the power of the orders."""
     order = np.arange(1, lines.orders.size + 1)[lines.orders > 0] * spindle
     if order.size == 0:
         return 0.0
     cell = spectrum.cell
     middle, half = 0.5 * sum(SKIRT_CELLS) * cell, 0.5 * (SKIRT_CELLS[1] - SKIRT_CELLS[0]) * cell
-    side_power = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
+    skirts = np.maximum(spectrum.highest_near(order - middle, half), spectrum.highest_near(order + middle, half))
     floor = np.interp(order, spectrum.frequency, spectrum.floor)
-    return float(np.sum(np.where(side_power > 10 * floor, side_power, 0.0)) / max(lines.order_power, 1e-300))
+    return float(np.sum(np.where(skirts > 10 * floor, skirts, 0.0)) / max(lines.order_power, 1e-300))

@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, floats, positive
 from toolpoint._doubt import Doubt
 from toolpoint.signals.orders.growth import Onset, PowerCourse, find_onset, follow_power
+from toolpoint.signals.orders.spindle_comb import RIVAL_DISTANCE
 from toolpoint.studies.listening.better_speeds import DEFAULT_HEADROOM, SpeedToTry, propose_lobes
 from toolpoint.studies.listening.chatter_frequency import ChatterFrequency, name_frequency
 from toolpoint.studies.listening.evidence import Evidence, gather_evidence
@@ -21,6 +22,7 @@ from toolpoint.vibration import Modes, Record
 
 DECIDED_PROBABILITY = 0.9  # of chatter, or of none: less certain is "cannot tell"
 MAX_JUDGED_CLIPPING = 0.05  # of the samples: beyond, lines of clipping are as strong as those of chatter
+RIVAL_SCORE_MARGIN, MAX_RIVALS = 0.15, 3  # of the score of a searched speed; rivals whose verdict is asked
 LONGER_RECORD_RATIO = 3.0  # times the cut: the record that is asked for where lines do not stand out
 
 
@@ -81,6 +83,9 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
     probability = chatter_probability(evidence)
     kind = name_chatter(evidence)
     verdict, reason = _decide(evidence, probability, kind)
+    if speed is None and (other := _contradict(record, column, teeth, evidence, probability)) is not None:
+        verdict, reason = CANNOT_TELL, (f"the sound fits {evidence.speed.speed:.0f} and {other:.0f} rev/min, and one of them "
+                                        "means chatter, the other none; give `speed`")
     spindle = spindle or SpindleRange()
     if verdict == NO_CHATTER:
         forced = name_forced(evidence)
@@ -108,8 +113,20 @@ def _choose_channel(record: Record, channel: int | None) -> tuple[int, list[str]
     if columns == 1:
         return 0, []
     power = np.var(record.samples, axis=0)
-    strongest = int(np.argmax(power))
-    return strongest, [f"The record has {columns} channels; channel {strongest + 1}, the strongest, is judged (`channel`)."]
+    column = int(np.argmax(power))
+    return column, [f"The record has {columns} channels; channel {column + 1}, the strongest, is judged (`channel`)."]
+
+
+def _contradict(record: Record, column: int, teeth: int, evidence: Evidence, probability: float) -> float | None:
+    """Return a rival of a searched speed, rev/min, at which the verdict would be the opposite; None where there is none."""
+    best = evidence.rivals[0]
+    rivals = [rival for rival in evidence.rivals[1:] if rival.score > (1 - RIVAL_SCORE_MARGIN) * best.score
+              and abs(rival.frequency / best.frequency - 1) > RIVAL_DISTANCE]
+    for rival in rivals[:MAX_RIVALS]:
+        rival_evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, rival.speed)
+        if (chatter_probability(rival_evidence) > 0.5) != (probability > 0.5):
+            return rival.speed
+    return None
 
 
 def _decide(evidence: Evidence, probability: float, kind: VibrationKind) -> tuple[str, str]:
@@ -161,15 +178,15 @@ def _frequencies(modes: Modes | Sequence[float] | None) -> FloatArray | None:
 
 
 def _notes(evidence: Evidence, speed: float | None) -> list[str]:
-    speed_text = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
-    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{speed_text}.",
+    difference = "" if speed is None else f" ({100 * (evidence.speed.speed / speed - 1):+.2f} % against the stated one)"
+    notes = [f"Spindle speed by the comb of orders: {evidence.speed.speed:.1f} rev/min{difference}.",
              "The probability is calibrated on simulated cuts of one tool in random rooms; chatter and none are taken as "
              "equally likely before the record."]
     if evidence.course.variation > 0:
         notes.append(f"The speed varied by {100 * evidence.course.variation:.2g} %; orders were tracked.")
     if evidence.background.frequency.size:
-        background_text = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
-        notes.append(f"Lines that are there without the cut were left out: {background_text} Hz.")
+        listed = ", ".join(f"{f:.0f}" for f in evidence.background.frequency[:5])
+        notes.append(f"Lines that are there without the cut were left out: {listed} Hz.")
     elif not evidence.part.is_told:
         notes.append("No time without cut stands out in the record: lines of other machines are told by their pattern alone.")
     return notes

@@ -91,28 +91,32 @@ class ListenedCut(NotebookText):
         return "; try " + " or ".join(f"{each.speed:.0f}" for each in self.speeds[:3]) + " rev/min"
 
     def rows(self) -> list[tuple[str, str]]:
+        """Return rows (quantity, value) with the reasons and the speeds to try."""
+        reasons = [("because", self.reason)] + [("kind, because", self.kind.reason)] * bool(self.kind.reason)
+        speeds = [(f"speed to try, lobe {each.lobe}", f"{each.speed:.0f} rev/min ({each.lower:.0f} to {each.upper:.0f})")
+                  for each in self.speeds]
+        return [*self.numbers(), *speeds, *reasons]
+
+    def numbers(self) -> list[tuple[str, str]]:
         """Return rows (quantity, value)."""
-        e, rows = self.evidence, [("verdict", self.verdict), ("because", self.reason),
-                                  ("probability of chatter", f"{self.probability:.3f}")]
+        e, rows = self.evidence, [("verdict", self.verdict), ("probability of chatter", f"{self.probability:.3f}")]
         if self.line is not None:
             rows.append(("chatter frequency", f"{self.line.frequency:.2f} ± {self.line.half_width:.2f} Hz (95 %)"))
             if self.line.others:
-                rows.append(("its side bands", ", ".join(f"{f:.1f}" for f in self.line.others) + " Hz"))
+                rows.append(("its side bands", ", ".join(f"{f:.0f}" for f in self.line.others) + " Hz"))
             if not np.isnan(self.line.mode):
                 rows.append(("mode that it belongs to", f"{self.line.mode:.1f} Hz"))
         if self.kind.name:
-            rows.append(("kind", f"{self.kind.name}: {self.kind.reason}"))
+            rows.append(("kind", self.kind.name))
         if self.onset is not None:
             rows.append(("onset", "from the start of the cut" if self.onset_time is None else
                          f"{self.onset_time:.2f} ± {self.onset.uncertainty:.2f} s"))
             if not np.isnan(self.onset.growth):
                 rows.append(("growth of the amplitude", f"{self.onset.growth:.3g} 1/s"))
-        for each in self.speeds:
-            rows.append((f"speed to try, lobe {each.lobe}", f"{each.speed:.0f} rev/min ({each.lower:.0f} to {each.upper:.0f})"))
         return [*rows, ("spindle speed", f"{e.speed.speed:.1f} ± {1.96 * 60 * e.speed.deviation:.1f} rev/min"),
                 ("tooth passing", f"{e.tooth:.2f} Hz"), ("length of the cut", f"{e.duration:.2f} s"),
-                ("resolution", f"{e.spectrum.cell:.2f} Hz; {100 * e.lines.hidden:.1f} % of the frequencies are nearer to an "
-                               "order")]
+                ("resolution", f"{e.spectrum.cell:.2f} Hz"),
+                ("frequencies nearer to an order", f"{100 * e.lines.hidden:.1f} %")]
 
     def line_rows(self) -> list[list[str]]:
         """Return rows (Hz, spindle order, dB against the strongest, what it is) of the strongest lines."""

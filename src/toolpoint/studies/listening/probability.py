@@ -13,9 +13,9 @@ UNDECIDED_PROBABILITY = 0.5  # probability that such power leaves at least
 MIN_HALF_FRACTION = 1e-3  # of the power of the orders at half tooth passings: less says nothing
 MIN_HALF_DOMINANCE = 10.0  # of that power over the other orders of run-out: run-out alone spreads over all of them
 MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two teeth half a tooth passing is the spindle
-# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 to 240 cuts by `benchmarks/listen_calibration.py`,
-# seeds apart from those of the bars.
-LOGISTIC_COEFFICIENTS = (1.17, 1.93, 2.02)
+# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 to random cuts by `benchmarks/listen_calibration.py`,
+# seeds apart from those that the bars tell.
+LOGISTIC_COEFFICIENTS = (4.86, 5.49, 4.61)
 
 
 def has_hidden_flip(evidence: Evidence) -> bool:
@@ -28,11 +28,8 @@ def has_hidden_flip(evidence: Evidence) -> bool:
 
 
 def features_of(evidence: Evidence) -> FloatArray:
-    """Return the features of the model, (3,): a one, and the logarithms of power ratio and of side bands.
-
-    The ratio is that of the family's power over the orders'; side bands count that are a tooth passing apart, beyond chance.
-    The lines of a hidden flip are taken for a family.
-    """
+    """Return what the model takes, shape (3,): a one, the log ratio of the family's power over the orders', and the log of its
+    side bands a tooth passing apart beyond chance. The lines of a hidden flip are taken for a family."""
     family, lines = evidence.family, evidence.lines
     ratio, members = evidence.ratio, 0.0
     if family is not None:
@@ -52,7 +49,7 @@ def chatter_probability(evidence: Evidence) -> float:
     without a period: it leaves the verdict open.
     """
     logit = float(features_of(evidence) @ np.array(LOGISTIC_COEFFICIENTS))
-    evident_probability = 1 / (1 + np.exp(-np.clip(logit, -30, 30)))
+    from_lines = 1 / (1 + np.exp(-np.clip(logit, -30, 30)))
     hidden = evidence.lines.hidden
-    hidden_probability = UNDECIDED_PROBABILITY if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
-    return float(max(evident_probability, hidden_probability))
+    lower_bound = UNDECIDED_PROBABILITY if evidence.broadband > MAX_BROADBAND_RATIO else hidden / (1 + hidden)
+    return float(max(from_lines, lower_bound))

@@ -9,9 +9,9 @@ from toolpoint.studies.listening.probability import has_hidden_flip
 MAX_CLEAN_CLIPPING = 2e-4  # of the samples
 MAX_HIDDEN_FRACTION = 0.1  # of the frequencies, nearer to an order than can be told
 MAX_SKIRT = 0.3  # of the power of the orders, beside them: the speed wanders, or chatter hides there
-MIN_COMB_SCORE = 4.0  # standard deviations of the comb of a given speed
 MIN_TOOTH_FRACTION = 0.3  # of the power of all orders, at tooth passings
 MIN_HALF_TOOTH_FRACTION = 0.1  # of the power of all orders, at half tooth passings of two teeth
+MIN_TELLING_BANDS = 4  # side bands a tooth passing apart, which tell the speed as well
 MIN_HARMONICS = 2  # tooth passings that stand out
 RIVAL_MARGIN = 0.1  # of the score of a searched speed: a rival within it is as likely
 
@@ -33,9 +33,11 @@ def question_recording(evidence: Evidence, speed_given: bool) -> list[Doubt]:
         doubts.append(Doubt("spindle speed", f"lines beside the orders hold {100 * evidence.skirt:.0f} % of the orders' power: "
                             "the speed wanders more than is tracked, or chatter lies nearer to an order than can be told",
                             "record longer at a steady speed", figure=evidence.skirt))
-    if evidence.speed.harmonics < MIN_HARMONICS:
-        doubts.append(Doubt("spindle speed", f"{evidence.speed.harmonics} tooth passings stand out at "
-                            f"{evidence.speed.speed:.0f} rev/min: speed or number of teeth may be wrong",
+    family = evidence.family
+    told_by_bands = family is not None and family.tooth_members - family.tooth_chance >= MIN_TELLING_BANDS
+    if evidence.speed.harmonics < MIN_HARMONICS and not told_by_bands:
+        doubts.append(Doubt("spindle speed", f"tooth passings that stand out at {evidence.speed.speed:.0f} rev/min: "
+                            f"{evidence.speed.harmonics}; speed or number of teeth may be wrong",
                             "check both, or record nearer to the cut"))
     if not speed_given:
         doubts += _rivals(evidence)

@@ -67,9 +67,9 @@ def draw_spectrum(spectrum: LineSpectrum, tooth: float, chatter: SpectralLines |
     kept = spectrum.frequency <= highest
     power, frequency = spectrum.power[kept], spectrum.frequency[kept]
     scale = float(power.max())
-    peaks, axis = _thinned(power[:, None], frequency, MAX_SPECTRUM_POINTS)
+    envelope, axis = _thinned(power[:, None], frequency, MAX_SPECTRUM_POINTS)
     chart = figure("", 420)
-    chart.add_scatter(x=np.round(axis, 2), y=np.round(10 * np.log10(peaks[:, 0] / scale), 2), mode="lines", name="spectrum",
+    chart.add_scatter(x=np.round(axis, 2), y=np.round(10 * np.log10(envelope[:, 0] / scale), 2), mode="lines", name="spectrum",
                       line={"width": 1, "color": COLOURS[6]}, hoverinfo="skip")
     passings = tooth * np.arange(1, int(highest / tooth) + 1)
     marks = [("tooth passing", passings, spectrum.highest_near(passings, 1.5 * spectrum.cell), "triangle-up", COLOURS[0])]
@@ -77,9 +77,9 @@ def draw_spectrum(spectrum: LineSpectrum, tooth: float, chatter: SpectralLines |
                                         ("there without the cut", background, "circle-open", COLOURS[2])):
         if lines is not None and lines.frequency.size:
             marks.append((name, lines.frequency, lines.power, symbol, colour))
-    for name, frequencies, value, symbol, colour in marks:
-        is_shown = (frequencies <= highest) & (value > scale * 10 ** (-SHOWN_DECIBELS / 10))
-        chart.add_scatter(x=frequencies[is_shown], y=10 * np.log10(value[is_shown] / scale), mode="markers", name=name,
+    for name, place, value, symbol, colour in marks:
+        is_shown = (place <= highest) & (value > scale * 10 ** (-SHOWN_DECIBELS / 10))
+        chart.add_scatter(x=place[is_shown], y=10 * np.log10(value[is_shown] / scale), mode="markers", name=name,
                           marker={"symbol": symbol, "size": 8, "color": colour},
                           hovertemplate="%{x:.1f} Hz<br>%{y:.0f} dB<extra>" + name + "</extra>")
     chart.update_xaxes(title_text="Frequency, Hz", range=[0, highest])
