@@ -204,3 +204,20 @@ def test_a_side_that_cannot_be_judged_loses_no_screening():
     path = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
     part = MilledSquare(0.05, 2000.0, 5e-3, (3.0, 0.0, 0.26), (0, 1, 0), (0, 0, 1), window=0.1, sides=(1,))
     assert "not judged" in accuracy_of(part).judge(machine_file.read(path))[0]
+
+
+@pytest.mark.parametrize(("limits", "expected"), [([2e-3, np.inf], 2e-3), ([np.inf, np.inf], 0.8), ([np.nan, 2e-3], None)])
+def test_depth_limits_of_failed_poses_are_no_limits(limits, expected, monkeypatch):
+    """A pose without a chart fails the variant; where no limit is, the metric is the depth looked at."""
+    from toolpoint.studies.cuts.chatter_limits import ChatterMap
+    from toolpoint.studies.screening import metrics
+
+    limit = np.array(limits)[:, None, None]
+    chart = ChatterMap({}, np.zeros(1), np.array([3000.0]), limit, limit, np.array([1.0, 0.8]), cut=None,
+                       failures={(0, 0): "no modes"} if np.isnan(limits[0]) else {}, poses=({}, {}))
+    monkeypatch.setattr(metrics, "chatter_map", lambda machine, poses: chart)
+    if expected is None:
+        with pytest.raises(ToolpointError, match=r"no depth limit at 1 of 2 \(no modes\)"):
+            metrics.METRICS["depth limit"](None, ({}, {}))
+    else:
+        assert metrics.METRICS["depth limit"](None, ({}, {})) == expected

@@ -87,8 +87,17 @@ def _peak(machine: Machine, poses: tuple[Pose, ...]) -> float:
 
 
 def _depth(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    """Return the least depth limit over the poses, m; the least depth looked at where no stability is lost.
+
+    A pose that could not be charted is no stable one: the variant fails with its reason.
+    """
     chart = chatter_map(machine, list(poses))
-    return float(np.where(np.isnan(chart.limit), chart.depth_max[..., None, None], chart.limit).min())
+    if np.isnan(chart.limit).any():
+        reason = next(iter(chart.failures.values()), "the chart has no limit")
+        fail("poses",
+             f"no depth limit at {int(np.isnan(chart.limit).any(axis=(-1, -2)).sum())} of {chart.limit.shape[0]} ({reason})",
+             "must be charted everywhere", remedy="see that pose with `toolpoint lobes --pose`")
+    return float(np.minimum(chart.limit, chart.depth_max[..., None, None]).min())
 
 
 METRICS: dict[str, Callable[[Machine, tuple[Pose, ...]], float]] = {
