@@ -198,9 +198,11 @@ def test_shapes_are_displacements_whatever_is_measured() -> None:
 
 
 def test_what_a_removed_line_leaves_is_no_mode() -> None:
-    """A shape of mixed phases within its half width of a removed line is a remainder; one of one phase is kept and doubted."""
+    """Mixed phases and an unknown damping within the half width of a removed line are a remainder; else a mode is doubted."""
     shape = np.array([[1.0, 1.0], [1.0j, -0.8], [-1.0, 0.5]])
-    modes = Modes([20.0, 30.0], [0.003, 0.004], shape, ["1:+x", "2:+x", "3:+x"], "unscaled")
+    covariance = np.zeros((2, 2, 2))
+    covariance[:, 1, 1] = [(0.2 * 0.003) ** 2, (0.02 * 0.004) ** 2]
+    modes = Modes([20.0, 30.0], [0.003, 0.004], shape, ["1:+x", "2:+x", "3:+x"], "unscaled", covariance=covariance)
     lines = tuple(Harmonic(f, 1e-4, 0.99, 1.0) for f in (20.03, 30.02, 50.0))
     is_remainder, doubts = remainders_of_lines(modes, np.array([0.01, 0.01]), lines)
     assert is_remainder.tolist() == [True, False]

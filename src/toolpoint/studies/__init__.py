@@ -1,4 +1,4 @@
-"""Questions asked of machines and measurements: named studies, each one call that returns a result. Loaded on first use."""
+"""Questions about machines and measurements: named studies, each one call that returns a result. Loaded on first use."""
 
 from __future__ import annotations
 

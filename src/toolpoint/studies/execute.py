@@ -67,6 +67,7 @@ class Serial:
         start = time.perf_counter()
         for index in todo:
             chunk.append((index, evaluate(function, points[index])))
+            # Chunks are ended by the clock: points may take very different times.
             if time.perf_counter() - start >= seconds:
                 yield chunk
                 chunk, start = [], time.perf_counter()
@@ -235,7 +236,7 @@ def execute(
     function : callable
         Takes a point, returns a mapping of names to numbers or arrays. With Dask it must be importable or picklable.
     points : sequence
-        Anything that JSON or `repr` tells apart; with `folder` they identify the study.
+        Anything that JSON or `repr` distinguishes; with `folder` they identify the study.
     engine : Serial or Dask
         Serial where left out.
     folder : path, optional

@@ -108,9 +108,10 @@ def identify_band(samples: list[FloatArray], channels: tuple[Dof, ...], referenc
     selected, confirmed = candidates.chosen(kept), confirmed[kept]
     fitted = fit_shapes(correlations, selected.poles, selected.deviations, rows=settings.rows)
     blocks = correlations.blocks.shape[0]
-    # The motion of a mode has positive power in every channel; where the fit needs a negative one, the pole describes
-    # something else.
-    is_inside = (np.abs(selected.poles) >= 2 * np.pi * band.frequency_min) & (fitted.power_share > MIN_POWER_SHARE)
+    # The motion of a mode has positive power in every channel. Where the fit needs a negative one, a pole that is not known
+    # well # describes something else; the power of a weak mode beside a strong one can come out negative too.
+    has_power = (fitted.power_share > MIN_POWER_SHARE) | (_relative_deviation(selected) < MAX_UNCONFIRMED_DEVIATION)
+    is_inside = (np.abs(selected.poles) >= 2 * np.pi * band.frequency_min) & has_power
     selected, confirmed, fitted = selected.chosen(is_inside), confirmed[is_inside], fitted.chosen(is_inside)
     spread = (np.abs(fitted.deviations) ** 2).sum(axis=0) / (blocks * (blocks - 1))
     lines = min(SPECTRUM_LINES, min(part.shape[0] for part in scaled) // 16)
@@ -152,10 +153,15 @@ def _believable(candidates: SelectedModes, confirmed: BoolArray) -> BoolArray:
     Bands in which nothing resonates give poles that return with the order, and whose blocks even agree: the mean correlations
     have them, by chance. Another method does not.
     """
-    covariance = pole_covariance(candidates)
-    frequency, ratio = np.abs(candidates.poles) / (2 * np.pi), -candidates.poles.real / np.abs(candidates.poles)
-    deviation = np.sqrt(np.maximum(covariance[:, 0, 0] / frequency**2, covariance[:, 1, 1])) / ratio
+    deviation = _relative_deviation(candidates)
     return np.asarray(deviation < np.where(confirmed, MAX_CONFIRMED_DEVIATION, MAX_UNCONFIRMED_DEVIATION))
+
+
+def _relative_deviation(modes: SelectedModes) -> FloatArray:
+    """Return the larger standard deviation of frequency, in half widths, and of the damping ratio, over it, (n_modes,)."""
+    covariance = pole_covariance(modes)
+    frequency, ratio = np.abs(modes.poles) / (2 * np.pi), -modes.poles.real / np.abs(modes.poles)
+    return np.asarray(np.sqrt(np.maximum(covariance[:, 0, 0] / frequency**2, covariance[:, 1, 1])) / ratio)
 
 
 def _confirm(correlations: Correlations, channels: tuple[Dof, ...], selected: SelectedModes,

@@ -11,6 +11,7 @@ from toolpoint.modal_identification.operational.harmonics import Harmonic
 from toolpoint.vibration.modes import Modes
 
 MAX_REMAINDER_COLLINEARITY = 0.7  # phase collinearity: forced motion by a line has any phases, a mode nearly one
+MIN_REMAINDER_DEVIATION = 0.1  # of the damping ratio, over it: a mode beside a line is known better than what the line left
 MIN_HARMONIC_POWER_RATIO = 30.0  # power of the line over that of the mode, beyond which a mode beside it is doubted
 
 
@@ -23,6 +24,7 @@ def remainders_of_lines(modes: Modes, power_share: FloatArray, harmonics: tuple[
     """
     is_remainder = np.zeros(modes.count, bool)
     doubts = []
+    deviation = np.zeros(modes.count) if modes.covariance is None else np.sqrt(modes.covariance[:, 1, 1]) / modes.damping_ratio
     collinear = phase_collinearity(modes.shape) if modes.count else np.zeros(0)
     for i in range(modes.count):
         half_width = float(modes.damping_ratio[i] * modes.frequency[i])
@@ -30,7 +32,7 @@ def remainders_of_lines(modes: Modes, power_share: FloatArray, harmonics: tuple[
         if not lines:
             continue
         strongest = max(lines, key=lambda line: line.power_share)
-        if collinear[i] < MAX_REMAINDER_COLLINEARITY and len(modes.dofs) > 2:
+        if collinear[i] < MAX_REMAINDER_COLLINEARITY and deviation[i] > MIN_REMAINDER_DEVIATION and len(modes.dofs) > 2:
             is_remainder[i] = True
             continue
         ratio = strongest.power_share / max(1 - strongest.power_share, 1e-9) / max(float(power_share[i]), 1e-9)

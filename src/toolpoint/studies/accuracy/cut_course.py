@@ -92,6 +92,7 @@ def cut_course(problem: MillingProblem, arcs: Sequence[tuple[float, Arc]] | None
         return CutCourse(np.zeros(1), (table if with_force else _without_force(table),))
     tables: dict[Arc, CuttingTable] = {}
     for _, arc in arcs:
+        # Arcs are rounded to a degree, so that few tables serve many places.
         if arc not in tables:
             table = table_of(problem if arc is None else problem.changed(engagement=Engagement(*arc)))
             tables[arc] = table if arc is not None and with_force else _without_force(table)
@@ -114,11 +115,13 @@ def mill_bed(bed: PixelBed, side: PathSide, radius: float, *, is_left: bool) -> 
     centres = side.path.at(lengths)[:, :2]
     tangents = side.tangents(lengths) @ side.place[:3, :3]
     across = np.linspace(-1, 1, _ACROSS_POINTS) * (radius - 0.25 * bed.pixel)
+    # What is read lies just ahead of the rim: the disc under the cutter has been taken out already.
     front = np.sqrt(np.maximum(radius**2 - across**2, 0.0)) + (_STRIDE_PIXELS + 0.5) * bed.pixel
     arcs: list[tuple[float, Arc]] = []
     _remove_disc(bed, centres[0], radius)
     for length, centre, tangent in zip(lengths[:-1], centres[:-1], tangents[:-1], strict=True):
         feed = tangent[:2] / np.linalg.norm(tangent[:2])
+        # The normal to the left of the feed, turned over for a tool seen from below.
         normal = np.array([-feed[1], feed[0]]) * (1 if is_left else -1)
         meets = _has_material(bed, centre + front[:, None] * feed + across[:, None] * normal)
         arc: Arc = None

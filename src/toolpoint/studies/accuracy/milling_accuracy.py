@@ -161,7 +161,7 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
         Where finished blocks of steps are kept: a run that was stopped, inside a side too, goes on from them to the same
         numbers; another machine, path or setup finds nothing there.
     judged : bool
-        Whether it is asked of every side if its cut chatters, which becomes a doubt.
+        Whether every side is judged for chatter, which becomes a doubt.
     """
     if setup.window is not None:
         positive("window", setup.window)

@@ -80,7 +80,7 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
                     span: tuple[float, float] | None = None, servos: Mapping[str, JointServo] | None = None) -> MovingStructure:
     """Return the structure at nodes of a side, `spacing` (m) apart.
 
-    servos : of axes whose motors give way; all hold their set points where left out. loads : ``cutting`` alone; with
+    servos : of axes whose motors yield; all hold their set points where left out. loads : ``cutting`` alone; with
     ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too. gravity : m/s^2 in the machine frame; the
     machine's own where left out.
 

@@ -45,6 +45,7 @@ class RunStore:
         if not path.exists():
             return None
         try:
+            # No pickles: a file from elsewhere must not run code.
             with np.load(path, allow_pickle=False) as data:
                 arrays = {name: data[name] for name in ("state", "delayed", "totals", "out", "base")}
             for name in ("state", "delayed", "totals"):
@@ -56,6 +57,7 @@ class RunStore:
 
     def save(self, first_step: int, carried: RunArrays, *, out: FloatArray, base: FloatArray) -> None:
         """Keep a finished block: the file appears whole or not at all."""
+        # Written beside and renamed: a run that is stopped while it writes leaves no half block.
         handle, draft = tempfile.mkstemp(dir=self.folder, prefix=".run-", suffix=".tmp")
         try:
             with os.fdopen(handle, "wb") as file:
@@ -68,6 +70,7 @@ class RunStore:
 
 def _digest(part: object, digest: hashlib._Hash) -> None:
     """Feed plain data, descriptions and arrays to a digest, every number with all its digits."""
+    # Types are part of the digest: 1 and 1.0, or two classes with the same fields, are not the same input.
     digest.update(type(part).__name__.encode())
     if isinstance(part, np.ndarray):
         digest.update(repr(part.shape).encode() + np.ascontiguousarray(part).tobytes())

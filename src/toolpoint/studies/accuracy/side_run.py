@@ -44,7 +44,7 @@ class MillingSetup:
     middle of every side that is run, whole sides where left out; with_force : False leaves the cut's force out; halved :
     whether runs at two and four times step and spacing state the error; chip : ``path`` or ``constant``, as the cut says where
     left out (`chip`); work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left
-    out; servos : of axes whose motors give way, all hold their set points where left out.
+    out; servos : of axes whose motors yield, all hold their set points where left out.
 
     Examples
     --------

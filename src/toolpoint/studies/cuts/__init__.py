@@ -1,1 +1,1 @@
-"""Questions asked of cuts: charts, maps, simulations, uncertainty, calibration, and the tool dynamics that they need."""
+"""Questions about cuts: charts, maps, simulations, uncertainty, calibration, and the tool dynamics that they need."""

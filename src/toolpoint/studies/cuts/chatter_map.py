@@ -75,7 +75,7 @@ def chatter_map(
     used = cut or machine.description.cutting
     if used is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
-    words(used)  # faults of the cut are told before any work
+    words(used)  # faults of the cut are reported before any work
     places = _Places.of(machine, machine.description.poses or ({},) if positions is None else positions)
     n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
     angles = floats("feed_angles", np.atleast_1d(FEED_ANGLE[used.feed] if feed_angles is None else feed_angles))

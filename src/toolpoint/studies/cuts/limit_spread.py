@@ -2,7 +2,7 @@
 
 
 Limits are not smooth where lobes change places, so machines are drawn from the covariance and charted like the machine itself;
-the logarithm of the limit gets Student's interval from them. Which joint it comes from is told by the greatest compliance of
+the logarithm of the limit gets Student's interval from them. Which joint it comes from follows from the greatest compliance of
 the tool, which is smooth.
 """
 

@@ -81,7 +81,7 @@ class LobesStudy(NotebookText):
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, SI: stable intervals, error and chatter frequency of every speed's limit, advice.
 
-        None stands where there is no limit. Where advice is withheld the reasons are given, and no lowest limit.
+        None where there is no limit. Where advice is withheld the reasons are given, and no lowest limit.
         """
         chart = self.chart
         points = chart.limit_points().tolist()

@@ -1,4 +1,4 @@
-"""Cut simulated in time, long enough to tell chatter from the start-up."""
+"""Cut simulated in time, long enough to distinguish chatter from the start-up."""
 
 from __future__ import annotations
 

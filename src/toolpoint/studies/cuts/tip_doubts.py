@@ -54,7 +54,7 @@ def question_tip(frf: Frf, *, names: Mapping[Dof, str] | None = None, sensor_mas
             direct = frf.selected([dof], [dof])
             said = question_driving_point(direct, name)
             lines = select_lines(direct)
-            # What is no driving point has no stiffness and no band to be asked for.
+            # What is no driving point has no stiffness and no band to be judged.
             doubts += said or ([] if lines is None else [*_question_stiffness(name, lines),
                                                          *_question_band(name, lines, first)])
             if sensor_mass and lines is not None and not said:
@@ -82,7 +82,7 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
         return [Doubt("directions", f"what is given along x was measured along {ways['x'].outputs[0]}, and along y "
                       f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
                       grave=True)]
-    return []  # a file without labels counts as measured along x: one label alone tells nothing
+    return []  # a file without labels counts as measured along x: one label alone decides nothing
 
 
 def _first_omega(frf: Frf) -> float:

@@ -62,6 +62,7 @@ def tool_directions(labels: Sequence[Dof], x: str | None = None, y: str | None =
     z is the label of x's point along z where there is one. Raises ToolpointError where several points could be meant, or a
     label is not there.
     """
+    # Rotations and oblique directions have no axis of the tool.
     straight = [dof for dof in labels if dof.vector is None and not dof.is_rotation]
     chosen = _only_x(straight, labels, what) if x is None else _find_label(x, labels, "x", what)
     axial = Dof(chosen.point, "+z")

@@ -20,7 +20,7 @@ from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
 MIN_LINE_FIT = 0.9  # of a response that its modes explain, where they replace its lines
-JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, a response is not asked which slip it has
+JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, responses are not judged for such slips
 DRIFT_FRACTION_MAX = 0.02  # of the highest line: above, no line is left out as drift
 WORDS_BY_WAY = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 

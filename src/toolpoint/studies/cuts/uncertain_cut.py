@@ -65,8 +65,10 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
     """Return the probability chart around a chart, after the tried cuts, and the assumptions."""
     parameters, notes = _parameters(problem, uncertainty)
     finite = chart.limit[np.isfinite(chart.limit)]
+    # Room above the usual limit for the scatter of the samples, but no further than the chart, and beyond every tried cut.
     depth_max = 2.5 * float(np.median(finite)) if finite.size else chart.depth_max
     depth_max = max([min(depth_max, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
+    # Every sample needs a chart of its own: fewer speeds than that of the cut itself.
     speed_indices = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MAX_PROBABILITY_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
     with _remarks_of_samples() as remarks:
@@ -87,6 +89,7 @@ def _remarks_of_samples() -> Iterator[list[str]]:
     lines += first_of_each_kind(f"in the sampled charts: {w.message}" for w in caught
                                 if issubclass(w.category, ToolpointWarning))
     for w in caught:
+        # Warnings of other libraries go on their way.
         if not issubclass(w.category, ToolpointWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 

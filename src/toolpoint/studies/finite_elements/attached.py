@@ -17,7 +17,7 @@ from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 @dataclass(frozen=True, eq=False)
 class FittingPlace:
-    """Receptances about a place p where a device may be fitted: cut (n_f, 2, 2), between (n_f, 2), (n_f, 2), itself (n_f,)."""
+    """Receptances about a place p where a device may be fitted: cut (n_f, 2, 2); to_cut, from_cut (n_f, 2); itself (n_f,)."""
 
     lines: FloatArray
     cut: ComplexArray

@@ -72,7 +72,7 @@ class FiniteElementTest(NotebookText):
 def plan_nodes(machine: FiniteElementMachine, pairs: EigenPairs, number: int = 24, *, struck: int = 3) -> PlannedNodes:
     """Return the nodes to measure and to strike that separate the modes of the model best (effective independence).
 
-    Nodes on the boxes of the parts are taken that no other part covers and that do not stand on the floor.
+    Nodes on the boxes of the parts are taken that no other part covers and that are not on the floor.
     """
     nodes, normals = reachable_nodes(machine)
     chosen = _choose_distant(machine.nodes[nodes - 1], min(_MAX_CANDIDATE_NODES, len(nodes)))

@@ -17,7 +17,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
 
-# Share of the whole that "most of it" stands for.
+# Share of an effect that counts as most of it.
 _HELD_FRACTION = 0.8
 
 
@@ -40,11 +40,13 @@ class PartSensitivity(NotebookText):
         """Return the gain of every frequency by a kilogram that thickens an element (E and mass), (k, e), Hz/kg."""
         slopes = self.frequency[part]
         masses = element_masses(self.machine.parts[part])
+        # A thicker wall has more stiffness and more mass by the same share.
         return slopes.frequency[:, None] * (slopes.modulus + slopes.density) / masses
 
     def holders(self, part: str, mode: int) -> tuple[float, float]:
         """Return the share of a part's elements, and of its mass, that hold 80 % of its effect by E on a mode (from 0)."""
         values = self.frequency[part].modulus[mode]
+        # The elements with the largest effect first, until they hold the stated share.
         order = np.argsort(-values)
         count = int(np.searchsorted(np.cumsum(values[order]), _HELD_FRACTION * values.sum())) + 1
         masses = element_masses(self.machine.parts[part])
@@ -122,6 +124,7 @@ def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPair
     measured : (Dofs, shapes (n_dofs, k), modes (k,)), optional
         Of a test, and the mode of the model that each shape belongs to.
     """
+    # Slopes of shapes need at least one mode above.
     count = min(mode_count, pairs.count - 1)
     slopes = machine.sensitivities(pairs)
     motion = motion_sensitivity(machine, pairs, {f"{machine.part_of_node[int(dof.point) - 1]} {dof.direction}":

@@ -16,7 +16,7 @@ from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
 
 GROUND = "ground"
-# Patches of one joint may stand apart by a gasket or by rounding, no more, m.
+# Patches of one joint may be apart by a gasket or by rounding, no more, m.
 _MAX_PATCH_GAP = 2e-3
 _DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 

@@ -66,6 +66,7 @@ class ListenedCut(NotebookText):
         """Time of the onset from the beginning of the record, s; None where chatter is there from the start of the cut."""
         if self.onset is None or self.onset.time is None:
             return None
+        # The onset is counted from the beginning of the cut, which is a part of the record.
         return self.evidence.part.first / self.evidence.rate + self.onset.time
 
     def answer(self) -> str:

@@ -1,1 +1,1 @@
-"""Questions asked of machines: modes, maps, tool-point responses and limits, sensitivities, a virtual hammer test."""
+"""Questions about machines: modes, maps, tool-point responses and limits, sensitivities, a virtual hammer test."""

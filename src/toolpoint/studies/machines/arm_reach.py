@@ -19,7 +19,7 @@ _SAME_PLACE_TOLERANCE = 1e-10  # m: nearer places have the same branches
 
 
 def tool_target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, *, turn: float) -> FloatArray:
-    """Return the displacement (4, 4) of the tool's link that brings tip and axes to their targets; the work stands still."""
+    """Return the displacement (4, 4) of the tool's link that brings tip and axes to their targets; the work is at rest."""
     tool_pose = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
     return move_tool(tool_pose, tf.transform(smallest_turn(pair.direction), pair.tip))
 

@@ -102,6 +102,7 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
                                                                       *([place_note(standstill_note, "at standstill")]
                                                                         if standstill_note else [])))
     shapes = body_shapes(machine, chosen_pose, count)
+    # The estimate bounds every mode; where it cannot be had a coarser note stands in.
     estimate = estimate_reduction(machine, chosen_pose, count)
     reduction = reduction_note(machine, chosen_pose, min(count, 10)) if estimate is None else estimate_note(estimate)
     notes = (*_mechanism_notes(shapes), *doubt_modes_above_bands(machine, shapes.frequency),
@@ -123,7 +124,7 @@ def _test_note(shapes: BodyShapes) -> tuple[str, ...]:
 
     A pole under structural loss is :math:`\omega \sqrt{1 + i \eta}`, of size :math:`\omega (1 + \eta^2)^{1/4}`: modes fitted
     to measured responses state that size.
-"""
+    """
     shift = (1 + (2 * shapes.structural_ratio) ** 2) ** 0.25 - 1
     if shift.size == 0 or shift.max() < MIN_REPORTED_SHIFT:
         return ()

@@ -64,7 +64,7 @@ class Grid:
             if span <= 1e-9 * abs(float(column[highest])):
                 lines.append(f"{name}: {number_text(float(column[lowest]))} {unit} at every pose")
                 continue
-            # To the digits that tell both ends apart.
+            # To the digits by which both ends differ.
             lowest_text, highest_text = (number_text(float(column[index]), span / 20) for index in (lowest, highest))
             lines.append(f"{name}: lowest {lowest_text} {unit} at {self.words([int(i) for i in lowest])}; "
                          f"highest {highest_text} {unit} at {self.words([int(i) for i in highest])}")

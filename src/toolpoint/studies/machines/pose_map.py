@@ -134,7 +134,7 @@ def pose_map(
     ----------
     machine : Machine
     axes : mapping of axis name to positions
-        m or rad; axes left out stand at zero.
+        m or rad; axes left out are at zero.
     modes : int
     engine, folder, progress : see `execute.execute`
     path : str

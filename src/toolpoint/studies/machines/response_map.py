@@ -123,7 +123,7 @@ def response_map(
     machine : Machine
         Names its tool point, and the table where there is one; damped.
     axes : mapping of axis name to positions
-        m or rad; axes left out stand at rest.
+        m or rad; axes left out are at rest.
     frequency : (n_f,) floats, optional
         Hz; 400 lines over the lowest twelve modes of some poses of the grid where left out.
     engine, folder, progress : see `execute.execute`

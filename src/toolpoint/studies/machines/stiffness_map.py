@@ -155,7 +155,7 @@ def stiffness_map(
     machine : Machine
         Names its tool point, and the table where there is one.
     axes : mapping of axis name to positions
-        m or rad; axes left out stand at rest.
+        m or rad; axes left out are at rest.
     kind : str
         ``static``, or ``dynamic`` (the least over frequency).
     engine, folder, progress : see `execute.execute`

@@ -45,7 +45,7 @@ def question_tool_seat(machine: Machine) -> list[Doubt]:
 
 
 def _tree_joints(machine: Machine) -> set[str]:
-    """Return the joints that bodies hang on, the first of each body; the others close loops."""
+    """Return the joints that carry bodies, the first of each body; the others close loops."""
     joints: dict[str, str] = {}
     for name, joint in machine.description.joints.items():
         joints.setdefault(joint.child, name)

@@ -26,7 +26,7 @@ from toolpoint.vibration import Modes
 MAX_MACHINE_SPAN = 200.0  # m; the longest gantry mills reach over about 100 m
 MIN_BODY_DISTANCE = 0.15  # of the machine's size: root-mean-square distance from points' boxes to bodies' that is doubted
 TINY_DISTANCE = 0.01  # of the machine's size: distance that needs no smaller one
-MAX_NAMED_DISTANCE = 0.05  # of the machine's size: residual of points known by name, above which they tell no frame
+MAX_NAMED_DISTANCE = 0.05  # of the machine's size: residual of points known by name, above which they fix no frame
 _UNIT_REMEDY = "write the unit in the first line of a CSV file (point,x [mm],y [mm],z [mm]), or in set 164 of a universal file"
 Point = str | int
 

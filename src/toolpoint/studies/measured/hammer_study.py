@@ -197,7 +197,7 @@ def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, du
 
 def _numbers(names: Sequence[str], records: Sequence[Record], block: float | None, rules: HitRules | None,
              decided: Mapping[str, bool]) -> dict[int, bool]:
-    """Return the decisions about the hits of a test by the number of the hit, which takes a look at where they are."""
+    """Return the decisions about the hits of a test by the number of the hit, for which hits are located first."""
     if not decided:
         return {}
     labels = _hit_names(names, locate_hits(records, block, rules))

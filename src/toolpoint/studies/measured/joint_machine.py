@@ -178,6 +178,6 @@ def _covariance_root(covariance: FloatArray) -> FloatArray:
 
 
 def _is_mirrored(path: str) -> bool:
-    """Return whether a path is the upper half of a symmetric matrix, which its lower half tells."""
+    """Return whether a path is the upper half of a symmetric matrix, which repeats its lower half."""
     words = path.split(".")
     return words[2].endswith("_matrix") and int(words[-1]) > int(words[-2])

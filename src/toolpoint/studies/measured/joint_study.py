@@ -109,7 +109,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     Raises
     ------
     ToolpointError
-        For points in another unit, and a frame that the bodies do not tell, see `place_test`.
+        For points in another unit, and a frame that the bodies do not fix, see `place_test`.
     """
     placement = place_test(geometry.points, components)
     geometry = replace(geometry, points=placement.places(geometry.points))
@@ -127,6 +127,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         machine, law_doubts = _with_rival_laws(machine, joints, components)
         study = replace(study, law_doubts=law_doubts)
         built = build(machine)
+    # Joints are worth having without a machine: the reason goes beside them.
     except (ToolpointError, np.linalg.LinAlgError) as error:
         return replace(study, no_machine_reason=str(error))
     study = replace(study, machine=machine).compared(built)
@@ -164,6 +165,7 @@ def _doubted_by_modes(joints: JointIdentification, machine: Machine, checked: Ma
     held: dict[str, list[str]] = {}
     for mode in checked.unseen:
         vector = shapes.vectors[:, mode]
+        # Strain energy by coordinate: a joint's share is the sum over its own.
         work = vector * (stiffness @ vector)
         for name, columns in zip(machine.body_names, machine.joint_columns, strict=True):
             if work[list(columns)].sum() > _MIN_ENERGY_FRACTION * work.sum():

@@ -241,7 +241,7 @@ def problem(
 def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose | None) -> SystemModel:
     frf = targets.frf
     outputs = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
-    # Modes alone need no input; the assembly asks for one.
+    # Modes alone need no input; the assembly needs one.
     driven = frf.inputs if frf else outputs[:1]
     held = systems(machine, names, pose, outputs=outputs, inputs=driven)
     count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODE_COUNT
@@ -265,7 +265,7 @@ def update(
 
     Where both are given, the modes are fitted first: they lead from far away, while responses with narrow peaks have many
     local minima; then both with the logarithms of the responses, then as the targets say. Parameters that the data
-    cannot tell stay where they are and are named; the rule is asked at the start and again at the results: what
+    cannot determine stay where they are and are named; the rule is applied at the start and at the results: what
     shows only there is freed, and what does not show there goes back to where it was.
 
     Parameters

@@ -85,7 +85,7 @@ def compare_with_test(machine: Machine, test: MeasuredTest, *, pose: Mapping[str
         The earlier one is shown beside, for example the machine before an update.
     test : MeasuredTest
         With `owner` the measured points ride on the machine's bodies; otherwise they are paired with the machine's named
-        points, by `known_pairs` or by registration from where they stand; without a geometry equal names are the same
+        points, by `known_pairs` or by registration from where they are; without a geometry equal names are the same
         points.
     known_pairs : mapping of measured point to point of the machine, optional
     furthest : float

@@ -78,7 +78,7 @@ def study_operational(records: RecordSet | Record | Sequence[Record], method: st
     blow : Frf, optional
         One driving-point response at a measured degree of freedom.
     machine : Machine, optional
-        At the pose of the records; its points bear the names of the channels.
+        At the pose of the records; its points have the names of the channels.
 
     Raises
     ------

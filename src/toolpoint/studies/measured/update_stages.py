@@ -22,7 +22,7 @@ def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | Non
 
     start : coordinates to which modes have led, None where nothing has; the rest as in `machine_update.update`.
     """
-    # How much a parameter moves depends on where lines are close: it is asked of those that were measured.
+    # How much a parameter moves depends on where lines are close: it is computed on those that were measured.
     judge = _logarithmic_problem(task)
     result = None if start is None else _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge)
     if result is None:
@@ -88,7 +88,7 @@ def _repeat_stages(stages: Sequence[Problem], first: ParameterFit, method: Least
         for stage in stages:
             result = fit(stage, method, free=free, start=result.x)
             evaluations += result.evaluations
-        # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
+        # Far from the measurement a damper may hide that shows near it: the same rule is applied again at the result.
         now = None if limit is None else identifiability(judge, result.x, limit, least_influence=least_influence)
         if now is None or set(now.identifiable) == set(free):
             break

@@ -2,8 +2,8 @@ r"""Regions of even properties: the straight segment over which the summed peak-
 
 :math:`\Sigma = \sum_m (\max_s v_m(s) - \min_s v_m(s))` over places s of a segment of any length and direction, m the modes (or
 directions). The source walks a grid in four directions (eqs. 9-11): its diagonals are longer by the root of two, and its eq.
-10 takes five points where its text says four. Here every segment has the asked length, and its places are computed where they
-are.
+10 takes five points where its text says four. Here every segment has the requested length, and its places are computed where
+they are.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
     samples : int
         Places on a segment, both ends included.
     direction, turn, branch, point
-        How the tool stands, see `reach_places`.
+        Direction and turn of the tool, see `reach_places`.
     """
     measure = quantity or PlaceQuantity()
     first, ways = floats("starts", starts, (None, 3)).reshape(-1, 3), floats("directions", directions, (None, 3))

@@ -50,6 +50,7 @@ class SegmentFollower:
         rest. Between the places the segment is followed every 10 mm at least.
         """
         spacing = float(np.linalg.norm(places[1] - places[0]))
+        # Without rotary axes nothing can jump between two places.
         parts = max(int(np.ceil(spacing / FOLLOWING_STEP - 1e-6)), 1) if self.rotary else 1
         share = np.arange((len(places) - 1) * parts + 1)[:, None] / ((len(places) - 1) * parts)
         dense = places[0] + share * (places[-1] - places[0])
@@ -65,6 +66,7 @@ class SegmentFollower:
             if not inside:
                 return SegmentPoses(reason=OUT_OF_REACH)
             at_places.append(inside)
+        # Only a branch that reaches every place can be followed without passing a singular pose.
         names = [name for name in at_places[0] if all(name in inside for inside in at_places)]
         if not names:
             return SegmentPoses(reason=NO_BRANCH)
@@ -84,6 +86,7 @@ class SegmentFollower:
 
     def _path(self, solver: ArmReach, branches: Sequence[ArmBranch]) -> FloatArray | None:
         """Return positions (n, 6) of a branch along a segment, begun nearest to rest at either end; None for a jump."""
+        # Whole turns of the axes follow from the end that is begun at: a path may be free of jumps from one end only.
         for sense in (1, -1):
             last, rows = np.array(list(self.reference.values())), list[FloatArray]()
             for branch in branches[::sense]:

@@ -111,7 +111,7 @@ class BranchComparison(NotebookText):
 
     rows : name, number of reached places, means and least values (n_columns,) over the places that all branches reach.
 
-    shared : how many those are; where there are none every branch stands for its own places, and the one that reaches most is
+    shared : how many those are; where there are none every branch is judged by its own places, and the one that reaches most is
     first.
     """
 
@@ -147,7 +147,7 @@ def compare_branches(machine: Machine, places: ArrayLike, direction: ArrayLike |
                      quantity: PlaceQuantity | None = None, point: str = "") -> BranchComparison:
     """Return a quantity on every branch that reaches the first place, along all places.
 
-    The branch of the greatest mean over the places that all of them reach stands first.
+    The branch of the greatest mean over the places that all of them reach comes first.
     """
     targets = floats("places", places, (None, 3)).reshape(-1, 3)
     measure, values_by_branch = quantity or PlaceQuantity(), dict[str, FloatArray]()

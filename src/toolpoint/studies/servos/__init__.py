@@ -1,1 +1,1 @@
-"""Questions asked of servos: an experiment along a path, margins over the workspace."""
+"""Questions about servos: an experiment along a path, margins over the workspace."""

@@ -34,7 +34,7 @@ class AxisFindings:
 
     runs : of constant speed; velocity_gain : speed over following error, 1/s (K_v where no feed-forward acts), with its 95 %
     interval; friction : None where the runs do not separate dry and viscous part; levels : mean loads forward and backward at
-    the largest speed, with intervals; notes : what the record cannot tell.
+    the largest speed, with intervals; notes : what the record does not show.
     """
 
     axis: str

@@ -156,7 +156,7 @@ def run_drives(
         Whose structure the drives push against, at a `pose` (axis name to m or rad).
     ideal : sequence of str
         Axes of the program (``Z``) that the drives lack and that shall follow without error; see
-        `drive_contour.match_axes`, which takes those that only position as ideal without being asked, and says so.
+        `drive_contour.match_axes`, which takes those that only position as ideal of its own accord, and says so.
     remarks : sequence of str
         What was assumed of the program (`io` says it); it stands before the figures.
     progress : callable, optional

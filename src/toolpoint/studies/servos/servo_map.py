@@ -235,7 +235,7 @@ def _loop_figures(position: LoopLevel, velocity: LoopLevel, axes: int) -> FloatA
 def circle_deviation(servo: Servo, radius: float, feed: float) -> float:
     """Return the circular deviation G (ISO 230-4, m) of the second turn at the tool point, first two axes; m and m/s.
 
-    The command starts at the full feed, so the first turn is not judged; a third axis and more stand still.
+    The command starts at the full feed, so the first turn is not judged; a third axis and more are at rest.
     """
     turn = 2 * np.pi * radius / feed
     plane = circle_command(radius, feed, servo.controllers[0].position.sample_time, duration=2 * turn, center=(-radius, 0.0))

@@ -25,7 +25,7 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
 
     `keep` : points that stay (those that are struck, as a driving point gives shapes their scale).
 
-    Raises ToolpointError where so few points cannot tell so many modes.
+    Raises ToolpointError where so few points cannot distinguish so many modes.
     """
     points = list(dict.fromkeys(dof.point for dof in modes.dofs))
     rows = {point: [k for k, dof in enumerate(modes.dofs) if dof.point == point] for point in points}

@@ -14,7 +14,7 @@ from toolpoint.vision.displacement.points import BLIND_SIGHT, Windows, grid_wind
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.templates import TemplateProducts
 
-# Pixels around the bodies that are not asked: their edges move with them, and regions are rough.
+# Pixels around the bodies that are left out: their edges move with them, and regions are rough.
 BODY_CLEARANCE_PIXELS = 6
 # Share of the picture's width and height that windows around the bodies must span; how far a body's share of the camera's
 # motion may be from all of it.

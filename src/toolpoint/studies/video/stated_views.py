@@ -1,6 +1,6 @@
 """Doubts about the stated views, where an updated machine does not explain the videos.
 
-Planes that are exchanged and a scale that is off are numbers as good as any: only the machine tells. Its misfit (reduced
+Planes that are exchanged and a scale that is off are numbers as good as any: only the machine shows it. Its misfit (reduced
 chi-square) is 1 where all is right, grows with the square of the scale's error, and falls to 1 again with the right statement.
 """
 

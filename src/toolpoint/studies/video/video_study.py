@@ -318,7 +318,7 @@ def _identify_poles(decay: FreeDecay, field: DisplacementField, band: tuple[floa
 
 def _mark_doubtful(names: tuple[str, ...], identification: Identification | None, motion_sigma: FloatArray, *, loss: float
                    ) -> tuple[str, ...]:
-    """Return the names with those poles marked that the decay or the picture does not bear."""
+    """Return the names with those poles marked that the decay or the picture does not support."""
     if identification is None:
         return tuple(name or ("" if motion_sigma[i] >= MIN_SEEN_SIGMA else FAINT_REMARK) for i, name in enumerate(names))
     unsure, sigma_min = identification.doubtful, min(loss, MAX_LOSS) * float(motion_sigma.max())

@@ -123,6 +123,7 @@ def update_from_videos(
     if not paths and not ranking.moving:
         fail("videos", "no interface moves beyond doubt", "must be one at least to update",
              remedy="strike harder, put texture on both bodies, or name the parameters")
+    # Damping that a compressed clip cannot state is no target.
     damped = all(video.gives_damping for video in videos)
     names = list(paths) or [
         f"joints.{name}.{kind}.{way}" for name in ranking.moving for kind in (("stiffness",
@@ -137,6 +138,7 @@ def update_from_videos(
     if frf is not None:
         targets.append(Targets(None, frf))
     local = update(machine, names, targets=targets, pose=[pose] * len(targets), least_influence=influence)
+    # A local fit may end in another minimum: the search starts from many others.
     fit = search_widely(local.problem, local.fit)
     best = replace(local, machine=machine.with_values(fit.values), fit=fit, all_after=agreements(local.problem, fit.x))
     return VideoUpdate(ranking, best, tuple(videos))

@@ -16,7 +16,7 @@ from toolpoint.studies.machines.check.machine_beliefs import MAX_BOX_DENSITY, MA
 AXIS_INDEX_BY_NAME = {"X": 0, "Y": 1, "Z": 2, "A": 0, "B": 1, "C": 2}
 COMPONENT_LENGTH_RANGE = (0.02, 25.0)  # m, of the longest side of a component
 MAX_SIDE_RATIO = 60.0  # longest over shortest side
-MAX_CENTRE_DISTANCE_RATIO = 3.0  # distance from the middle of the others over their spread: no part stands farther off
+MAX_CENTRE_DISTANCE_RATIO = 3.0  # distance from the middle of the others over their spread: no part is farther off
 MAX_RELATIVE_DEVIATIONS = {"mass": 0.5, "inertia": 1.0}  # of the number itself
 MIN_ROTARY_SPAN = np.radians(5.0)  # rad, of an axis that turns
 

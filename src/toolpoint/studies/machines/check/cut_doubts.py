@@ -32,7 +32,7 @@ def _question_coefficients(cut: CuttingDescription) -> Iterator[Doubt]:
     for key, bounds in COEFFICIENT_RANGES.items():
         said += question_range(f"cutting.{key}", getattr(k, key), bounds, words="(1 N/mm^2 is 1e6 Pa)")
     yield from said
-    # A coefficient of a wrong unit makes the ratio wrong too: it is asked once.
+    # A coefficient of a wrong unit makes the ratio wrong too: it is doubted once.
     if (not said and k.tangential and k.normal and not NORMAL_TO_TANGENTIAL_RANGE[0] <= k.normal / k.tangential <=
         NORMAL_TO_TANGENTIAL_RANGE[1]):
         ratio = k.normal / k.tangential

@@ -116,7 +116,7 @@ def _question_gravity(machine: Machine) -> list[Doubt]:
 def _question_first_frequency(machine: Machine) -> list[Doubt]:
     try:
         frequency = np.asarray(eigen.solve_undamped(assemble(machine), None).frequency)
-    except ValueError:  # a machine that cannot be solved here says so where it is asked
+    except ValueError:  # a machine that cannot be solved here says so where it is solved
         return []
     elastic = frequency[frequency > 1e-3]
     if not elastic.size or MIN_FIRST_FREQUENCY <= elastic[0] <= MAX_FIRST_FREQUENCY:

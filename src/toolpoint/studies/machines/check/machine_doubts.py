@@ -64,7 +64,7 @@ def tearing_axes(machine: Machine) -> list[Doubt]:
 
 
 def far_interfaces(machine: Machine) -> list[Doubt]:
-    """Return doubts about joints whose springs stand away from the interface of the elastic body that they hold."""
+    """Return doubts about joints whose springs are away from the interface of the elastic body that they hold."""
     lines: list[Doubt] = []
     for name, joint in machine.description.joints.items():
         for body, interface in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)):
@@ -112,5 +112,5 @@ def gives_way(joint: JointDescription) -> bool:
 
 
 def _is_out_of_place(joint: JointDescription) -> bool:
-    """Return whether a joint gives way, and no place is written."""
+    """Return whether a joint has springs, and no place is written."""
     return gives_way(joint) and joint.parent_interface is None and joint.child_interface is None and not joint.placed

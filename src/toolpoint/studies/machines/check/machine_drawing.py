@@ -35,7 +35,7 @@ def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mappin
     for name in carried.get(parent, ()):
         joint = machine.description.joints[name]
         lead = "   " * depth + f"{name} ({joint_words(machine, name)}): "
-        # The body behind a joint that closes a loop hangs in the tree already.
+        # The body behind a joint that closes a loop is in the tree already.
         if joint.closes_loop:
             yield lead + f"closes a loop to {joint.child}"
             continue

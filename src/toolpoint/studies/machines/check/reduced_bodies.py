@@ -35,7 +35,7 @@ def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, 
             if axis:
                 doubts.append(Doubt(f"axes.{axis}", f"at {pose_words(machine, pose)}, an end of its travel: {error}",
                                     "narrow the limits of the axis, or lengthen the slide"))
-            continue  # a described pose that cannot be is said by what asks for it
+            continue  # a described pose that cannot be reached is reported by the study that needs it
         assert estimate is not None
         if axis:
             doubts += _question_slides(machine, axis, pose)

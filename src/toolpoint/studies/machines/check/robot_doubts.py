@@ -1,7 +1,7 @@
 """Doubts about a robot as a whole: first frequency and damping against its length, reach and payload against its datasheet.
 
 Measured robots keep their first frequency within some 5 to 15 Hz at 2.5 to 3 m and 10 to 40 Hz at 0.7 to 1 m, damping ratios of
-0.3 to 10 %: so frequency times length is asked, not the frequency alone.
+0.3 to 10 %: so frequency times length is judged, not the frequency alone.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def question_arm(machine: Machine) -> Iterator[Doubt]:
         return
     try:
         modes = eigen.solve_damped(assemble(machine))
-    except ValueError:  # what cannot be solved here says so where it is asked
+    except ValueError:  # what cannot be solved here says so where it is solved
         return
     frequency, ratio = np.asarray(modes.frequency).ravel(), np.asarray(modes.damping_ratio).ravel()
     elastic = np.flatnonzero(frequency > 1e-3)

@@ -35,7 +35,7 @@ def describe_signs(machine: Machine) -> list[str]:
 def _question_ends(machine: Machine) -> list[Doubt]:
     lines = list[Doubt]()
     if not _moves_alone(machine) or tearing_axes(machine) or any(body.modal_count for body in machine.bodies):
-        return lines  # slides of elastic bodies are asked with their reduction
+        return lines  # slides of elastic bodies are judged with their reduction
     for axis in machine.chain.axes:
         for end in (axis.lower, axis.upper):
             if not np.isfinite(end):
