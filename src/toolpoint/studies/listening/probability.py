@@ -13,8 +13,8 @@ UNDECIDED_PROBABILITY = 0.5  # probability that such power leaves at least
 MIN_HALF_FRACTION = 1e-3  # of the power of the orders at half tooth passings: less says nothing
 MIN_HALF_DOMINANCE = 10.0  # of that power over the other orders of run-out: run-out alone spreads over all of them
 MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two teeth half a tooth passing is the spindle
-# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 to random cuts by `benchmarks/listen_calibration.py`,
-# seeds apart from those that the bars tell.
+# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 by `benchmarks/listen_calibration.py` to 221 of 240
+# random cuts (seed 0, without those of broadband power); the bars tell other seeds.
 LOGISTIC_COEFFICIENTS = (4.86, 5.49, 4.61)
 
 
