@@ -122,7 +122,7 @@ def _layout(line: bytes) -> _Layout | None:
 
 @cache
 def _powers() -> FloatArray:
-    """Return 10^q, q = -LARGEST_POWER .. LARGEST_POWER, as rows: power_float float, its upper and lower half, the rest."""
+    """Return 10^q, q = -LARGEST_POWER .. LARGEST_POWER, as rows: nearest float, its upper and lower half, the rest."""
     exact = [Fraction(10) ** q for q in range(-LARGEST_POWER, LARGEST_POWER + 1)]
     power_float = np.array([float(number) for number in exact])
     remainder = np.array([float(number - Fraction(number_float)) for number,
