@@ -111,9 +111,9 @@ def test_an_unknown_element_is_left_out_and_a_damaged_one_refused(path):
 
 def function(kind: int, response: str, reference: str | None, data, numerator: int, lines) -> bytes:
     """A function of any type: written as a response, then its type is put in its place of record 6."""
-    raw = functions.written(functions.RESPONSE, Dof.parse(response), Dof.parse(reference) if reference else None,
+    raw = functions.written(functions.RESPONSE_TYPE, Dof.parse(response), Dof.parse(reference) if reference else None,
                             numerator=numerator, denominator=13, abscissa=lines, data=data, text=False)
-    head = f"{functions.RESPONSE:5d}{0:10d}{0:5d}{0:10d} NONE".encode()
+    head = f"{functions.RESPONSE_TYPE:5d}{0:10d}{0:5d}{0:10d} NONE".encode()
     assert head in raw
     return raw.replace(head, f"{kind:5d}{0:10d}{0:5d}{0:10d} NONE".encode(), 1)
 
@@ -180,7 +180,7 @@ def test_two_channels_of_one_dof_are_renamed_with_a_warning(path):
         frf = uff.read_frf(path)
     assert [str(dof) for dof in frf.outputs] == ["3:+x", "3_2:+x"]
     assert np.array_equal(frf.values[0, :, 0], [1.0, 2.0])
-    record = functions.written(functions.TIME, Dof(3, "+x"), None, numerator=12, denominator=0,
+    record = functions.written(functions.TIME_RECORD_TYPE, Dof(3, "+x"), None, numerator=12, denominator=0,
                                abscissa=np.arange(8) / 100, data=np.arange(8.0), text=False)
     uff.write(path)
     path.write_bytes(path.read_bytes() + record + record)

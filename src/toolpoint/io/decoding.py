@@ -7,12 +7,12 @@ from pathlib import Path
 
 from toolpoint._check import ToolpointError
 
-_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def decode(raw: bytes) -> str:
     """Return bytes as text; signs that are no UTF-8 (units of older programs) become the replacement sign."""
-    return raw.decode("utf-16" if raw.startswith(_WIDE) else "utf-8-sig", errors="replace")
+    return raw.decode("utf-16" if raw.startswith(_UTF16_MARKS) else "utf-8-sig", errors="replace")
 
 
 def read_text(path: Path, expected: str) -> str:
@@ -22,6 +22,6 @@ def read_text(path: Path, expected: str) -> str:
         raw = path.read_bytes()
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    if b"\0" in raw[:4096] and not raw.startswith(_WIDE):
+    if b"\0" in raw[:4096] and not raw.startswith(_UTF16_MARKS):
         raise ToolpointError(f"{path}: a binary file of a kind that is not known; {expected}")
     return decode(raw)

@@ -33,13 +33,13 @@ def check_page_place(path: Path) -> None:
 
 def check_folder_place(path: Path) -> None:
     """Raise ToolpointError where a folder could not be made, or takes no files."""
-    nearest = path
-    while not os.path.exists(nearest) and nearest != nearest.parent:
-        nearest = nearest.parent
-    if not os.path.isdir(nearest):
-        raise ToolpointError(f"{path}: {'is' if nearest == path else f'{nearest} is'} a file; must be a folder; choose another "
-                             "name")
-    _try_folder(path, nearest)
+    existing = path
+    while not os.path.exists(existing) and existing != existing.parent:
+        existing = existing.parent
+    if not os.path.isdir(existing):
+        raise ToolpointError(f"{path}: {'is' if existing == path else f'{existing} is'} a file; must be a folder; choose "
+                             "another name")
+    _try_folder(path, existing)
 
 
 def _try_folder(path: Path, folder: Path) -> None:

@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import new_files
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-WAIT = 20_000  # ms for a page to draw its charts
+CHART_WAIT_MS = 20_000  # ms for a page to draw its charts
 NAMES = "() => Object.keys(window.toolpointCharts || {})"
 DRAW = """async ([name, format, width, scale]) => {
   const chart = window.toolpointCharts[name];
@@ -50,7 +50,7 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
 def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale: float) -> list[Path]:
     tab = browser.new_page(viewport={"width": 1400, "height": 900})
     tab.goto(page.resolve().as_uri())
-    tab.wait_for_function("() => window.toolpointCharts !== undefined", timeout=WAIT)
+    tab.wait_for_function("() => window.toolpointCharts !== undefined", timeout=CHART_WAIT_MS)
     tab.wait_for_timeout(500)
     names = tab.evaluate(NAMES)
     if not names:

@@ -102,8 +102,8 @@ def write_tables(page: str | Path, folder: str | Path, kind: str) -> list[Path]:
     names: list[str] = []
     for table in tables:
         stem = re.sub(r"[^a-z0-9]+", "_", table.title.lower()).strip("_") or "table"
-        same = sum(name == stem or name.startswith(f"{stem}__") for name in names)
-        names.append(stem if same == 0 else f"{stem}__{same + 1}")
+        same_stem_count = sum(name == stem or name.startswith(f"{stem}__") for name in names)
+        names.append(stem if same_stem_count == 0 else f"{stem}__{same_stem_count + 1}")
     files = new_files(folder, names, kind)
     for table, file in zip(tables, files, strict=True):
         file.write_text(table.as_csv() if kind == "csv" else table.as_latex(), encoding="utf-8")

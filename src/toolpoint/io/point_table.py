@@ -43,11 +43,11 @@ def read(path: Path, length: float | None = None) -> dict[str | int, FloatArray]
         points[name] = place * (np.array(stated) if stated else 1.0 if length is None else length)
     if not points:
         raise ToolpointError(f"{path}: no points; {FORM}")
-    far = max(points, key=lambda name: float(np.abs(points[name]).max()))
-    size = float(np.abs(points[far]).max())
+    farthest = max(points, key=lambda name: float(np.abs(points[name]).max()))
+    size = float(np.abs(points[farthest]).max())
     if size > units.LENGTH.largest:
-        raise ToolpointError(f"{path}: point {far} lies {size:g} m away, more than {units.LENGTH.largest:g} m: no machine tool "
-                             "is so large; write the unit of the columns in a first line: point,x [mm],y [mm],z [mm]")
+        raise ToolpointError(f"{path}: point {farthest} lies {size:g} m away, more than {units.LENGTH.largest:g} m: no machine "
+                             "tool is so large; write the unit of the columns in a first line: point,x [mm],y [mm],z [mm]")
     return points
 
 

@@ -1,4 +1,4 @@
-"""Which ending of a file's name means which format."""
+"""Endings of file names and the formats that they mean."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from toolpoint.vibration.geometry import Geometry
 if TYPE_CHECKING:
     import h5py  # loaded where something is written; a process of its own reads
 
-FORMAT, VERSION = "toolpoint", 1
+FORMAT, FORMAT_VERSION = "toolpoint", 1
 NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace, Geometry)}
 Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace | Geometry
 FOLDER = "nouns/"
@@ -42,7 +42,7 @@ def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
     os.close(handle)
     try:
         with h5py.File(part, "w") as file:
-            file.attrs["format"], file.attrs["version"] = FORMAT, VERSION
+            file.attrs["format"], file.attrs["version"] = FORMAT, FORMAT_VERSION
             file.attrs["single"] = not isinstance(nouns, Mapping)
             for name, noun in items.items():
                 _put(file.create_group(f"nouns/{name}" if name else "nouns/noun"), noun)
@@ -108,20 +108,21 @@ def _check(tree: Tree, path: Path) -> None:
     if attributes.get("format") != FORMAT or "nouns" not in tree:
         held = ", ".join([name for name in tree if name and "/" not in name][:5]) or "nothing"
         raise ToolpointError(f"{path}: an HDF5 file, but not one of toolpoint (it holds {held})")
-    if int(attributes["version"]) > VERSION:
-        raise ToolpointError(f"{path}: file version {attributes['version']}; this program reads up to {VERSION}; update it")
+    if int(attributes["version"]) > FORMAT_VERSION:
+        raise ToolpointError(f"{path}: file version {attributes['version']}; this program reads up to {FORMAT_VERSION}; update "
+                             "it")
 
 
 def _get(group: str, tree: Tree, path: Path) -> Any:
     kind = str(tree[group][0]["noun"])
     if kind not in NOUNS:
         raise ToolpointError(f"{path}: unknown noun {kind!r}; known: {', '.join(NOUNS)}")
-    known = {field.name for field in fields(NOUNS[kind])}
+    field_names = {field.name for field in fields(NOUNS[kind])}
     values = {}
     for entry, (_, value) in tree.items():
         if entry.startswith(f"{group}/") and "/" not in entry[len(group) + 1:]:
             name = entry[len(group) + 1:]
-            if name not in known:
+            if name not in field_names:
                 raise ToolpointError(f"{path}: {kind} has no {name!r}; the file was written by another version")
             values[name] = json.loads(value, object_hook=_dof) if isinstance(value, str) else value
     if kind == "Geometry":

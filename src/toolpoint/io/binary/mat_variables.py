@@ -56,8 +56,8 @@ def _is_version_73(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             start = file.read(128)
-            for at in (0, 512, 1024, 2048, 4096):
-                file.seek(at)
+            for offset in (0, 512, 1024, 2048, 4096):
+                file.seek(offset)
                 if file.read(8) == SIGNATURE:
                     return True
     except OSError as error:

@@ -31,11 +31,11 @@ def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
     arrays = _load(Path(path))
     if not isinstance(arrays, dict):
         raise ToolpointError(f"{path}: one array without names; must be an .npz file with {', '.join(KEYS)}")
-    missing = [key for key in KEYS[:4] if key not in arrays]
-    if missing:
-        raise ToolpointError(f"{path}: no array {', '.join(missing)}; it holds {', '.join(arrays) or 'nothing'}; save it with "
-                             "numpy.savez(path, frequency=..., values=..., outputs=[...], inputs=[...], quantity=...), or name "
-                             "them with `variables`, for example frequency=f,values=H")
+    absent_keys = [key for key in KEYS[:4] if key not in arrays]
+    if absent_keys:
+        raise ToolpointError(f"{path}: no array {', '.join(absent_keys)}; it holds {', '.join(arrays) or 'nothing'}; save it "
+                             "with numpy.savez(path, frequency=..., values=..., outputs=[...], inputs=[...], quantity=...), or "
+                             "name them with `variables`, for example frequency=f,values=H")
     stated = str(arrays["quantity"]) if "quantity" in arrays else None
     if None not in (stated, quantity) and stated != quantity:
         raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")

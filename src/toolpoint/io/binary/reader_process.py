@@ -21,9 +21,9 @@ from typing import Any
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import check_regular
 
-SECONDS, BYTES_A_SECOND = 3.0, 20e6  # of a file, beyond what starting the process takes
-MEMORY, COPIES = 700_000_000, 40  # bytes, and how many times its size a file may need
-START = 60.0
+BASE_READING_SECONDS, BYTES_A_SECOND = 3.0, 20e6  # of a file, beyond what starting the process takes
+BASE_READING_BYTES, MAX_MEMORY_COPIES = 700_000_000, 40  # bytes, and how many times its size a file may need
+MAX_START_SECONDS = 60.0
 
 
 class _Worker:
@@ -34,7 +34,7 @@ class _Worker:
         self.owner = os.getpid()
         self.process = subprocess.Popen([sys.executable, "-P", str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                         stderr=subprocess.DEVNULL)
-        if self._answer(START) is None:
+        if self._answer(MAX_START_SECONDS) is None:
             raise ToolpointError("the process that reads HDF5 and MATLAB files does not start; check the installation of h5py")
 
     def ask(self, request: dict[str, Any]) -> tuple[str, Any]:
@@ -95,8 +95,8 @@ def load(path: Path, format: str) -> Any:
     """
     check_regular(path)
     size = path.stat().st_size
-    request = {"format": format, "path": str(path.resolve()), "seconds": SECONDS + size / BYTES_A_SECOND,
-               "memory": MEMORY + COPIES * size}
+    request = {"format": format, "path": str(path.resolve()), "seconds": BASE_READING_SECONDS + size / BYTES_A_SECOND,
+               "memory": BASE_READING_BYTES + MAX_MEMORY_COPIES * size}
     with _LOCK:
         worker = _running()
         state, content = worker.ask(request)

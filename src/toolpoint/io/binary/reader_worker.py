@@ -17,15 +17,15 @@ from typing import Any, BinaryIO
 import h5py
 import numpy as np
 
-MOST_PACKED = 1100  # no compression of these formats makes an array smaller by more
-SLACK = 1 << 20
-DEEPEST = 50
+MAX_COMPRESSION_RATIO = 1100  # no compression of these formats makes an array smaller by more
+ARRAY_BYTES_MARGIN = 1 << 20  # bytes, for arrays of files that hold next to nothing
+MAX_GROUP_DEPTH = 50
 
 
 def read_hdf5(path: str) -> dict[str, tuple[dict[str, Any], Any]]:
     """Return every dataset and group by its path: attributes and value (None for a group, texts as str, cells as lists)."""
     tree: dict[str, tuple[dict[str, Any], Any]] = {}
-    budget = [MOST_PACKED * os.path.getsize(path) + SLACK]
+    budget = [MAX_COMPRESSION_RATIO * os.path.getsize(path) + ARRAY_BYTES_MARGIN]
     with h5py.File(path, "r") as file:
         _collect(file, "", tree, budget, 0)
         tree[""] = (_attributes(file), None)
@@ -33,8 +33,8 @@ def read_hdf5(path: str) -> dict[str, tuple[dict[str, Any], Any]]:
 
 
 def _collect(group: Any, prefix: str, tree: dict[str, tuple[dict[str, Any], Any]], budget: list[int], depth: int) -> None:
-    if depth > DEEPEST or len(tree) > 1_000_000:
-        raise ValueError(f"groups nested deeper than {DEEPEST}, or more than a million of them")
+    if depth > MAX_GROUP_DEPTH or len(tree) > 1_000_000:
+        raise ValueError(f"groups nested deeper than {MAX_GROUP_DEPTH}, or more than a million of them")
     for name in group:
         kind = group.get(name, getlink=True)
         if not isinstance(kind, h5py.HardLink):

@@ -32,8 +32,8 @@ def values_text(array: np.ndarray) -> str:
     """Return the C initializer of an array of numbers or records, a line for every six numbers or for each record."""
     if array.dtype.names:
         return "{" + ",\n".join(_record(record) for record in array) + "}" if array.size else "{{0}}"
-    shown = [_number(v) for v in array.ravel().tolist()]
-    return "{" + ",\n".join(", ".join(shown[i:i + 6]) for i in range(0, len(shown), 6)) + "}" if shown else "{0}"
+    numbers = [_number(v) for v in array.ravel().tolist()]
+    return "{" + ",\n".join(", ".join(numbers[i:i + 6]) for i in range(0, len(numbers), 6)) + "}" if numbers else "{0}"
 
 
 def _record(record: np.void) -> str:

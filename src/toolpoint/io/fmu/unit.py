@@ -102,8 +102,8 @@ def _part(name: str) -> str:
 
 def _numbers(servo: Servo, substeps: int) -> str:
     """Return the header with the matrices, laws and controllers."""
-    plant, inner = servo.plant, servo.controllers[0].sample_times.current
-    m = step_matrices(plant, inner / substeps)
+    plant, current_time = servo.plant, servo.controllers[0].sample_times.current
+    m = step_matrices(plant, current_time / substeps)
     sizes = {"NA": len(plant.axes), "N": m.basis.shape[1], "CORE": m.core.shape[0], "HALF": m.pairs.shape[1],
              "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.laws.size, "NP": plant.products.shape[0],
              "ND": m.inputs.shape[0], "NY": m.reading.shape[1],
@@ -141,14 +141,14 @@ def _description(servo: Servo, name: str, identifier: str, guid: str, notes: Seq
     rows, outputs = [], []
     for axis, number, parameters in zip(servo.plant.axes, count_from(0, _REFERENCES["AXIS_REFERENCES"]), _parameters(servo),
                                         strict=False):
-        given = [(n, u, number + k, "causality='input' variability='continuous'", 0.0) for k, (n, u) in enumerate(INPUTS)]
-        seen = [(n, _OUTPUT_UNITS[n], number + _REFERENCES["FIRST_OUTPUT"] + k,
-                 "causality='output' variability='continuous' initial='calculated'", None)
-                for k, n in enumerate((*OUTPUTS, *SIGNALS))]
-        tunable = [(n, u, number + _REFERENCES["FIRST_TUNED"] + k,
-                    "causality='parameter' variability='tunable' initial='exact'", parameters[n])
-                   for k, (n, u) in enumerate(TUNED)]
-        for words, unit, reference, kind, start in (*given, *seen, *tunable):
+        input_rows = [(n, u, number + k, "causality='input' variability='continuous'", 0.0) for k, (n, u) in enumerate(INPUTS)]
+        output_rows = [(n, _OUTPUT_UNITS[n], number + _REFERENCES["FIRST_OUTPUT"] + k,
+                        "causality='output' variability='continuous' initial='calculated'", None)
+                       for k, n in enumerate((*OUTPUTS, *SIGNALS))]
+        tunable_rows = [(n, u, number + _REFERENCES["FIRST_TUNED"] + k,
+                         "causality='parameter' variability='tunable' initial='exact'", parameters[n])
+                        for k, (n, u) in enumerate(TUNED)]
+        for words, unit, reference, kind, start in (*input_rows, *output_rows, *tunable_rows):
             value = "" if start is None else f" start='{float(start)!r}'"
             rows.append(f"<ScalarVariable name={quoteattr(f'{axis.name}.{words}')} valueReference='{reference}' {kind}>"
                         f"<Real unit='{unit}'{value}/></ScalarVariable>")

@@ -12,8 +12,8 @@ from toolpoint.io.door import door
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix, complete, node_dof
 from toolpoint.vibration import Dof
 
-# Abaqus puts this on the diagonal of a held row.
-_HELD = 1e36
+# Abaqus puts this on the diagonal of a held row, in place of removing it.
+_HELD_DIAGONAL = 1e36
 
 
 @door("Abaqus matrix file")
@@ -37,9 +37,9 @@ def read(path: Path) -> list[LabelledMatrix]:
 
 def _labelled(path: Path, places: np.ndarray, values: np.ndarray) -> LabelledMatrix:
     keys, index = np.unique(np.concatenate([places[:, :2], places[:, 2:]]), axis=0, return_inverse=True)
-    i, j = index.ravel()[:len(values)], index.ravel()[len(values):]
+    rows, columns = index.ravel()[:len(values)], index.ravel()[len(values):]
     dofs = tuple(node_dof(int(node), int(direction)) for node, direction in keys)
-    return _finished(path, i, j, values, dofs, len(keys))
+    return _finished(path, rows, columns, values, dofs, len(keys))
 
 
 def _plain(path: Path, places: np.ndarray, values: np.ndarray) -> LabelledMatrix:
@@ -48,13 +48,15 @@ def _plain(path: Path, places: np.ndarray, values: np.ndarray) -> LabelledMatrix
     return _finished(path, places[:, 0] - 1, places[:, 1] - 1, values, (), int(places.max()))
 
 
-def _finished(path: Path, i: np.ndarray, j: np.ndarray, values: np.ndarray, dofs: tuple[Dof, ...], size: int) -> LabelledMatrix:
+def _finished(path: Path, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, dofs: tuple[Dof, ...],
+              size: int) -> LabelledMatrix:
     if not np.isfinite(values).all():
         raise ToolpointError(f"{path}: {int((~np.isfinite(values)).sum())} values are not finite; must be finite")
-    matrix = csc_array(coo_array((values, (i, j)), shape=(size, size)))
-    if (i >= j).all() or (i <= j).all():
+    matrix = csc_array(coo_array((values, (rows, columns)), shape=(size, size)))
+    # Entries of one triangle only: the file leaves out the other, which is the same.
+    if (rows >= columns).all() or (rows <= columns).all():
         matrix = complete(matrix)
-    held = matrix.diagonal() >= _HELD
+    held = matrix.diagonal() >= _HELD_DIAGONAL
     if not held.any():
         return LabelledMatrix(Path(path).stem, matrix, dofs, dofs)
     free = np.flatnonzero(~held)

@@ -17,11 +17,11 @@ from toolpoint.io.door import door
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix, node_dof
 from toolpoint.vibration import Dof
 
-_INTEGERS, _PACKED = 0x80000000, 0x10000000
-_HEADER = 103
-# Places in the header.
-_ROWS, _MATRICES, _DIRECTIONS, _LUMPED, _UNSYMMETRIC = 1, 3, 7, 10, 13
-_STIFFNESS, _MASS, _NODES, _DOFS, _SCALED = (18, 19), (26, 27), 32, (35, 36), 16
+_INTEGER_FLAG, _PACKED_FLAG = 0x80000000, 0x10000000
+_HEADER_WORD = 103
+# Words of the header: counts, switches, and the first words of the matrices (low and high half of an address).
+_ROW_COUNT_WORD, _MATRIX_COUNT_WORD, _DIRECTION_COUNT_WORD, _LUMPED_WORD, _UNSYMMETRIC_WORD = 1, 3, 7, 10, 13
+_STIFFNESS_WORDS, _MASS_WORDS, _NODE_COUNT_WORD, _DOF_WORDS, _SCALED_WORD = (18, 19), (26, 27), 32, (35, 36), 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,31 +29,33 @@ class _FullWords:
     path: Path
     words: np.ndarray
 
-    def record(self, at: int) -> tuple[np.ndarray, int]:
+    def record(self, position: int) -> tuple[np.ndarray, int]:
         """Return the values of the record at a word, and the word after it."""
         size = len(self.words)
-        if not 0 <= at < size - 2 or not 0 <= (length := int(self.words[at])) <= size - at - 3:
-            raise ToolpointError(f"{self.path}: no whole record at byte {4 * at} of {4 * size}; the file is cut off or damaged")
-        if int(self.words[at + 2 + length]) != length:
-            raise ToolpointError(f"{self.path}: record at byte {4 * at} of {length} words ends with another length; damaged")
-        flags, raw = int(self.words[at + 1]) & 0xFFFFFFFF, self.words[at + 2:at + 2 + length]
-        if flags & _PACKED:
-            return self._unpacked(raw, bool(flags & _INTEGERS), at), at + length + 3
-        return (raw if flags & _INTEGERS else raw[:length // 2 * 2].view(np.float64)), at + length + 3
+        if not 0 <= position < size - 2 or not 0 <= (length := int(self.words[position])) <= size - position - 3:
+            raise ToolpointError(f"{self.path}: no whole record at byte {4 * position} of {4 * size}; the file is cut off or "
+                                 "damaged")
+        if int(self.words[position + 2 + length]) != length:
+            raise ToolpointError(f"{self.path}: record at byte {4 * position} of {length} words ends with another length; "
+                                 "damaged")
+        flags, raw = int(self.words[position + 1]) & 0xFFFFFFFF, self.words[position + 2:position + 2 + length]
+        if flags & _PACKED_FLAG:
+            return self._unpacked(raw, bool(flags & _INTEGER_FLAG), position), position + length + 3
+        return (raw if flags & _INTEGER_FLAG else raw[:length // 2 * 2].view(np.float64)), position + length + 3
 
-    def _unpacked(self, raw: np.ndarray, is_integer: bool, at: int) -> np.ndarray:
+    def _unpacked(self, raw: np.ndarray, is_integer: bool, position: int) -> np.ndarray:
         """Unpack windows: length, number of windows, then (start, length, values), a negative length for one repeated value."""
-        total, windows, place = int(raw[0]), int(raw[1]), 2
+        total, windows, offset = int(raw[0]), int(raw[1]), 2
         if not 0 <= total <= 10**9:
-            raise ToolpointError(f"{self.path}: packed record at byte {4 * at} of {total} values; damaged")
-        wide = 1 if is_integer else 2
+            raise ToolpointError(f"{self.path}: packed record at byte {4 * position} of {total} values; damaged")
+        value_words = 1 if is_integer else 2
         result = np.zeros(total, dtype=np.int32 if is_integer else np.float64)
         for _ in range(windows):
-            start, length = int(raw[place]), int(raw[place + 1])
+            start, length = int(raw[offset]), int(raw[offset + 1])
             count = 1 if length < 0 else length
-            values = raw[place + 2:place + 2 + count * wide]
+            values = raw[offset + 2:offset + 2 + count * value_words]
             result[start:start + abs(length)] = values if is_integer else values.copy().view(np.float64)
-            place += 2 + count * wide
+            offset += 2 + count * value_words
         return result
 
 
@@ -71,32 +73,33 @@ def read(path: Path) -> list[LabelledMatrix]:
         raise ToolpointError(f"{path}: begins with words {words[0]}, {words[2]}; must be 100 and file number 4 of a "
                              "little-endian .full file (write one with WRFULL or a modal analysis)")
     source = _FullWords(Path(path), words)
-    header, following = source.record(_HEADER)
+    header, following = source.record(_HEADER_WORD)
     _check_header(path, header)
     dofs, free, notes = _labels(source, header, following)
-    result = [LabelledMatrix("K", _matrix(source, header, _STIFFNESS, free), dofs, dofs, notes)]
-    if int(header[_MASS[0]]) or int(header[_MASS[1]]):
-        result.append(LabelledMatrix("M", _matrix(source, header, _MASS, free), dofs, dofs, notes))
+    result = [LabelledMatrix("K", _matrix(source, header, _STIFFNESS_WORDS, free), dofs, dofs, notes)]
+    if int(header[_MASS_WORDS[0]]) or int(header[_MASS_WORDS[1]]):
+        result.append(LabelledMatrix("M", _matrix(source, header, _MASS_WORDS, free), dofs, dofs, notes))
     return result
 
 
 def _check_header(path: Path, header: np.ndarray) -> None:
-    for at, limit in ((_LUMPED, "a lumped mass"), (_UNSYMMETRIC, "unsymmetric matrices")):
-        if header[at]:
+    for switch, limit in ((_LUMPED_WORD, "a lumped mass"), (_UNSYMMETRIC_WORD, "unsymmetric matrices")):
+        if header[switch]:
             raise ToolpointError(f"{path}: {limit}; must be consistent and symmetric (choose LUMPM,OFF and a symmetric solver)")
     if header[0] >= 0:
         raise ToolpointError(f"{path}: written by the frontal solver; take another equation solver")
-    if not 0 < header[_ROWS] < 2**30 or not 0 < header[_NODES] <= header[_ROWS]:
-        raise ToolpointError(f"{path}: {header[_ROWS]} rows of {header[_NODES]} nodes; the header is damaged")
+    if not 0 < header[_ROW_COUNT_WORD] < 2**30 or not 0 < header[_NODE_COUNT_WORD] <= header[_ROW_COUNT_WORD]:
+        raise ToolpointError(f"{path}: {header[_ROW_COUNT_WORD]} rows of {header[_NODE_COUNT_WORD]} nodes; the header is "
+                             "damaged")
 
 
-def _labels(source: _FullWords, header: np.ndarray, at: int) -> tuple[tuple[Dof, ...], np.ndarray, tuple[str, ...]]:
+def _labels(source: _FullWords, header: np.ndarray, position: int) -> tuple[tuple[Dof, ...], np.ndarray, tuple[str, ...]]:
     """Return labels of the free rows, their numbers, and notes."""
-    _, at = source.record(at)
-    nodes, _ = source.record(at)
-    counts, at = source.record(_long(header, _DOFS))
-    kinds, at = source.record(at)
-    rows = int(header[_ROWS])
+    _, position = source.record(position)
+    nodes, _ = source.record(position)
+    counts, position = source.record(_long(header, _DOF_WORDS))
+    kinds, position = source.record(position)
+    rows = int(header[_ROW_COUNT_WORD])
     if len(nodes) < len(counts) or int(counts.sum()) != rows or len(kinds) < rows or (counts < 0).any():
         raise ToolpointError(f"{source.path}: {len(nodes)} nodes with {int(counts.sum())} directions for {rows} rows; damaged")
     node_of = np.repeat(nodes[:len(counts)], counts)
@@ -116,22 +119,22 @@ def _long(header: np.ndarray, places: tuple[int, int]) -> int:
 
 def _matrix(source: _FullWords, header: np.ndarray, pointer: tuple[int, int], free: np.ndarray) -> csc_array:
     """Read rows of the upper triangle: a record of columns (from 1, the row itself last), then a record of values."""
-    size, at = int(header[_ROWS]), _long(header, pointer)
-    i, j, values = [], [], []
+    size, position = int(header[_ROW_COUNT_WORD]), _long(header, pointer)
+    row_parts, column_parts, values = [], [], []
     for row in range(size):
-        columns, at = source.record(at)
-        numbers, at = source.record(at)
+        columns, position = source.record(position)
+        numbers, position = source.record(position)
         if len(columns) != len(numbers) or columns.dtype.kind != "i" or numbers.dtype.kind != "f":
             raise ToolpointError(f"{source.path}: row {row + 1} has {len(columns)} columns and {len(numbers)} values; damaged")
         if len(columns) and (columns.min() < 1 or columns.max() > size):
             raise ToolpointError(f"{source.path}: column {int(columns.max())} in row {row + 1} of {size}; damaged")
-        i.append(np.full(len(columns), row))
-        j.append(columns - 1)
+        row_parts.append(np.full(len(columns), row))
+        column_parts.append(columns - 1)
         values.append(numbers)
-    rows, columns, data = (np.concatenate(part) for part in (i, j, values))
+    rows, columns, data = (np.concatenate(part) for part in (row_parts, column_parts, values))
     if not np.isfinite(data).all():
         raise ToolpointError(f"{source.path}: {int((~np.isfinite(data)).sum())} values are not finite; damaged")
-    off = rows != columns
-    places = np.concatenate([rows, columns[off]]), np.concatenate([columns, rows[off]])
-    both = coo_array((np.concatenate([data, data[off]]), places), shape=(size, size))
+    is_off_diagonal = rows != columns
+    places = np.concatenate([rows, columns[is_off_diagonal]]), np.concatenate([columns, rows[is_off_diagonal]])
+    both = coo_array((np.concatenate([data, data[is_off_diagonal]]), places), shape=(size, size))
     return csc_array(csc_array(both)[free][:, free])

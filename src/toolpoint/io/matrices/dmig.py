@@ -14,8 +14,8 @@ from toolpoint.io.door import door
 from toolpoint.io.matrices.labelled_matrix import DIRECTIONS, LabelledMatrix, node_dof
 from toolpoint.vibration import Dof
 
-_SYMMETRIC = 6
-_RECTANGULAR = (2, 9)
+_SYMMETRIC_FORM = 6
+_RECTANGULAR_FORMS = (2, 9)
 Entry = tuple[tuple[int, int], tuple[int, int], complex]
 
 
@@ -108,18 +108,19 @@ def _real(path: Path, line: int, word: str) -> float:
 def _matrix(path: Path, name: str, form: int, entries: list[Entry], is_complex: bool) -> LabelledMatrix:
     row_keys = sorted({row for row, _, _ in entries})
     column_keys = sorted({column for _, column, _ in entries})
-    if form not in _RECTANGULAR:
+    if form not in _RECTANGULAR_FORMS:
         row_keys = column_keys = sorted({*row_keys, *column_keys})
     i = _positions(row_keys, [e[0] for e in entries])
     j = _positions(column_keys, [e[1] for e in entries])
     data = np.array([value for _, _, value in entries], dtype=complex)
     matrix = csc_array(coo_array((data if is_complex else data.real, (i, j)), shape=(len(row_keys), len(column_keys))))
-    if form == _SYMMETRIC:
-        off = np.array(i) != np.array(j)
+    if form == _SYMMETRIC_FORM:
+        is_off_diagonal = np.array(i) != np.array(j)
         pairs = set(zip(i, j, strict=True))
-        if any((b, a) in pairs for a, b, o in zip(i, j, off, strict=True) if o):
+        if any((b, a) in pairs for a, b, o in zip(i, j, is_off_diagonal, strict=True) if o):
             raise ToolpointError(f"{path}: {name}: symmetric (form 6), and both triangles are given; must be one of them")
-        matrix = csc_array(matrix + coo_array(((data if is_complex else data.real)[off], (np.array(j)[off], np.array(i)[off])),
+        matrix = csc_array(matrix + coo_array(((data if is_complex else data.real)[is_off_diagonal],
+                                               (np.array(j)[is_off_diagonal], np.array(i)[is_off_diagonal])),
                                               shape=matrix.shape))
     return LabelledMatrix(name, matrix, tuple(node_dof(*k) for k in row_keys) if _labels_differ(row_keys) else (),
                           tuple(node_dof(*k) for k in column_keys) if _labels_differ(column_keys) else ())
@@ -139,13 +140,13 @@ def write(path: Path, matrices: Sequence[LabelledMatrix]) -> None:
     """Write matrices as large-field DMIG cards with 16 characters a number: what is written has 9 to 13 digits."""
     lines = []
     for item in matrices:
-        whole = csc_array(item.matrix)
-        is_symmetric = whole.shape[0] == whole.shape[1] and abs(whole - whole.T).max() == 0
-        is_complex = whole.dtype.kind == "c"
-        form = _SYMMETRIC if is_symmetric else 1 if item.rows == item.columns else _RECTANGULAR[1]
-        tail = f"{'':24s}{whole.shape[1]:8d}" if form == _RECTANGULAR[1] else ""
+        matrix = csc_array(item.matrix)
+        is_symmetric = matrix.shape[0] == matrix.shape[1] and abs(matrix - matrix.T).max() == 0
+        is_complex = matrix.dtype.kind == "c"
+        form = _SYMMETRIC_FORM if is_symmetric else 1 if item.rows == item.columns else _RECTANGULAR_FORMS[1]
+        tail = f"{'':24s}{matrix.shape[1]:8d}" if form == _RECTANGULAR_FORMS[1] else ""
         lines.append(f"DMIG    {item.name[:8]:8s}{0:8d}{form:8d}{4 if is_complex else 2:8d}{0:8d}{tail}")
-        part = csc_array(triu(whole).T) if is_symmetric else whole
+        part = csc_array(triu(matrix).T) if is_symmetric else matrix
         lines += _cards(item, csc_array(part), is_complex)
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 

@@ -25,11 +25,12 @@ def read(path: Path) -> list[LabelledMatrix]:
         raise ToolpointError(f"{path}:3: type {kind!r}; must be real or pattern, assembled (RUA, RSA, RZA, RRA, PUA, PSA)")
     rows, columns, entries = (int(lines[2][k:k + 14]) for k in (14, 28, 42))
     formats = [lines[3][a:b] for a, b in ((0, 16), (16, 32), (32, 52))]
-    at = 4 + (1 if len(lines[1]) >= 70 and lines[1][56:70].strip() not in ("", "0") else 0)
+    first_line = 4 + (1 if len(lines[1]) >= 70 and lines[1][56:70].strip() not in ("", "0") else 0)
     blocks = []
     for number, (count, layout) in enumerate(zip(cards[1:4], formats, strict=True)):
-        blocks.append(_fields(path, lines[at:at + count], layout, at + 1) if not (kind[0] == "P" and number == 2) else [])
-        at += count
+        blocks.append(_fields(path, lines[first_line:first_line + count], layout, first_line + 1)
+                      if not (kind[0] == "P" and number == 2) else [])
+        first_line += count
     indptr, indices = (np.array(block, dtype=np.int64) - 1 for block in blocks[:2])
     data = np.array(blocks[2], dtype=float) if kind[0] == "R" else np.ones(len(indices))
     _check(path, indptr, indices, data, (rows, columns, entries))
@@ -60,12 +61,13 @@ def _fields(path: Path, lines: list[str], layout: str, first: int) -> list[float
     number = int if match[2] == "I" else float
     result = []
     for n, line in enumerate(lines):
-        for at in range(0, len(line.rstrip()), width):
-            word = line[at:at + width].strip().upper().replace("D", "E")
+        for start in range(0, len(line.rstrip()), width):
+            word = line[start:start + width].strip().upper().replace("D", "E")
             try:
                 result.append(number(word))
             except ValueError:
-                raise ToolpointError(f"{path}:{first + n}:{at + 1}: {word!r}; must be a number of {width} characters") from None
+                raise ToolpointError(f"{path}:{first + n}:{start + 1}: {word!r}; must be a number of {width} characters"
+                                     ) from None
     return result
 
 

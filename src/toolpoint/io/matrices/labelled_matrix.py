@@ -39,8 +39,8 @@ def node_dof(node: int, direction: int) -> Dof:
 
 def complete(matrix: csc_array) -> csc_array:
     """Return the whole symmetric matrix of one stored triangle."""
-    off = csc_array(tril(matrix, -1)) if tril(matrix, -1).nnz else csc_array(triu(matrix, 1))
-    return csc_array(matrix + off.T)
+    off_diagonal = csc_array(tril(matrix, -1)) if tril(matrix, -1).nnz else csc_array(triu(matrix, 1))
+    return csc_array(matrix + off_diagonal.T)
 
 
 def gather(path: Path, i: list[np.ndarray], j: list[np.ndarray], *, values: list[np.ndarray],

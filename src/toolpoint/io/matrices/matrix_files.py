@@ -61,13 +61,13 @@ def read_matrices(
         raise ToolpointError(f"{stiffness}: holds {k.name} alone; must hold mass too (or give the mass as a second file)")
     k, m, notes = _matched(stiffness, k, m)
     rows = k.rows or _numbered(k.matrix.shape[0])
-    (stiff, lost), (heavy, imaginary) = _real_part(k.matrix), _real_part(m.matrix)
+    (stiff, stiffness_loss), (heavy, imaginary) = _real_part(k.matrix), _real_part(m.matrix)
     if imaginary:
         raise ToolpointError(f"{mass or stiffness}: {m.name} has imaginary parts up to {imaginary:.2g} of its largest entry; "
                              "a mass must be real")
-    if lost:
-        notes = (*notes, f"imaginary parts of the stiffness (up to {lost:.2g} of its largest entry: structural damping) are "
-                         "left out: the modes are undamped")
+    if stiffness_loss:
+        notes = (*notes, f"imaginary parts of the stiffness (up to {stiffness_loss:.2g} of its largest entry: structural "
+                         "damping) are left out: the modes are undamped")
     try:
         return _in_si(stiff, heavy, rows, units=units, notes=notes, is_labelled=bool(k.rows))
     except ToolpointError as error:
@@ -94,14 +94,14 @@ def _in_si(stiffness: csc_array, mass: csc_array, rows: tuple[Dof, ...], *, unit
 
 
 def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | None, marks: tuple[str, ...]) -> LabelledMatrix:
-    known = ", ".join(m.name for m in matrices)
+    listed = ", ".join(m.name for m in matrices)
     if name is not None:
         fitting = [m for m in matrices if m.name.upper() == name.upper()]
     else:
         fitting = list(matrices) if len(matrices) == 1 else [m for m in matrices if m.name.upper().startswith(marks)]
     if len(fitting) != 1:
         what = f"called {name}" if name else f"whose name begins with {' or '.join(marks)}"
-        raise ToolpointError(f"{path}: {len(fitting) or 'no'} matrices {what} among {known}; must be one; give the names of "
+        raise ToolpointError(f"{path}: {len(fitting) or 'no'} matrices {what} among {listed}; must be one; give the names of "
                              "stiffness and mass (--matrices KAA,MAA; names= in Python)")
     return fitting[0]
 
@@ -115,16 +115,16 @@ def _matched(path: str | Path, k: LabelledMatrix, m: LabelledMatrix) -> tuple[La
         raise ToolpointError(f"{path}: stiffness {k.matrix.shape}, mass {m.matrix.shape}; must be of one size, "
                              "as rows have no labels")
     place = {dof: i for i, dof in enumerate(m.rows)}
-    missing = [dof for dof in m.rows if dof not in set(k.rows)]
-    if missing:
-        raise ToolpointError(f"{path}: mass has {len(missing)} rows without stiffness, the first {missing[0]}; take "
-                             "both of one model")
-    inner = np.array([place.get(dof, -1) for dof in k.rows])
-    wide = m.matrix.tocoo()
-    back = np.full(len(m.rows), -1)
-    back[inner[inner >= 0]] = np.flatnonzero(inner >= 0)
-    i, j = (back[c] for c in wide.coords)
-    return k, LabelledMatrix(m.name, csc_array(coo_array((wide.data, (i, j)), shape=k.matrix.shape)), k.rows, k.rows), notes
+    without_stiffness = [dof for dof in m.rows if dof not in set(k.rows)]
+    if without_stiffness:
+        raise ToolpointError(f"{path}: mass has {len(without_stiffness)} rows without stiffness, the first "
+                             f"{without_stiffness[0]}; take both of one model")
+    mass_rows = np.array([place.get(dof, -1) for dof in k.rows])
+    entries = m.matrix.tocoo()
+    stiffness_rows = np.full(len(m.rows), -1)
+    stiffness_rows[mass_rows[mass_rows >= 0]] = np.flatnonzero(mass_rows >= 0)
+    i, j = (stiffness_rows[c] for c in entries.coords)
+    return k, LabelledMatrix(m.name, csc_array(coo_array((entries.data, (i, j)), shape=k.matrix.shape)), k.rows, k.rows), notes
 
 
 def _numbered(size: int) -> tuple[Dof, ...]:

@@ -27,11 +27,11 @@ def read(path: Path) -> list[LabelledMatrix]:
     if layout not in ("coordinate", "array") or field not in _FIELDS or symmetry not in _SYMMETRIES:
         raise ToolpointError(f"{path}:1: {' '.join(words[2:])!r}; must be coordinate or array, {', '.join(_FIELDS)}, "
                              f"{', '.join(_SYMMETRIES)}")
-    at = next((i for i, line in enumerate(lines) if i and line.strip() and not line.startswith("%")), len(lines))
-    if at == len(lines):
+    size_line = next((i for i, line in enumerate(lines) if i and line.strip() and not line.startswith("%")), len(lines))
+    if size_line == len(lines):
         raise ToolpointError(f"{path}: no line of sizes; it is cut off")
-    sizes = [int(word) for word in lines[at].split()]
-    body = [line for line in lines[at + 1:] if line.strip() and not line.startswith("%")]
+    sizes = [int(word) for word in lines[size_line].split()]
+    body = [line for line in lines[size_line + 1:] if line.strip() and not line.startswith("%")]
     reader = _coordinate if layout == "coordinate" else _array
     return [LabelledMatrix(Path(path).stem, _whole(reader(path, sizes, body, field, symmetry), symmetry))]
 
@@ -60,11 +60,11 @@ def _array(path: Path, sizes: list[int], body: list[str], field: str, symmetry: 
     data = numbers[:, 0] + 1j * numbers[:, 1] if field == "complex" else numbers[:, 0]
     dense = np.zeros((rows, columns), dtype=data.dtype)
     strict = 1 if symmetry == "skew-symmetric" else 0
-    at = [(i, j) for j in range(columns) for i in range(0 if symmetry == "general" else j + strict, rows)]
-    if len(data) != len(at):
-        raise ToolpointError(f"{path}: {len(data)} numbers, {len(at)} for this size and symmetry; it is cut off")
-    if at:
-        dense[tuple(np.array(at).T)] = data
+    places = [(i, j) for j in range(columns) for i in range(0 if symmetry == "general" else j + strict, rows)]
+    if len(data) != len(places):
+        raise ToolpointError(f"{path}: {len(data)} numbers, {len(places)} for this size and symmetry; it is cut off")
+    if places:
+        dense[tuple(np.array(places).T)] = data
     return csc_array(dense)
 
 
@@ -80,20 +80,20 @@ def write(path: Path, matrix: LabelledMatrix, *, symmetry: str = "general", layo
     """Write a matrix; a symmetric one may be written as its lower triangle."""
     if symmetry not in ("general", "symmetric"):
         fail("symmetry", repr(symmetry), "must be general or symmetric")
-    whole = csc_array(matrix.matrix)
-    if symmetry == "symmetric" and abs(whole - whole.T).max() > 0:
+    matrix_entries = csc_array(matrix.matrix)
+    if symmetry == "symmetric" and abs(matrix_entries - matrix_entries.T).max() > 0:
         fail("matrix", "not symmetric to the last bit", "must be for symmetry='symmetric'", remedy="write it as general")
-    part = csc_array(tril(whole)) if symmetry == "symmetric" else whole
-    field = "complex" if whole.dtype.kind == "c" else "real"
+    part = csc_array(tril(matrix_entries)) if symmetry == "symmetric" else matrix_entries
+    field = "complex" if matrix_entries.dtype.kind == "c" else "real"
     text = [f"%%MatrixMarket matrix {layout} {field} {symmetry}"]
     if layout == "array":
-        rows = range(whole.shape[0])
-        dense = whole.toarray()
-        text += [f"{whole.shape[0]} {whole.shape[1]}"]
-        text += [_number(dense[i, j]) for j in range(whole.shape[1]) for i in rows if symmetry == "general" or i >= j]
+        rows = range(matrix_entries.shape[0])
+        dense = matrix_entries.toarray()
+        text += [f"{matrix_entries.shape[0]} {matrix_entries.shape[1]}"]
+        text += [_number(dense[i, j]) for j in range(matrix_entries.shape[1]) for i in rows if symmetry == "general" or i >= j]
     else:
         entries = part.tocoo()
-        text += [f"{whole.shape[0]} {whole.shape[1]} {part.nnz}"]
+        text += [f"{matrix_entries.shape[0]} {matrix_entries.shape[1]} {part.nnz}"]
         text += [f"{i + 1} {j + 1} {_number(v)}" for i, j, v in zip(*entries.coords, entries.data, strict=True)]
     Path(path).write_text("\n".join(text) + "\n", encoding="utf-8")
 

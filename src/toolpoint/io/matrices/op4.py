@@ -20,7 +20,7 @@ from toolpoint.io.matrices.labelled_matrix import LabelledMatrix, gather
 from toolpoint.io.matrices.op4_text import text_matrices
 
 KINDS = {1: np.float32, 2: np.float64, 3: np.complex64, 4: np.complex128}
-_MOST = 10**9
+_MAX_OP4_SIZE = 10**9
 
 
 @door("OP4 file")
@@ -36,15 +36,16 @@ def read(path: Path) -> list[LabelledMatrix]:
 
 
 def _records(path: Path, raw: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    at, side = 0, _side(order)
-    while at < len(raw):
-        length = int.from_bytes(raw[at:at + 4], side)
-        if at + 8 + length > len(raw):
-            raise ToolpointError(f"{path}: record at byte {at} of {length} bytes runs past the end ({len(raw)}); it is cut off")
-        if int.from_bytes(raw[at + 4 + length:at + 8 + length], side) != length:
-            raise ToolpointError(f"{path}: record at byte {at} of {length} bytes ends with another length; it is damaged")
-        yield at, raw[at + 4:at + 4 + length]
-        at += 8 + length
+    position, side = 0, _side(order)
+    while position < len(raw):
+        length = int.from_bytes(raw[position:position + 4], side)
+        if position + 8 + length > len(raw):
+            raise ToolpointError(f"{path}: record at byte {position} of {length} bytes runs past the end ({len(raw)}); it is "
+                                 "cut off")
+        if int.from_bytes(raw[position + 4 + length:position + 8 + length], side) != length:
+            raise ToolpointError(f"{path}: record at byte {position} of {length} bytes ends with another length; it is damaged")
+        yield position, raw[position + 4:position + 4 + length]
+        position += 8 + length
 
 
 def _side(order: str) -> Literal["little", "big"]:
@@ -53,29 +54,29 @@ def _side(order: str) -> Literal["little", "big"]:
 
 def _matrices(path: Path, raw: bytes, order: str) -> Iterator[LabelledMatrix]:
     records = _records(path, raw, order)
-    for at, head in records:
+    for position, head in records:
         if len(head) not in (24, 48):
-            raise ToolpointError(f"{path}: header at byte {at} of {len(head)} bytes; must be 24 or 48")
-        wide = len(head) // 6
-        columns, rows, _, kind = (int(v) for v in np.frombuffer(head[:4 * wide], f"{order}i{wide}"))
-        if kind not in KINDS or not 0 < columns < _MOST or not 0 < abs(rows) < _MOST:
-            raise ToolpointError(f"{path}: header at byte {at}: {rows} x {columns} of type {kind}; must be sizes above 0, "
-                                 "type 1 .. 4")
-        name = head[4 * wide:].decode("latin-1").strip()
-        yield LabelledMatrix(name, _columns(path, records, order, wide, columns, rows, kind))
+            raise ToolpointError(f"{path}: header at byte {position} of {len(head)} bytes; must be 24 or 48")
+        word_bytes = len(head) // 6
+        columns, rows, _, kind = (int(v) for v in np.frombuffer(head[:4 * word_bytes], f"{order}i{word_bytes}"))
+        if kind not in KINDS or not 0 < columns < _MAX_OP4_SIZE or not 0 < abs(rows) < _MAX_OP4_SIZE:
+            raise ToolpointError(f"{path}: header at byte {position}: {rows} x {columns} of type {kind}; must be sizes above "
+                                 "0, type 1 .. 4")
+        name = head[4 * word_bytes:].decode("latin-1").strip()
+        yield LabelledMatrix(name, _columns(path, records, order, word_bytes, columns, rows, kind))
 
 
-def _columns(path: Path, records: Iterator[tuple[int, bytes]], order: str, wide: int, columns: int, rows: int,
+def _columns(path: Path, records: Iterator[tuple[int, bytes]], order: str, word_bytes: int, columns: int, rows: int,
              kind: int) -> csc_array:
     i, j, values = [], [], []
-    for at, record in records:
-        column, first, _ = (int(v) for v in np.frombuffer(record[:3 * wide], f"{order}i{wide}"))
+    for position, record in records:
+        column, first, _ = (int(v) for v in np.frombuffer(record[:3 * word_bytes], f"{order}i{word_bytes}"))
         if column > columns:
             break
-        body = record[3 * wide:]
+        body = record[3 * word_bytes:]
         if column < 1:
-            raise ToolpointError(f"{path}: column {column} at byte {at}; must be within 1 .. {columns}")
-        for row, numbers in _strings(body, order, wide, first, rows < 0, kind):
+            raise ToolpointError(f"{path}: column {column} at byte {position}; must be within 1 .. {columns}")
+        for row, numbers in _strings(body, order, word_bytes, first, rows < 0, kind):
             i.append(np.arange(row, row + len(numbers)))
             j.append(np.full(len(numbers), column - 1))
             values.append(numbers)
@@ -84,25 +85,25 @@ def _columns(path: Path, records: Iterator[tuple[int, bytes]], order: str, wide:
     return gather(path, i, j, values=values, shape=(abs(rows), columns), kind=kind)
 
 
-def _strings(body: bytes, order: str, wide: int, first: int, is_big: bool, kind: int) -> Iterator[tuple[int, np.ndarray]]:
+def _strings(body: bytes, order: str, word_bytes: int, first: int, is_big: bool, kind: int) -> Iterator[tuple[int, np.ndarray]]:
     """Yield first row (from 0) and values of each string of a column."""
     dtype = np.dtype(KINDS[kind]).newbyteorder(_side(order))
     # With 64-bit integers a word has 8 bytes, and single precision is written as double.
-    if wide == 8 and kind in (1, 3):
+    if word_bytes == 8 and kind in (1, 3):
         dtype = np.dtype({1: np.float64, 3: np.complex128}[kind]).newbyteorder(_side(order))
     if first > 0:
         yield first - 1, np.frombuffer(body[:len(body) // dtype.itemsize * dtype.itemsize], dtype)
         return
-    at = 0
-    while at + wide <= len(body):
-        head = int.from_bytes(body[at:at + wide], _side(order), signed=True)
+    position = 0
+    while position + word_bytes <= len(body):
+        head = int.from_bytes(body[position:position + word_bytes], _side(order), signed=True)
         if is_big:
-            row = int.from_bytes(body[at + wide:at + 2 * wide], _side(order), signed=True)
-            words, at = head - 1, at + 2 * wide
+            row = int.from_bytes(body[position + word_bytes:position + 2 * word_bytes], _side(order), signed=True)
+            words, position = head - 1, position + 2 * word_bytes
         else:
-            words, row, at = (head >> 16) - 1, head & 0xFFFF, at + wide
-        size = words * wide
-        if words < 1 or at + size > len(body) or size % dtype.itemsize:
+            words, row, position = (head >> 16) - 1, head & 0xFFFF, position + word_bytes
+        size = words * word_bytes
+        if words < 1 or position + size > len(body) or size % dtype.itemsize:
             raise ValueError(f"a string of {words} words at row {row}")
-        yield row - 1, np.frombuffer(body[at:at + size], dtype)
-        at += size
+        yield row - 1, np.frombuffer(body[position:position + size], dtype)
+        position += size

@@ -15,15 +15,15 @@ from toolpoint.io.matrices.labelled_matrix import gather
 
 class _Op4Lines:
     def __init__(self, path: Path, raw: bytes) -> None:
-        self.path, self.at = path, 0
+        self.path, self.line_count = path, 0
         self.lines = [line for line in raw.decode("latin-1").splitlines() if line.strip()]
 
     def next(self) -> str:
         """Return the next line that is not empty."""
-        if self.at >= len(self.lines):
-            raise ToolpointError(f"{self.path}: ends after {self.at} lines in the middle of a matrix; it is cut off")
-        self.at += 1
-        return self.lines[self.at - 1]
+        if self.line_count >= len(self.lines):
+            raise ToolpointError(f"{self.path}: ends after {self.line_count} lines in the middle of a matrix; it is cut off")
+        self.line_count += 1
+        return self.lines[self.line_count - 1]
 
     def integers(self, count: int, first: str | None = None) -> list[int]:
         """Return the integers of the next line, in fields of 8 characters or parted by blanks."""
@@ -34,18 +34,19 @@ class _Op4Lines:
         try:
             return [int(word) for word in words]
         except ValueError:
-            raise ToolpointError(f"{self.path}:{self.at}: {line.strip()[:40]!r}; must be {count} whole numbers") from None
+            raise ToolpointError(f"{self.path}:{self.line_count}: {line.strip()[:40]!r}; must be {count} whole numbers"
+                                 ) from None
 
 
 def text_matrices(path: Path, raw: bytes) -> Iterator[tuple[str, csc_array]]:
     """Yield name and matrix of every matrix of a text file."""
     lines = _Op4Lines(path, raw)
-    while lines.at < len(lines.lines):
+    while lines.line_count < len(lines.lines):
         head = lines.next()
         columns, rows, _, kind = lines.integers(4, head[:32])
         match = re.search(r"(\d+)[EDFG](\d+)\.", head[40:])
         if kind not in (1, 2, 3, 4) or columns < 1 or rows == 0 or not match:
-            raise ToolpointError(f"{path}:{lines.at}: {head.strip()[:60]!r}; must be columns, rows, form, "
+            raise ToolpointError(f"{path}:{lines.line_count}: {head.strip()[:60]!r}; must be columns, rows, form, "
                                  "type 1 .. 4, name, format")
         yield head[32:40].strip(), _matrix(lines, columns, rows, kind, int(match[1]), int(match[2]))
 
@@ -59,7 +60,7 @@ def _matrix(lines: _Op4Lines, columns: int, rows: int, kind: int, each: int, wid
             _numbers(lines, 1, each, width)
             break
         if column < 1:
-            raise ToolpointError(f"{lines.path}:{lines.at}: column {column}; must be within 1 .. {columns}")
+            raise ToolpointError(f"{lines.path}:{lines.line_count}: column {column}; must be within 1 .. {columns}")
         while count > 0:
             if first > 0:
                 row, used, numbers = first, count, _dense(lines, count, kind, each, width)
@@ -86,7 +87,8 @@ def _string(lines: _Op4Lines, is_big: bool) -> tuple[int, int, int]:
 def _dense(lines: _Op4Lines, count: int, kind: int, each: int, width: int) -> np.ndarray:
     """Return a dense column; some writers count numbers, some words of 4 bytes: the lines that follow tell."""
     number_lines = 0
-    while lines.at + number_lines < len(lines.lines) and re.search(r"[.EeDd]", lines.lines[lines.at + number_lines]):
+    while lines.line_count + number_lines < len(lines.lines) and re.search(r"[.EeDd]",
+                                                                           lines.lines[lines.line_count + number_lines]):
         number_lines += 1
     short = count // 2 if kind in (2, 4) else count
     is_words = -(-count // each) > number_lines and -(-short // each) <= number_lines
@@ -97,11 +99,12 @@ def _numbers(lines: _Op4Lines, count: int, each: int, width: int) -> np.ndarray:
     result: list[float] = []
     while len(result) < count:
         line = lines.next()
-        here = min(each, count - len(result))
-        words = [line[k * width:(k + 1) * width].strip().upper().replace("D", "E") for k in range(here)]
+        line_numbers = min(each, count - len(result))
+        words = [line[k * width:(k + 1) * width].strip().upper().replace("D", "E") for k in range(line_numbers)]
         try:
             result += [float(word) for word in words]
         except ValueError:
-            raise ToolpointError(f"{lines.path}:{lines.at}: {line.strip()[:40]!r}; must be {here} numbers of {width} characters"
+            raise ToolpointError(f"{lines.path}:{lines.line_count}: {line.strip()[:40]!r}; must be {line_numbers} numbers of "
+                                 f"{width} characters"
                                  ) from None
     return np.array(result)

@@ -12,9 +12,9 @@ from toolpoint._check import fail, one_of
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 
 STORAGES = ("dense", "sparse", "big")
-_FORM = 2
+_RECTANGULAR_OP4_FORM = 2
 # Rows that the 16 bits of a plain sparse string can name.
-_SPARSE_MOST = 65535
+_MAX_SPARSE_ROWS = 65535
 
 
 def write(path: Path, matrices: Sequence[LabelledMatrix], *, storage: str = "big", is_text: bool = False, order: str = "<",
@@ -23,8 +23,8 @@ def write(path: Path, matrices: Sequence[LabelledMatrix], *, storage: str = "big
     one_of("storage", storage, STORAGES)
     if order not in "<>" or integers not in (4, 8):
         fail("order, integers", f"{order!r}, {integers}", "must be < or > and 4 or 8")
-    if storage == "sparse" and any(m.matrix.shape[0] > _SPARSE_MOST for m in matrices):
-        fail("storage", "sparse", f"must have at most {_SPARSE_MOST} rows", remedy="take storage='big'")
+    if storage == "sparse" and any(m.matrix.shape[0] > _MAX_SPARSE_ROWS for m in matrices):
+        fail("storage", "sparse", f"must have at most {_MAX_SPARSE_ROWS} rows", remedy="take storage='big'")
     parts = [(_text if is_text else _binary)(m, storage, order, integers, is_single) for m in matrices]
     Path(path).write_bytes(b"".join(parts))
 
@@ -35,10 +35,11 @@ def _kind(matrix: csc_array, is_single: bool) -> int:
 
 def _runs(matrix: csc_array, storage: str) -> Iterator[tuple[int, list[tuple[int, np.ndarray]]]]:
     """Yield column (from 1) and its runs of rows (first row from 1, values); one run from first to last entry where dense."""
-    whole = csc_array(matrix)
-    whole.sort_indices()
-    for j in range(whole.shape[1]):
-        rows, data = (part[whole.indptr[j]:whole.indptr[j + 1]] for part in (whole.indices, whole.data))
+    sorted_matrix = csc_array(matrix)
+    sorted_matrix.sort_indices()
+    for j in range(sorted_matrix.shape[1]):
+        rows, data = (part[sorted_matrix.indptr[j]:sorted_matrix.indptr[j + 1]]
+                      for part in (sorted_matrix.indices, sorted_matrix.data))
         if len(rows) == 0:
             continue
         if storage == "dense":
@@ -52,13 +53,13 @@ def _runs(matrix: csc_array, storage: str) -> Iterator[tuple[int, list[tuple[int
 
 def _binary(item: LabelledMatrix, storage: str, order: str, integers: int, is_single: bool) -> bytes:
     matrix, kind = item.matrix, _kind(item.matrix, is_single)
-    plain = np.dtype({1: "f4", 2: "f8", 3: "c8", 4: "c16"}[kind if integers == 4 else kind + kind % 2])
-    number = plain.newbyteorder("little" if order == "<" else "big")
+    native = np.dtype({1: "f4", 2: "f8", 3: "c8", 4: "c16"}[kind if integers == 4 else kind + kind % 2])
+    number = native.newbyteorder("little" if order == "<" else "big")
     words = number.itemsize // integers
     pack = lambda *values: np.array(values, f"{order}i{integers}").tobytes()
     rows = -matrix.shape[0] if storage == "big" else matrix.shape[0]
     name = f"{item.name[:8]:<{2 * integers}s}".encode("ascii", "replace")
-    records = [pack(matrix.shape[1], rows, _FORM, kind) + name]
+    records = [pack(matrix.shape[1], rows, _RECTANGULAR_OP4_FORM, kind) + name]
     for column, runs in _runs(matrix, storage):
         body = b"".join(_head(pack, storage, row, len(v) * words) + v.astype(number).tobytes() for row, v in runs)
         first = runs[0][0] if storage == "dense" else 0
@@ -79,7 +80,7 @@ def _text(item: LabelledMatrix, storage: str, order: str, integers: int, is_sing
     matrix, kind = item.matrix, _kind(item.matrix, is_single)
     words = {1: 1, 2: 2, 3: 2, 4: 4}[kind]
     rows = -matrix.shape[0] if storage == "big" else matrix.shape[0]
-    lines = [f"{matrix.shape[1]:8d}{rows:8d}{_FORM:8d}{kind:8d}{item.name[:8]:8s}1P,3E24.16"]
+    lines = [f"{matrix.shape[1]:8d}{rows:8d}{_RECTANGULAR_OP4_FORM:8d}{kind:8d}{item.name[:8]:8s}1P,3E24.16"]
     for column, runs in _runs(matrix, storage):
         heads = {"dense": 0, "sparse": 1, "big": 2}[storage]
         size = sum(len(v) * (words if heads else 1 + (kind > 2)) + heads for _, v in runs)

@@ -13,7 +13,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.binary.wav import FULL_SCALE
 from toolpoint.io.measured.name_patterns import dof_of
-from toolpoint.io.quantities.sensitivities import MEASURED, VOLTS, parse_sensitivity
+from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, VOLTS, parse_sensitivity
 from toolpoint.io.text.columns import Columns
 from toolpoint.signals.test_description import ChannelDescription, Motion
 from toolpoint.vibration import Dof, Record
@@ -21,13 +21,13 @@ from toolpoint.vibration import Dof, Record
 MOTIONS = ("force", "acceleration", "velocity", "displacement")
 _WORDS = {"force": r"\bforce\b|hammer|\bkraft\b|^f[xyz]?$", "acceleration": r"acc|beschl|^a[xyz]?$",
           "velocity": r"\bvel|\bv[xyz]$|vibrometer", "displacement": r"\bdisp|\bweg\b"}
-_LABELLED = re.compile(rf"(?:(?P<quantity>{'|'.join(MOTIONS)})\s+)?(?P<dof>\S+:[-+]?r?[xyz])", re.IGNORECASE)
+_LABEL_PATTERN = re.compile(rf"(?:(?P<quantity>{'|'.join(MOTIONS)})\s+)?(?P<dof>\S+:[-+]?r?[xyz])", re.IGNORECASE)
 FORM = "write CHANNEL=QUANTITY DOF SENSITIVITY, for example '1=force 5:-z 2.25mV/N' or 'acc 1=acceleration tip:+x 100mV/g'"
 
 
 @dataclass
 class Labels:
-    """What is assumed while records are labelled, each remark once."""
+    """Assumptions made while records are labelled, each remark once."""
 
     notes: list[str] = field(default_factory=list)
 
@@ -39,7 +39,7 @@ class Labels:
 
 @dataclass(frozen=True)
 class _Channel:
-    """What is known of one channel: quantity, Dof, and SI units in one unit of the file."""
+    """One channel as far as the file or its user says: quantity, Dof, and SI units in one unit of the file."""
 
     name: str
     quantity: str | None
@@ -50,8 +50,8 @@ class _Channel:
 def parse_channel(text: str) -> ChannelDescription:
     """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof, sensitivity and the full scale of a
     sound file (``10V``) in any order, none or all of them; ``1=ignored`` leaves a channel out."""
-    name, equals, rest = text.partition("=")
-    words = rest.replace(",", " ").split()
+    name, equals, description = text.partition("=")
+    words = description.replace(",", " ").split()
     if not equals or not name.strip() or not words:
         raise ToolpointError(f"`channel` {text!r}: {FORM}")
     described = ChannelDescription(name.strip())
@@ -87,22 +87,22 @@ def label_columns(path: Path, columns: Columns, channels: Sequence[ChannelDescri
     Raises ToolpointError for a channel that is not there, volts without sensitivity, quantities that cannot be told.
     """
     described = _matched(path, columns.names, channels)
-    known = [_channel(path, name, unit, described.get(k), labels)
-             for k, (name, unit) in enumerate(zip(columns.names, columns.units, strict=True))]
-    kept = [k for k, channel in enumerate(known) if channel.quantity in MOTIONS]
+    labelled = [_channel(path, name, unit, described.get(k), labels)
+                for k, (name, unit) in enumerate(zip(columns.names, columns.units, strict=True))]
+    kept = [k for k, channel in enumerate(labelled) if channel.quantity in MOTIONS]
     if not kept:
         listed = ", ".join(f"{k + 1}: {name} [{unit or 'no unit'}]"
                            for k, (name, unit) in enumerate(zip(columns.names, columns.units, strict=True)))
         raise ToolpointError(f"{path}: no channel is known as force or motion ({listed}); say what each is with `channel`: "
                              f"{FORM}")
-    left = [known[k].name for k in range(len(known)) if k not in kept and known[k].quantity != "ignored"]
-    if left:
-        labels.note(f"channels left out, as nothing says what they measure: {', '.join(left)}")
+    omitted = [labelled[k].name for k in range(len(labelled)) if k not in kept and labelled[k].quantity != "ignored"]
+    if omitted:
+        labels.note(f"channels left out, as nothing says what they measure: {', '.join(omitted)}")
     if columns.sample_rate is None:
         raise ToolpointError(f"{path}: no sample rate and no first column 'time'; give the rate with `rate`, Hz")
-    factors: FloatArray = np.array([known[k].factor for k in kept])
-    return Record(columns.samples[:, kept] * factors, columns.sample_rate, _dofs([known[k] for k in kept], labels),
-                  tuple(str(known[k].quantity) for k in kept), start=columns.start, name=path.name)
+    factors: FloatArray = np.array([labelled[k].factor for k in kept])
+    return Record(columns.samples[:, kept] * factors, columns.sample_rate, _dofs([labelled[k] for k in kept], labels),
+                  tuple(str(labelled[k].quantity) for k in kept), start=columns.start, name=path.name)
 
 
 def label_record(path: Path, record: Record, channels: Sequence[ChannelDescription], *, labels: Labels) -> Record:
@@ -111,9 +111,9 @@ def label_record(path: Path, record: Record, channels: Sequence[ChannelDescripti
     described = _matched(path, names, channels)
     dofs, kinds, factors, kept = list(record.channels), list(record.quantities), np.ones(len(names)), list(range(len(names)))
     for k, channel in described.items():
-        known = _channel(path, names[k], _unit_of(record, k), channel, labels)
-        dofs[k], factors[k] = known.dof or dofs[k], known.factor
-        kinds[k] = known.quantity or kinds[k]
+        labelled = _channel(path, names[k], _unit_of(record, k), channel, labels)
+        dofs[k], factors[k] = labelled.dof or dofs[k], labelled.factor
+        kinds[k] = labelled.quantity or kinds[k]
     kept = [k for k in kept if kinds[k] in MOTIONS]
     volts = [names[k] for k in range(len(names)) if kinds[k] not in (*MOTIONS, "ignored")]
     if volts:
@@ -148,9 +148,9 @@ def _matched(path: Path, names: Sequence[str], channels: Sequence[ChannelDescrip
 
 
 def _channel(path: Path, name: str, unit: str, described: ChannelDescription | None, labels: Labels) -> _Channel:
-    stated = _LABELLED.fullmatch(name.strip())
+    stated = _LABEL_PATTERN.fullmatch(name.strip())
     dof = dof_of(described.dof) if described and described.dof else dof_of(stated["dof"]) if stated else None
-    by_unit, scale = MEASURED.get(unit.strip().lower(), (None, 1.0))
+    by_unit, scale = QUANTITY_BY_UNIT.get(unit.strip().lower(), (None, 1.0))
     quantity = (described.quantity if described and described.quantity else
                 stated["quantity"].lower() if stated and stated["quantity"] else by_unit or _by_name(name))
     if described and described.sensitivity is not None:
@@ -176,13 +176,13 @@ def _of_sensitivity(path: Path, name: str, unit: str, described: ChannelDescript
     """Return SI units in one unit of the file, and the quantity, from a sensitivity."""
     value = described.sensitivity
     try:
-        volts_each, of = parse_sensitivity(str(value)) if isinstance(value, str) else (float(value or 0.0), quantity)
+        volts_each, motion = parse_sensitivity(str(value)) if isinstance(value, str) else (float(value or 0.0), quantity)
     except ValueError as error:
         raise ToolpointError(f"`channel` {name}: {error}") from None
     if volts_each == 0:
         raise ToolpointError(f"`channel` {name}: sensitivity 0; must not be zero")
-    if described.quantity is not None and of != described.quantity:
-        raise ToolpointError(f"`channel` {name}: a sensitivity of {value} is that of a sensor of {of}, and the channel is "
+    if described.quantity is not None and motion != described.quantity:
+        raise ToolpointError(f"`channel` {name}: a sensitivity of {value} is that of a sensor of {motion}, and the channel is "
                              f"called {described.quantity}; channels may be swapped")
     if unit == FULL_SCALE and described.full_scale is None:
         raise ToolpointError(f"{path}: channel {name!r} of a sound file holds shares of the full scale; add the volts of full "
@@ -190,7 +190,7 @@ def _of_sensitivity(path: Path, name: str, unit: str, described: ChannelDescript
     volts = described.full_scale if unit == FULL_SCALE else VOLTS.get(unit.strip().lower(), 1.0 if not unit else None)
     if volts is None:
         raise ToolpointError(f"{path}: channel {name!r} is in {unit} and needs no sensitivity; leave it out")
-    return float(volts) / volts_each, of
+    return float(volts) / volts_each, motion
 
 
 def _dofs(channels: Sequence[_Channel], labels: Labels) -> tuple[Dof, ...]:

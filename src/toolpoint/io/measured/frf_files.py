@@ -23,7 +23,7 @@ _WAY = re.compile(r"(?:^|[_\-. ])([xyz]{1,2})$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class _Label:
-    """What a name says of one response: where it was measured, where it was struck (None: it does not say)."""
+    """Label of one response by a file's name: where it was measured, where it was struck (None: it does not say)."""
 
     output: Dof
     input: Dof | None
@@ -83,11 +83,11 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
     frf = parts[0] if len(parts) == 1 else _assembled(files, parts, labels)
     if pattern is not None and struck is None:
         frf = _struck_note(frf, labels)
-    plain = [label.output for label in labels.values() if label.is_plain]
-    if len(plain) > 1:
-        at = next((label.input for label in labels.values() if label.is_plain), None)
-        frf = frf.noted(f"the names of the files do not say where they were struck: {', '.join(map(str, plain))} are taken as "
-                        f"struck at {at}, the first one's point; else {NAMING}")
+    driving_points = [label.output for label in labels.values() if label.is_plain]
+    if len(driving_points) > 1:
+        struck_point = next((label.input for label in labels.values() if label.is_plain), None)
+        frf = frf.noted(f"the names of the files do not say where they were struck: {', '.join(map(str, driving_points))} are "
+                        f"taken as struck at {struck_point}, the first one's point; else {NAMING}")
     if quantity is None and not all(states_quantity(file) for file in files):
         frf = frf.noted(f"the files do not say what they hold: read as {frf.quantity}; `quantity` for another")
     return frf
@@ -109,10 +109,11 @@ def _labels(files: Sequence[Path], names: Sequence[str] | None) -> dict[int, _La
     if names is not None and len(names) != len(tables):
         raise ToolpointError(f"names: {len(names)} names for {len(tables)} files of one response; must be one for each")
     stems = [files[k].stem for k in tables] if names is None else list(names)
-    plain = [stem for stem in stems if not {"=", "__"} & _marks(stem)]
-    if len(plain) > 1:
-        _check_plain([file for file, stem in zip((files[k] for k in tables), stems, strict=True) if stem in plain], plain)
-    first = _dof(plain[0]) if plain else None
+    plain_stems = [stem for stem in stems if not {"=", "__"} & _marks(stem)]
+    if len(plain_stems) > 1:
+        _check_plain([file for file, stem in zip((files[k] for k in tables), stems, strict=True) if stem in plain_stems],
+                     plain_stems)
+    first = _dof(plain_stems[0]) if plain_stems else None
     return {k: _label(stem, first) for k, stem in zip(tables, stems, strict=True)}
 
 
@@ -135,13 +136,13 @@ def _labels_by_pattern(files: Sequence[Path], pattern: str, struck: str | None) 
     first = next((dof for name in said for dof in (name.output, name.input) if dof is not None), Dof(1, "+x"))
     labels = {k: _Label(name.output or other or first, name.input or other or first, False)
               for k, name in zip(tables, said, strict=True)}
-    seen: dict[tuple[Dof, Dof | None], Path] = {}
+    labelled_files: dict[tuple[Dof, Dof | None], Path] = {}
     for k, label in labels.items():
         key = (label.output, label.input)
-        if key in seen and pattern.count("{") > 0 and not _other_band(seen[key], files[k]):
-            raise ToolpointError(f"`name` {pattern}: {seen[key].name} and {files[k].name} would both be {label.output} struck "
-                                 f"at {label.input}; let the pattern name what differs")
-        seen[key] = files[k]
+        if key in labelled_files and pattern.count("{") > 0 and not _other_band(labelled_files[key], files[k]):
+            raise ToolpointError(f"`name` {pattern}: {labelled_files[key].name} and {files[k].name} would both be "
+                                 f"{label.output} struck at {label.input}; let the pattern name what differs")
+        labelled_files[key] = files[k]
     return labels
 
 
@@ -237,8 +238,8 @@ def _assembled(files: Sequence[Path], parts: Sequence[Frf], labels: dict[int, _L
         return join_setups(join_bands(parts))
     except ToolpointError as fault:
         error = re.sub(r"set-up (\d+)", lambda number: files[int(number[1])].name, str(fault))
-        alone = [files[k].name for k, label in labels.items() if label.input is None or label.is_plain]
-        if not alone or "are missing" not in error:
+        without_input = [files[k].name for k, label in labels.items() if label.input is None or label.is_plain]
+        if not without_input or "are missing" not in error:
             raise ToolpointError(error) from None
-        raise ToolpointError(f"{error}\nA text file without a name of the form OUTPUT__INPUT ({alone[0]}) is taken as a "
-                             f"driving point; {NAMING}") from None
+        raise ToolpointError(f"{error}\nA text file without a name of the form OUTPUT__INPUT ({without_input[0]}) is taken as "
+                             f"a driving point; {NAMING}") from None

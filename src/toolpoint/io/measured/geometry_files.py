@@ -1,4 +1,4 @@
-"""Where measured points are: universal files, CSV, and the points of a machine file."""
+"""Places of measured points: universal files, CSV, and the points of a machine file."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def read_lines(path: str | Path, geometry: Geometry) -> Geometry:
     for number, run in runs:
         unknown = [point for point in run if point not in geometry.points]
         if unknown:
-            known = ", ".join(map(str, list(geometry.points)[:6]))
+            first_points = ", ".join(map(str, list(geometry.points)[:6]))
             raise ToolpointError(f"{path}{f':{number}' if number else ''}: point {unknown[0]} is not in the geometry (it has "
-                                 f"{known} ..)")
+                                 f"{first_points} ..)")
         pairs += pairwise(run)
     if not pairs:
         raise ToolpointError(f"{path}: no line; rows must be points that a line runs through, for example 1,2,3")
@@ -94,4 +94,4 @@ def _machine_points(path: Path) -> dict[str | int, FloatArray]:
                              ) from None
     if not points:
         raise ToolpointError(f"{FORMATS.format(path)}; this machine file has no section 'points:'")
-    return {int(name) if str(name).lstrip("-").isdigit() else name: at for name, at in points.items()}
+    return {int(name) if str(name).lstrip("-").isdigit() else name: place for name, place in points.items()}

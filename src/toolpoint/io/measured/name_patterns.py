@@ -20,12 +20,12 @@ _PLACES = {"output": r"(?P<output>[^_]+?)", "input": r"(?P<input>[^_]+?)", "dire
            "input_direction": r"(?P<input_direction>[-+]?r?[xyzXYZ])"}
 _POINT = re.compile(r"(?P<point>.+?)(?:[=:](?P<way>[-+]?r?[xyz])|(?P<signed>[-+]r?[xyz])|(?<=\d)(?P<plain>r?[xyz]))?",
                     re.IGNORECASE)
-KNOWN = ", ".join("{" + name + "}" for name in _PLACES)
+PLACE_NAMES = ", ".join("{" + name + "}" for name in _PLACES)
 
 
 @dataclass(frozen=True)
 class NamedDofs:
-    """What a name says: where it was measured and where it was struck, each None where it does not."""
+    """Labels by a file's name: where it was measured and where it was struck, each None where it does not say."""
 
     output: Dof | None
     input: Dof | None
@@ -49,7 +49,7 @@ def read_names(paths: Sequence[Path], pattern: str) -> list[NamedDofs]:
         match = expression.fullmatch(path.stem)
         if match is None:
             raise ToolpointError(f"`name` {pattern}: does not fit {path.name!r}; write the parts of the name that are the "
-                                 f"same, * for what does not matter, and places: {KNOWN}; for example Point_{{output}}_*")
+                                 f"same, * for what does not matter, and places: {PLACE_NAMES}; for example Point_{{output}}_*")
         groups = match.groupdict()
         shared = groups.get("direction") or "+x"
         result.append(NamedDofs(_dof(groups, "output", shared), _dof(groups, "input", shared)))
@@ -66,7 +66,7 @@ def _compiled(pattern: str) -> re.Pattern[str]:
     for part in re.split(r"(\{[^}]*\}|\*)", pattern):
         name = part[1:-1] if part.startswith("{") else ""
         if name and name not in _PLACES:
-            raise ToolpointError(f"`name` {pattern}: unknown place {part}; must be one of {KNOWN}, and * for anything")
+            raise ToolpointError(f"`name` {pattern}: unknown place {part}; must be one of {PLACE_NAMES}, and * for anything")
         parts.append(_PLACES[name] if name else ".*?" if part == "*" else re.escape(part))
     if not any(f"(?P<{side}>" in "".join(parts) for side in ("output", "input")):
         raise ToolpointError(f"`name` {pattern}: names no point; must hold {{output}} or {{input}}, for example "

@@ -73,13 +73,13 @@ def read_all(paths: str | Path | Sequence[str | Path], channels: Channels = (), 
     described = [parse_channel(channel) if isinstance(channel, str) else channel for channel in channels]
     said = read_names(files, pattern) if pattern else None
     labels, records, names = Labels(), list[Record](), list[str]()
-    same = len({file.name for file in files}) < len(files)
+    names_repeat = len({file.name for file in files}) < len(files)
     for k, file in enumerate(files):
         parts = _labelled(file, described, rate, variables or {}, labels)
         for number, part in enumerate(parts, start=1):
             placed = _struck_at(part, None if struck is None else dof_of(struck))
             records.append(placed if said is None else _named(placed, said[k].input, said[k].output))
-            name = str(file) if same else file.name
+            name = str(file) if names_repeat else file.name
             names.append(name if len(parts) == 1 else f"{name}#{number}")
     _check_rates(records, names)
     notes = [note for note in labels.notes
@@ -145,19 +145,19 @@ def _struck_at(record: Record, dof: Dof | None) -> Record:
                                           for label, kind in zip(record.channels, record.quantities, strict=True)))
 
 
-def _named(record: Record, struck: Dof | None, seen: Dof | None) -> Record:
+def _named(record: Record, struck: Dof | None, output: Dof | None) -> Record:
     placed = _struck_at(record, struck)
     motions = [k for k, kind in enumerate(record.quantities) if kind != "force"]
-    if seen is None:
+    if output is None:
         return placed
     roving = [k for k in motions if record.channels[k].point == ROVING]
     if roving:
-        return replace(placed, channels=tuple(Dof(seen.point, dof.direction) if k in roving else dof
+        return replace(placed, channels=tuple(Dof(output.point, dof.direction) if k in roving else dof
                                               for k, dof in enumerate(placed.channels)))
     if len(motions) != 1:
         raise ToolpointError(f"`name` {{output}}: {record.name} holds {len(motions)} responses; the name of a file can label "
                              "one")
-    return replace(placed, channels=tuple(seen if k == motions[0] else dof for k, dof in enumerate(placed.channels)))
+    return replace(placed, channels=tuple(output if k == motions[0] else dof for k, dof in enumerate(placed.channels)))
 
 
 def _check_rates(records: Sequence[Record], names: Sequence[str]) -> None:

@@ -11,10 +11,10 @@ from toolpoint.io.binary import hdf5, mat, numpy_arrays
 from toolpoint.io.decoding import decode
 from toolpoint.io.suffixes import HDF5, LVM, MATLAB, TDMS, TEXT, UNIVERSAL, WAV
 from toolpoint.io.text.columns import TIMES
-from toolpoint.io.uff.functions import TIME
+from toolpoint.io.uff.functions import TIME_RECORD_TYPE
 from toolpoint.vibration import Frf, Record
 
-HEAD = 20_000  # bytes of a text that are looked at
+INSPECTED_BYTES = 20_000  # bytes of a text that are looked at
 _CELLS = re.compile(r"[,;\t]|\s+")
 
 
@@ -38,7 +38,7 @@ def holds_records(path: Path) -> bool:
         return True
     if kind in UNIVERSAL:
         kinds = {head.kind for head in uff.headers(path)}
-        return kinds == {TIME}
+        return kinds == {TIME_RECORD_TYPE}
     if kind in HDF5:
         nouns = {type(noun) for noun in hdf5.read_all(path).values()}
         return Record in nouns and Frf not in nouns
@@ -55,7 +55,7 @@ def _is_timed(path: Path) -> bool:
     Only lines with as many cells as the numbers are names of columns: a date or a time of day above them is a remark.
     """
     with path.open("rb") as file:
-        lines = decode(file.read(HEAD)).splitlines()
+        lines = decode(file.read(INSPECTED_BYTES)).splitlines()
     first = next((k for k, line in enumerate(lines) if re.match(r'\s*"?[-+.]?\d', line)), None)
     if first is None:
         return False

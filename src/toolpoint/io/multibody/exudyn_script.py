@@ -59,8 +59,8 @@ def write(machine: Machine, path: str | Path, pose: Pose | None = None) -> None:
         place = link.place if link.parent < 0 else frames[link.parent] @ link.place
         for number, way in enumerate(link.ways):
             # The child's frame is turned against the parent's: Exudyn's transformation takes child coordinates to the parent.
-            turned, at = (place[:3, :3], place[:3, 3]) if number == 0 else (np.eye(3), np.zeros(3))
-            rows.append(f"    ({_TYPES[way]!r}, {parent}, {_text(turned)}, {_text(at)}, %s, {link.stiffness[number]!r}, "
+            turned, offset = (place[:3, :3], place[:3, 3]) if number == 0 else (np.eye(3), np.zeros(3))
+            rows.append(f"    ({_TYPES[way]!r}, {parent}, {_text(turned)}, {_text(offset)}, %s, {link.stiffness[number]!r}, "
                         f"{link.damping[number]!r}),\n")
             parent, place = len(rows) - 1, np.eye(4)
         ends.append(parent)
@@ -75,8 +75,8 @@ def _inertia(parts: list[tuple[TreeLink, FloatArray]]) -> str:
 
     if not parts:
         return "0.0, [0.0, 0.0, 0.0], [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]"
-    whole = combine(*(link.properties.moved(place) for link, place in parts))
-    return f"{whole.mass!r}, {_text(whole.centre)}, {_text(whole.inertia)}"
+    combined = combine(*(link.properties.moved(place) for link, place in parts))
+    return f"{combined.mass!r}, {_text(combined.centre)}, {_text(combined.inertia)}"
 
 
 def _text(values: FloatArray) -> str:

@@ -49,13 +49,14 @@ def tree_links(machine: Machine, pose: Pose | None = None) -> tuple[TreeLink, ..
                      "must be one spring a direction to be written")
         if not law.is_of_directions:
             fail(f"joints.{machine.joint_names[i]}", "has screws", "must have directions to be written")
-        here, parent = place.joint_frames[0, i], machine.chain.parents[i]
-        above = np.eye(4) if parent < 0 else place.joint_frames[0, parent]
+        joint_frame, parent = place.joint_frames[0, i], machine.chain.parents[i]
+        parent_frame = np.eye(4) if parent < 0 else place.joint_frames[0, parent]
         ways = law.freedoms
         links.append(TreeLink(
-            machine.body_names[i], parent, tf.inverse(above) @ here, ways, tuple(float(law.stiffness[w, w]) for w in ways),
+            machine.body_names[i], parent, tf.inverse(parent_frame) @ joint_frame, ways,
+            tuple(float(law.stiffness[w, w]) for w in ways),
             tuple(float(law.damping[w, w]) for w in ways),
-            _properties(machine.bodies[i].mass).moved(tf.inverse(here) @ place.frames[0, i])))
+            _properties(machine.bodies[i].mass).moved(tf.inverse(joint_frame) @ place.frames[0, i])))
     return tuple(links)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 
-GRAVITY = 9.80665
+GRAVITY_UNIT = 9.80665  # m/s^2, the unit g
 # What a channel can measure: quantity and SI units in one of the unit.
-MEASURED = {
+QUANTITY_BY_UNIT = {
     **dict.fromkeys(("n", "newton", "newtons"), ("force", 1.0)), "kn": ("force", 1e3), "mn": ("force", 1e-3),
     "lbf": ("force", 4.4482216152605),
-    **dict.fromkeys(("g", "gn", "g's", "gs"), ("acceleration", GRAVITY)),
+    **dict.fromkeys(("g", "gn", "g's", "gs"), ("acceleration", GRAVITY_UNIT)),
     **dict.fromkeys(("m/s^2", "m/s²", "m/s2", "m/s/s", "m/sec^2", "m/sec2", "ms-2"), ("acceleration", 1.0)),
     **dict.fromkeys(("mm/s^2", "mm/s²", "mm/s2"), ("acceleration", 1e-3)),
     **dict.fromkeys(("in/s^2", "in/s2"), ("acceleration", 0.0254)),
@@ -31,20 +31,20 @@ def parse_sensitivity(text: str) -> tuple[float, str]:
     if match[2].lower() not in VOLTS:
         raise ValueError(f"{text!r}: {match[2]} is no voltage; must be V or mV over a unit ({EXAMPLE}); charge sensors need "
                          "the sensitivity of sensor and amplifier together")
-    if match[3].strip().lower() not in MEASURED:
+    if match[3].strip().lower() not in QUANTITY_BY_UNIT:
         raise ValueError(f"{text!r}: unit {match[3]!r} is not known; must be one of N, kN, lbf, g, m/s^2, m/s, mm/s, m, mm, um")
-    quantity, scale = MEASURED[match[3].strip().lower()]
+    quantity, scale = QUANTITY_BY_UNIT[match[3].strip().lower()]
     return float(match[1]) * VOLTS[match[2].lower()] / scale, quantity
 
 
 def motion_over_force(unit: str) -> tuple[float, str]:
     """Return SI units in a unit such as um/N, (m/s^2)/N or 1/kg, and the quantity of motion; ValueError where it is none."""
-    plain = unit.replace(" ", "").replace("·", "*")
-    if plain.lower() in ("1/kg", "kg^-1", "kg-1"):
+    compact = unit.replace(" ", "").replace("·", "*")
+    if compact.lower() in ("1/kg", "kg^-1", "kg-1"):
         return 1.0, "acceleration"
-    numerator, slash, denominator = plain.rpartition("/")
-    motion = MEASURED.get(numerator.strip("()").lower())
-    force = MEASURED.get(denominator.strip("()").lower())
+    numerator, slash, denominator = compact.rpartition("/")
+    motion = QUANTITY_BY_UNIT.get(numerator.strip("()").lower())
+    force = QUANTITY_BY_UNIT.get(denominator.strip("()").lower())
     if not slash or motion is None or force is None or motion[0] == "force" or force[0] != "force":
         raise ValueError(f"unit {unit!r} is no motion over force; must be {MOTIONS_OVER_FORCE}")
     return motion[1] / force[1], motion[0]

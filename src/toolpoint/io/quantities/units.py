@@ -15,27 +15,28 @@ from toolpoint._check import suggestion
 
 # Dimensions: metre, kilogram, second, radian, cycle (Hz), revolution (rpm).
 Dimension = tuple[int, int, int, int, int, int]
-NONE: Dimension = (0, 0, 0, 0, 0, 0)
+NO_DIMENSION: Dimension = (0, 0, 0, 0, 0, 0)
 
 _BASE: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, (1, 0, 0, 0, 0, 0)), "g": (1e-3, (0, 1, 0, 0, 0, 0)), "t": (1e3, (0, 1, 0, 0, 0, 0)),
     "s": (1.0, (0, 0, 1, 0, 0, 0)), "rad": (1.0, (0, 0, 0, 1, 0, 0)), "N": (1.0, (1, 1, -2, 0, 0, 0)),
     "Pa": (1.0, (-1, 1, -2, 0, 0, 0)), "Hz": (1.0, (0, 0, 0, 0, 1, 0)),
 }
-_FIXED: dict[str, tuple[float, Dimension]] = {
+_UNPREFIXED_UNITS: dict[str, tuple[float, Dimension]] = {
     "min": (60.0, (0, 0, 1, 0, 0, 0)), "deg": (math.pi / 180, (0, 0, 0, 1, 0, 0)), "°": (math.pi / 180, (0, 0, 0, 1, 0, 0)),
-    "rpm": (1.0, (0, 0, 0, 0, 0, 1)), "%": (0.01, NONE), "1": (1.0, NONE), "bar": (1e5, (-1, 1, -2, 0, 0, 0)),
+    "rpm": (1.0, (0, 0, 0, 0, 0, 1)), "%": (0.01, NO_DIMENSION), "1": (1.0, NO_DIMENSION), "bar": (1e5, (-1, 1, -2, 0, 0, 0)),
 }
 _PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "\u03bc": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 # What machine files are written in, for suggestions.
 LENGTHS, ANGLES = ("m", "mm", "um", "cm"), ("rad", "mrad", "urad", "deg")
-COMMON = (*LENGTHS, *ANGLES, "kg", "g", "t", "s", "ms", "min", "N", "kN", "MN", "Nm", "kNm", "Pa", "MPa", "GPa", "bar", "Hz",
-          "kHz", "rpm", "%")
+COMMON_UNITS = (*LENGTHS, *ANGLES, "kg", "g", "t", "s", "ms", "min", "N", "kN", "MN", "Nm", "kNm", "Pa", "MPa", "GPa", "bar",
+                "Hz",
+                "kHz", "rpm", "%")
 _WRITTEN = {"kg": "kg", "kilog": "kg", "mm": "mm", "millim": "mm", "micro": "um", "met": "m", "sec": "s", "newton": "N",
             "deg": "deg", "rad": "rad", "gram": "g", "ton": "t", "hertz": "Hz", "rev": "rpm"}
 _POSITIONS = "known: " + ", ".join((*LENGTHS, *ANGLES))
-_IMPERIAL = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg", "lbf": "4.4482 N",
-             "psi": "6894.8 Pa"}
+_IMPERIAL_SIZES = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg",
+                   "lbf": "4.4482 N", "psi": "6894.8 Pa"}
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 # Numbers parted by blanks, then a unit.
 _ROW = re.compile(rf"((?:{_NUMBER.pattern}\s+)+{_NUMBER.pattern})\s*([^\s\d,;.+-][^,;]*)?")
@@ -66,11 +67,11 @@ def _symbols() -> dict[str, tuple[float, Dimension]]:
              for symbol, (scale, dimension) in _BASE.items() for prefix, factor in _PREFIX.items()}
     # Nm and its multiples, because every engineer writes them.
     moment = {f"{p}Nm": (f, (2, 1, -2, 0, 0, 0)) for p, f in (("", 1.0), ("m", 1e-3), ("k", 1e3), ("M", 1e6))}
-    return table | moment | _FIXED
+    return table | moment | _UNPREFIXED_UNITS
 
 
 def _unit(text: str) -> tuple[float, Dimension]:
-    factor, dimension, sign = 1.0, NONE, 1
+    factor, dimension, sign = 1.0, NO_DIMENSION, 1
     for token in re.split(r"([*/·\s]+)", text.strip()):
         if not token:
             continue
@@ -90,17 +91,17 @@ def _unit(text: str) -> tuple[float, Dimension]:
     return factor, dimension
 
 
-def nearest(word: str, units: Iterable[str] = COMMON) -> str:
+def nearest(word: str, units: Iterable[str] = COMMON_UNITS) -> str:
     """Return 'did you mean ...?' for the unit that a word was meant to be, or nothing where none is near.
 
     Words that begin as one written out (kgs, meters, degrees), then other case (KG), then the most similar; rare but possible
     symbols (ks, Mg) are never proposed. Imperial units are answered with their size.
     """
-    words, low = list(units), word.lower()
-    if low in _IMPERIAL:
-        return f"write SI units: 1 {low} is {_IMPERIAL[low]}"
-    begun = [unit for start, unit in _WRITTEN.items() if low.startswith(start) and unit in words]
-    begun += [unit for unit in words if unit.lower() == low]
+    words, lowered = list(units), word.lower()
+    if lowered in _IMPERIAL_SIZES:
+        return f"write SI units: 1 {lowered} is {_IMPERIAL_SIZES[lowered]}"
+    begun = [unit for start, unit in _WRITTEN.items() if lowered.startswith(start) and unit in words]
+    begun += [unit for unit in words if unit.lower() == lowered]
     return f"did you mean {begun[0]!r}?" if begun else suggestion(word, words)
 
 

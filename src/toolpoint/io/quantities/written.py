@@ -18,7 +18,7 @@ from toolpoint.io.quantities import units
 
 Value = TypeVar("Value")
 Vector = tuple[float, float, float]
-FASTEST, HIGHEST, MOST_LINES = 1e6, 1e7, 100_000  # rev/min, Hz
+MAX_TYPED_SPEED, MAX_TYPED_FREQUENCY, MAX_TYPED_LINES = 1e6, 1e7, 100_000  # rev/min, Hz
 
 
 def read_numbers(text: str, count: int | None = None, *, sign: str = ",") -> tuple[float, ...]:
@@ -44,45 +44,46 @@ def read_pairs(text: str, read: Callable[[str], Value], form: str) -> dict[str, 
 
 def read_band(text: str) -> tuple[float, float]:
     """Return both ends of ``LOW:HIGH``, Hz."""
-    low, high = read_numbers(text, 2, sign=":")
-    if not 0 <= low < high:
+    lower, upper = read_numbers(text, 2, sign=":")
+    if not 0 <= lower < upper:
         raise ToolpointError(f"{text!r}: the lower end must be below the upper")
-    return low, high
+    return lower, upper
 
 
 def read_lines(text: str) -> FloatArray:
     """Return the lines of ``LOW:HIGH:NUMBER``, Hz, shape (NUMBER,)."""
-    low, high, number = _first_last_number(text)
-    if not 0 <= low < high < HIGHEST or not 2 <= number <= MOST_LINES:
-        raise ToolpointError(f"{text!r}: must be 0 <= LOW < HIGH and 2 to {MOST_LINES} lines")
-    return np.linspace(low, high, number)
+    lower, upper, number = _first_last_number(text)
+    if not 0 <= lower < upper < MAX_TYPED_FREQUENCY or not 2 <= number <= MAX_TYPED_LINES:
+        raise ToolpointError(f"{text!r}: must be 0 <= LOW < HIGH and 2 to {MAX_TYPED_LINES} lines")
+    return np.linspace(lower, upper, number)
 
 
 def read_speeds(text: str, *, from_rest: bool = False) -> FloatArray:
     """Return the spindle speeds of ``FIRST:LAST:NUMBER``, rev/min, shape (NUMBER,); zero is one only `from_rest`."""
-    low, high, number = _first_last_number(text)
-    starts = low >= 0 if from_rest else low > 0
-    if not starts or (not (low < high < FASTEST and number >= 2) and not (low <= high < FASTEST and number == 1)):
+    lower, upper, number = _first_last_number(text)
+    starts = lower >= 0 if from_rest else lower > 0
+    if not starts or (not (lower < upper < MAX_TYPED_SPEED and number >= 2)
+                      and not (lower <= upper < MAX_TYPED_SPEED and number == 1)):
         first = "not be negative" if from_rest else "be above zero"
         raise ToolpointError(f"{text!r}: the first speed must {first}, the last above the first, and the number at least 2 "
                              "(or one speed: 9000:9000:1)")
-    return np.linspace(low, high, number)
+    return np.linspace(lower, upper, number)
 
 
 def read_angles(text: str) -> FloatArray:
     """Return the angles of ``0,45,90`` or ``FIRST:LAST:NUMBER``, degrees, in rad."""
-    plain = text.replace("deg", "")
-    if ":" not in plain:
-        return np.radians(read_numbers(plain))
-    first, last, number = _first_last_number(plain)
+    numbers = text.replace("deg", "")
+    if ":" not in numbers:
+        return np.radians(read_numbers(numbers))
+    first, last, number = _first_last_number(numbers)
     if number < 1:
         raise ValueError
     return np.radians(np.linspace(first, last, number))
 
 
 def _first_last_number(text: str) -> tuple[float, float, int]:
-    low, high, number = text.split(":")
-    first, last = read_numbers(f"{low},{high}", 2)
+    lower, upper, number = text.split(":")
+    first, last = read_numbers(f"{lower},{upper}", 2)
     return first, last, int(number)
 
 
@@ -124,8 +125,8 @@ class AxisPoints(NamedTuple):
 
 def read_axis_points(text: str) -> AxisPoints:
     """Return the positions of a text like ``X=-200mm:200mm:5``: first, last, number."""
-    name, _, rest = text.partition("=")
-    first, last, number = rest.split(":")
+    name, _, positions = text.partition("=")
+    first, last, number = positions.split(":")
     points = AxisPoints(name.strip(), read_position(first), read_position(last), int(number))
     if not points.name or points.number < 1:
         raise ValueError

@@ -16,7 +16,7 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.servo_data import signal_table, sinumerik
 
-_LARGEST = 300_000_000
+_MAX_RECORD_BYTES = 300_000_000
 ServoFile = AxisRecord | PositioningRun | LoopResponse
 
 
@@ -36,8 +36,9 @@ def read(path: str | Path, units: Mapping[str, str] | None = None, sample_time: 
     """
     path = Path(path)
     try:
-        if path.stat().st_size > _LARGEST:
-            raise ToolpointError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {_LARGEST / 1e6:.0f} are read; cut it")
+        if path.stat().st_size > _MAX_RECORD_BYTES:
+            raise ToolpointError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {_MAX_RECORD_BYTES / 1e6:.0f} are read; "
+                                 "cut it")
         raw = path.read_bytes()
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
@@ -137,9 +138,10 @@ def _read_positioning(path: Path, text: str) -> PositioningRun:
         cycles = max((j for _, j in cells), default=0)
         if cycles > 1000 or len(targets) > 10000:
             raise FileFaults(str(path), text[:4000], [Fault(1, 1, direction, f"{cycles} cycles; at most 1000 are read")])
-        missing = [(i, j) for i in targets for j in range(1, cycles + 1) if (i, j) not in cells]
-        if missing or cycles == 0:
-            raise FileFaults(str(path), text, [Fault(1, 1, direction, f"{len(missing)} positions are missing: {missing[:3]}")])
+        absent_cells = [(i, j) for i in targets for j in range(1, cycles + 1) if (i, j) not in cells]
+        if absent_cells or cycles == 0:
+            raise FileFaults(str(path), text,
+                             [Fault(1, 1, direction, f"{len(absent_cells)} positions are missing: {absent_cells[:3]}")])
         tables.append(si[1] * np.array([[cells[i, j] for j in range(1, cycles + 1)] for i in sorted(targets)]))
     return PositioningRun(si[1] * np.array([targets[i] for i in sorted(targets)]), tables[0], tables[1], str(path),
                           () if unit else ("the file names no unit; its positions are read as mm",))

@@ -33,10 +33,10 @@ _TIME = re.compile(r"^(time|t|zeit|zeitstempel|timestamp)\b", re.IGNORECASE)
 
 def unit_of(words: str) -> tuple[str, float] | None:
     """Return the SI unit and the factor to it, None for an unknown unit. Nm is a torque (lengths of nm are written small)."""
-    plain = words.strip()
-    if plain == "Nm":
+    stripped = words.strip()
+    if stripped == "Nm":
         return "N m", 1.0
-    return _UNITS.get(plain.lower())
+    return _UNITS.get(stripped.lower())
 
 
 def read(path: Path, text: str, units: Mapping[str, str] | None = None, *, sample_time: float | None = None) -> AxisRecord:
@@ -55,9 +55,9 @@ def read(path: Path, text: str, units: Mapping[str, str] | None = None, *, sampl
     columns = [_COLUMN.match(part) for part in header]
     names = [match[1] if match else part for match, part in zip(columns, header, strict=True)]
     words = [(match[2] or match[3] or "") if match else "" for match in columns]
-    given = dict(units or {})
-    named = [given.get(n, w) for n, w in zip(names, words, strict=True)]
-    return build_record(path, text, names=names, units=named, table=table, sample_time=sample_time)
+    given_units = dict(units or {})
+    column_units = [given_units.get(n, w) for n, w in zip(names, words, strict=True)]
+    return build_record(path, text, names=names, units=column_units, table=table, sample_time=sample_time)
 
 
 def build_record(path: Path, text: str, *, names: Sequence[str], units: Sequence[str], table: FloatArray,
@@ -117,12 +117,12 @@ def read_tncscope(path: Path, text: str) -> AxisRecord:
 def read_twincat(path: Path, text: str) -> AxisRecord:
     """Return the signals of a TwinCAT Scope export: a line of names (columns named Name are times, ms), lines of properties."""
     lines = text.splitlines()
-    at = next((k for k, line in enumerate(lines) if k > 0 and line.startswith("Name\t") and line.count("\t") > 1), None)
-    if at is None:
+    name_line = next((k for k, line in enumerate(lines) if k > 0 and line.startswith("Name\t") and line.count("\t") > 1), None)
+    if name_line is None:
         raise FileFaults(str(path), text, [Fault(1, 1, "", "no line of channel names; is it a TwinCAT Scope export?")])
-    header = lines[at].split("\t")
-    unit_line = next((line.split("\t") for line in lines[at:] if line.startswith("Unit\t")), [""] * len(header))
-    first = next((k for k in range(at, len(lines)) if _is_numbers(lines[k])), len(lines))
+    header = lines[name_line].split("\t")
+    unit_line = next((line.split("\t") for line in lines[name_line:] if line.startswith("Unit\t")), [""] * len(header))
+    first = next((k for k in range(name_line, len(lines)) if _is_numbers(lines[k])), len(lines))
     rows = []
     for line in lines[first:]:
         if not _is_numbers(line):

@@ -109,8 +109,8 @@ class _Reader:
         self.path, self.text, self.root = path, text, root
 
     def fail(self, message: str, key: str = "") -> FileFaults:
-        at = self.text.find(key) if key else -1
-        line = self.text.count("\n", 0, at) + 1 if at >= 0 else 1
+        position = self.text.find(key) if key else -1
+        line = self.text.count("\n", 0, position) + 1 if position >= 0 else 1
         return FileFaults(str(self.path), self.text, [Fault(line, 1, key, message)])
 
     def trace(self) -> FrequencyTrace:
@@ -178,18 +178,18 @@ class _Reader:
 
 def _decoded(packed: str) -> FloatArray:
     """Return doubles: big-endian 4-byte words, each five base-85 digits; one point stands for a word of zeros."""
-    words, at = bytearray(), 0
-    while at < len(packed):
-        if packed[at] == ".":
+    words, position = bytearray(), 0
+    while position < len(packed):
+        if packed[position] == ".":
             words += b"\0\0\0\0"
-            at += 1
+            position += 1
             continue
-        group = packed[at:at + 5]
+        group = packed[position:position + 5]
         if len(group) < 5:
             raise ValueError("the last group is cut short")
         value = 0
         for letter in group:
             value = 85 * value + _VALUE[letter]
         words += struct.pack(">I", value)
-        at += 5
+        position += 5
     return np.frombuffer(bytes(words), ">f8").astype(float)

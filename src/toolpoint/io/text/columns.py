@@ -14,11 +14,12 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 
 TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
-EXPECTED = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
+EXPECTED_RECORDS = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
 DAY = 86400.0  # s
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
-STEADY = 0.01  # largest deviation of a time step from the mean one
+# Largest deviation of a time step from the mean one: a sample that is left out doubles one.
+TIME_STEP_TOLERANCE = 0.01
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
@@ -50,7 +51,7 @@ def read_columns(path: str | Path) -> Columns:
     those of a clock (10:00:00.125, with a date before it). Raises FileFaults with every faulty line.
     """
     path = Path(path)
-    text = read_text(path, EXPECTED)
+    text = read_text(path, EXPECTED_RECORDS)
     lines = text.splitlines()
     separator, comma = _style(lines)
     head, rows, numbers, faults = ["", ""], list[list[float]](), list[int](), list[Fault]()
@@ -83,11 +84,11 @@ def read_columns(path: str | Path) -> Columns:
 
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
     """Return the numbers of a line, None where it holds anything else."""
-    plain = line.strip().rstrip(";,").replace('"', "").strip()
-    if not plain:
+    stripped = line.strip().rstrip(";,").replace('"', "").strip()
+    if not stripped:
         return None
     try:
-        return [_number(part, comma) for part in plain.split(separator) if part.strip()]
+        return [_number(part, comma) for part in stripped.split(separator) if part.strip()]
     except ValueError:
         return None
 
@@ -102,6 +103,7 @@ def _number(cell: str, comma: bool) -> float:
 
 def _style(lines: list[str]) -> tuple[str | None, bool]:
     """Return the separator of the numbers, and whether they have decimal commas."""
+    # The last line of numbers: header lines may hold any separator.
     body = next((line for line in reversed(lines) if re.match(r"^\s*\"?[-+]?[\d.,]", line)), "")
     for separator in (";", "\t"):
         if separator in body.strip():
@@ -111,10 +113,10 @@ def _style(lines: list[str]) -> tuple[str | None, bool]:
 
 def _names(head: list[str], separator: str | None, count: int) -> tuple[list[str], list[str]] | None:
     """Return name and unit of every column from the last two lines before the numbers; None where they do not fit them."""
-    before, last = ([part.strip().strip('"') for part in _cells(line, separator)] for line in head)
-    unit = last[0].strip("[]()").lower()
-    if len(before) == len(last) == count and before[0].lower() in TIMES and unit and unit in _TIME_UNITS:
-        return before, [cell.strip("[]()") for cell in last]
+    upper_cells, lower_cells = ([part.strip().strip('"') for part in _cells(line, separator)] for line in head)
+    unit = lower_cells[0].strip("[]()").lower()
+    if len(upper_cells) == len(lower_cells) == count and upper_cells[0].lower() in TIMES and unit and unit in _TIME_UNITS:
+        return upper_cells, [cell.strip("[]()") for cell in lower_cells]
     matches = [_HEAD.match(cell) for cell in _cells(head[1], separator)]
     if len(matches) != count or not all(matches):
         return None
@@ -135,10 +137,10 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
     if units[0].lower() not in _TIME_UNITS:
         raise ToolpointError(f"{path}: time in {units[0]!r}; must be in {', '.join(u for u in _TIME_UNITS if u)}")
     time = table[:, 0] * _TIME_UNITS[units[0].lower()]
-    if is_clock and (back := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
-        time[back[0] + 1:] += DAY  # over midnight
+    if is_clock and (decreasing := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
+        time[decreasing[0] + 1:] += DAY  # over midnight
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
-    if not step > 0 or np.abs(np.diff(time) - step).max() > STEADY * step + 2e-6 * abs(time[-1]):
+    if not step > 0 or np.abs(np.diff(time) - step).max() > TIME_STEP_TOLERANCE * step + 2e-6 * abs(time[-1]):
         raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "
                              "enough digits")
     return Columns(tuple(names[1:]), tuple(units[1:]), table[:, 1:], 1 / float(step), float(time[0]))

@@ -1,4 +1,4 @@
-"""What the columns of a text file of frequency responses are: told by the line of names before the numbers, never guessed.
+"""Columns of a text file of frequency responses: told by the line of names before the numbers, never guessed.
 
 A line of names may state units (in brackets, or in a line of their own below), so that um/N, g/N or rad/s are not read as SI.
 """
@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from toolpoint.io.quantities.sensitivities import MEASURED, motion_over_force
+from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, motion_over_force
 from toolpoint.io.text.column_labels import column_pair, without_pair
 from toolpoint.vibration import Dof
 
@@ -72,9 +72,9 @@ def read_layout(head: Sequence[Sequence[str]], remarks: str, *, count: int, is_c
     parts = [_part(name, unit, is_complex) for name, unit in zip(names[1:], units[1:], strict=True)]
     if not any(part for part in parts if part != "complex"):
         return _unnamed(units, is_complex, stated, any(names))
-    missing = [names[k + 1] or f"column {k + 2}" for k, part in enumerate(parts) if part is None]
-    if missing:
-        raise HeaderError(f"column {missing[0]!r} is not understood; columns are frequency, then real and imaginary, or "
+    unclear = [names[k + 1] or f"column {k + 2}" for k, part in enumerate(parts) if part is None]
+    if unclear:
+        raise HeaderError(f"column {unclear[0]!r} is not understood; columns are frequency, then real and imaginary, or "
                           "magnitude and phase, for each response, and coherence; name them so, or take the column out")
     columns = [_column(part, pair, unit) for part, pair, unit in zip(parts, pairs[1:], units[1:], strict=True) if part]
     _check_pairs(columns, names[1:])
@@ -114,8 +114,8 @@ def _pairs(head: Sequence[Sequence[str]], count: int) -> list[tuple[Dof, Dof] | 
 
 def _is_unit(text: str) -> bool:
     """Return whether a text in brackets is meant as a unit, known or not."""
-    low = text.lower()
-    return "/" in text or low.startswith(("db", "kg")) or low in _PHASE_UNITS or low in MEASURED
+    lowered = text.lower()
+    return "/" in text or lowered.startswith(("db", "kg")) or lowered in _PHASE_UNITS or lowered in QUANTITY_BY_UNIT
 
 
 def _part(name: str, unit: str, is_complex: bool) -> str | None:
@@ -171,11 +171,11 @@ def _check_pairs(columns: Sequence[Column], names: Sequence[str]) -> None:
 
 def _frequency(name: str, unit: str) -> tuple[float, str]:
     """Return Hz in one unit of the first column, and a note where its name does not say that it is frequency."""
-    low = unit.lower()
-    if low:
-        if low not in _FREQUENCY_UNITS:
+    lowered = unit.lower()
+    if lowered:
+        if lowered not in _FREQUENCY_UNITS:
             raise HeaderError(f"the first column is in {unit!r}; must be a frequency in Hz, kHz or rad/s")
-        return _FREQUENCY_UNITS[low], ""
+        return _FREQUENCY_UNITS[lowered], ""
     if re.search(r"rad/s|omega|\bw\b", name):
         return _FREQUENCY_UNITS["rad/s"], "" if "rad/s" in name else f"the first column, {name!r}, is taken in rad/s"
     if re.search(r"\bkhz\b", name):

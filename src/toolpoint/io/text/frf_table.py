@@ -22,14 +22,14 @@ from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.text.frf_header import FrfLayout, HeaderError, read_layout
 from toolpoint.vibration import Dof, Frf
 
-EXPECTED = "expected text with columns Hz, real, imaginary"
+EXPECTED_RESPONSES = "expected text with columns Hz, real, imaginary"
 _NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?"
 _COMPLEX = re.compile(rf"\(?\s*({_NUMBER})\s*([-+]\s*(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?)\s*\*?\s*[ij]\s*\)?")
-_PLAIN = re.compile(rf"{_NUMBER}|[-+]?nan|[-+]?inf(?:inity)?", re.IGNORECASE)
-_HEADING = 100  # lines before the numbers that are looked at
+_REAL_NUMBER = re.compile(rf"{_NUMBER}|[-+]?nan|[-+]?inf(?:inity)?", re.IGNORECASE)
+_MAX_HEADING_LINES = 100  # lines before the numbers that are looked at
 _COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?[\s;]")
-_TURN = 360.5  # degrees: a turn, and rounding
+_MAX_PHASE_DEGREES = 360.5  # degrees: a turn, and rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +141,12 @@ def read_table(path: str | Path) -> TabledResponses:
 
 @lru_cache(maxsize=256)  # a file is asked what it holds before it is read
 def _table(path: Path, changed: int, size: int) -> TabledResponses:
-    text = read_text(path, EXPECTED)
+    text = read_text(path, EXPECTED_RESPONSES)
     lines = text.splitlines()
     separator = _separator(lines)
     head, rows, numbers, faults = _parsed(lines, separator)
     if not rows:
-        raise FileFaults(str(path), text, faults[:5] or [Fault(1, 1, "", f"no line with three numbers; {EXPECTED}")])
+        raise FileFaults(str(path), text, faults[:5] or [Fault(1, 1, "", f"no line with three numbers; {EXPECTED_RESPONSES}")])
     table = np.array(rows)
     faults += _value_faults(table, numbers)
     if faults:
@@ -206,7 +206,7 @@ def _parsed(lines: Sequence[str], separator: str | None) -> tuple[list[str], lis
             words = f"{line.strip()[:60]!r} is not {_COUNTS.get(width, str(width))} numbers as in the other lines"
             faults.append(Fault(number, 1, "", words))
         elif line.strip() and not rows:
-            head = [*head, line][-_HEADING:]
+            head = [*head, line][-_MAX_HEADING_LINES:]
     return head, rows, numbers, faults
 
 
@@ -215,7 +215,7 @@ def _numbers(cells: Sequence[str], comma: bool) -> list[complex] | None:
     result: list[complex] = []
     for cell in cells:
         text = cell.replace(",", ".") if comma else cell
-        if _PLAIN.fullmatch(text):
+        if _REAL_NUMBER.fullmatch(text):
             result.append(float(text if "inf" in text.lower() else text.lower().replace("d", "e")))
         elif match := _COMPLEX.fullmatch(text):
             real, imaginary = (float(part.replace(" ", "").lower().replace("d", "e")) for part in match.groups())
@@ -229,9 +229,9 @@ def _value_faults(table: Array, numbers: list[int]) -> list[Fault]:
     faults = [Fault(numbers[i], 1, "", "a value that is not finite; remove the line or measure again")
               for i in np.flatnonzero(~np.isfinite(table).all(axis=1)).tolist()]
     lines = table[:, 0].real
-    back = np.flatnonzero(np.diff(lines) <= 0) + 1
+    not_increasing = np.flatnonzero(np.diff(lines) <= 0) + 1
     faults += [Fault(numbers[i], 1, "", f"frequency {lines[i]:g} Hz follows {lines[i - 1]:g} Hz; must increase")
-               for i in back.tolist()]
+               for i in not_increasing.tolist()]
     if np.isfinite(lines[0]) and lines[0] < 0:
         faults.append(Fault(numbers[0], 1, "", f"frequency {lines[0]:g} Hz; must not be negative"))
     return faults
@@ -248,17 +248,18 @@ def _responses(table: Array, layout: FrfLayout) -> tuple[ComplexArray, list[str]
             responses.append(column.scale * values)
             k += 1
             continue
-        other, beside = kept[k + 1]
+        other, further_values = kept[k + 1]
         if column.part == "real":
-            responses.append(column.scale * values.real + 1j * (other.scale if other.has_unit else column.scale) * beside.real)
+            responses.append(column.scale * values.real + 1j * (other.scale if other.has_unit else column.scale)
+                             * further_values.real)
         else:
             size = values.real if column.part == "magnitude" else 10 ** (values.real / 20)
-            degrees = not other.has_unit and np.abs(beside.real).max() > 2 * np.pi + 0.1
+            degrees = not other.has_unit and np.abs(further_values.real).max() > 2 * np.pi + 0.1
             if not other.has_unit:
                 notes.append(f"the phase has no unit: taken in {'degrees' if degrees else 'rad'}")
             if column.part == "decibel" and not column.has_unit:
                 notes.append("decibels name no reference: taken re 1 SI unit")
-            responses.append(column.scale * size * np.exp(1j * (np.pi / 180 if degrees else other.scale) * beside.real))
+            responses.append(column.scale * size * np.exp(1j * (np.pi / 180 if degrees else other.scale) * further_values.real))
         k += 2
     return np.stack(responses, axis=1).astype(complex), list(dict.fromkeys(notes))
 
@@ -269,7 +270,8 @@ def _check_unnamed(table: Array, layout: FrfLayout) -> None:
     if [(c.part, c.has_unit) for c in layout.columns] != [("real", False), ("imaginary", False)] or len(table) < 8:
         return
     size, turn = table[:, 1].real, np.abs(table[:, 2].real)
-    if layout.is_named or (size < 0).any() or not 1.5 < turn.max() <= _TURN or np.median(turn) < 20 * np.median(size):
+    if layout.is_named or (size
+                           < 0).any() or not 1.5 < turn.max() <= _MAX_PHASE_DEGREES or np.median(turn) < 20 * np.median(size):
         return
     raise HeaderError("the second column is never negative and the third stays within a turn: magnitude and phase? Name "
                       "the columns in a line before the numbers: Hz,magnitude,phase [deg], or else Hz,real,imaginary")

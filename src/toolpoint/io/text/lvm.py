@@ -10,7 +10,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
-from toolpoint.io.text.columns import EXPECTED, Columns, split_numbers
+from toolpoint.io.text.columns import EXPECTED_RECORDS, Columns, split_numbers
 
 END = "***End_of_Header***"
 _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
@@ -20,7 +20,7 @@ _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
 def read_columns(path: str | Path) -> list[Columns]:
     """Return the columns of every segment; raises ToolpointError or FileFaults where the file is none or is cut off."""
     path = Path(path)
-    text = read_text(path, EXPECTED)
+    text = read_text(path, EXPECTED_RECORDS)
     lines = text.splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         raise ToolpointError(f"{path}: no LabVIEW measurement file; its first line must say 'LabVIEW Measurement'")
@@ -34,8 +34,8 @@ def read_columns(path: str | Path) -> list[Columns]:
     for number, end in enumerate(ends[1:]):
         first = ends[number] + 1
         stop = ends[number + 2] if number + 2 < len(ends) else len(lines)
-        inner = _header(lines[first:end], separator)
-        segments.append(_segment(path, text, inner, lines[end + 1:stop], end + 2, comma, separator,
+        segment_header = _header(lines[first:end], separator)
+        segments.append(_segment(path, text, segment_header, lines[end + 1:stop], end + 2, comma, separator,
                                  head.get("X_Columns", ["One"])[0]))
     return segments
 
@@ -45,12 +45,12 @@ def _header(lines: list[str], separator: str) -> dict[str, list[str]]:
     return {row[0].strip(): [cell.strip() for cell in row[1:] if cell.strip()] for row in cells}
 
 
-def _segment(path: Path, text: str, head: dict[str, list[str]], lines: list[str], at: int, comma: bool, separator: str,
+def _segment(path: Path, text: str, head: dict[str, list[str]], lines: list[str], line_number: int, comma: bool, separator: str,
              times: str) -> Columns:
     names = [name.strip() for name in lines[0].split(separator)] if lines else []
     names = [name for name in names if name and name not in ("X_Value", "Comment")]
     rows, faults = [], []
-    for number, line in enumerate(lines[1:], start=at + 1):
+    for number, line in enumerate(lines[1:], start=line_number + 1):
         if not line.strip():
             continue
         row = split_numbers(line, separator, comma)
@@ -61,11 +61,11 @@ def _segment(path: Path, text: str, head: dict[str, list[str]], lines: list[str]
         else:
             rows.append(row)
     if faults or not rows:
-        raise FileFaults(str(path), text, faults[:50] or [Fault(at, 1, "", "no samples")])
+        raise FileFaults(str(path), text, faults[:50] or [Fault(line_number, 1, "", "no samples")])
     stated = max((int(float(count)) for count in head.get("Samples", [])), default=len(rows))
     if len(rows) < stated:
         words = f"{len(rows)} samples of {stated}: the file is cut off"
-        raise FileFaults(str(path), text, [Fault(at + len(rows), 1, "", words)])
+        raise FileFaults(str(path), text, [Fault(line_number + len(rows), 1, "", words)])
     table = np.array(rows)
     table = table[:, 1::2] if times == "Multi" else table[:, 1:] if times == "One" else table
     steps = [float(value.replace(",", ".")) for value in head.get("Delta_X", [])]

@@ -13,15 +13,14 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.decoding import read_text
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities import units
-from toolpoint.io.text.columns import EXPECTED, read_columns
+from toolpoint.io.quantities.sensitivities import GRAVITY_UNIT
+from toolpoint.io.text.columns import EXPECTED_RECORDS, TIME_STEP_TOLERANCE, read_columns
 from toolpoint.vibration import Dof, Record
 
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
 TIMES = ("t", "time")
-GRAVITY = 9.80665
 KINDS = {"force": units.FORCE, "acceleration": units.ACCELERATION, "velocity": units.FEED, "displacement": units.LENGTH,
          "feed": units.LENGTH, "time": units.TIME}
-STEADY = 0.01  # largest deviation of a time step from the mean one
 
 
 def channel_of(name: str) -> tuple[Dof, str]:
@@ -60,9 +59,9 @@ def read(path: str | Path) -> Record:
 def of_columns(path: Path, names: Sequence[str], time: FloatArray, *, values: FloatArray) -> Record:
     """Return columns (SI) over time (s) as a Record after checking that the time runs evenly."""
     step = np.diff(time)
-    if step.size == 0 or not step.mean() > 0 or np.abs(step - step.mean()).max() > STEADY * step.mean() + 1e-12:
-        worst = int(np.argmax(np.abs(step - step.mean()))) + 1 if step.size else 0
-        raise ToolpointError(f"{path}: time does not run evenly (sample {worst}); must have one sample rate; "
+    if step.size == 0 or not step.mean() > 0 or np.abs(step - step.mean()).max() > TIME_STEP_TOLERANCE * step.mean() + 1e-12:
+        worst_sample = int(np.argmax(np.abs(step - step.mean()))) + 1 if step.size else 0
+        raise ToolpointError(f"{path}: time does not run evenly (sample {worst_sample}); must have one sample rate; "
                              "resample it, and give the time enough digits")
     labels = [channel_of(name) for name in names]
     return Record(values, 1 / float(step.mean()), tuple(dof for dof, _ in labels), tuple(kind for _, kind in labels),
@@ -79,10 +78,10 @@ def write(record: Record, path: str | Path) -> None:
 
 
 def _refuse(path: Path, line: int, column: str, message: str) -> NoReturn:
-    raise FileFaults(str(path), read_text(path, EXPECTED), [Fault(line, 1, column, message)])
+    raise FileFaults(str(path), read_text(path, EXPECTED_RECORDS), [Fault(line, 1, column, message)])
 
 
-def _factor(path: Path, at: int, name: str, unit: str) -> float:
+def _factor(path: Path, line: int, name: str, unit: str) -> float:
     """Return what one unit of a column is in SI."""
     quantity = channel_of(name)[1]
     if not unit:
@@ -91,11 +90,11 @@ def _factor(path: Path, at: int, name: str, unit: str) -> float:
         return next((factor for kind in (units.LENGTH, *KINDS.values(), units.ANGLE, units.ANGULAR_SPEED)
                      if (factor := _si(unit, kind)) is not None), 1.0)
     if quantity == "acceleration" and unit.lower() == "g":  # not the gram
-        return GRAVITY
+        return GRAVITY_UNIT
     try:
         return units.quantity(f"1 {unit}", KINDS[quantity])
     except units.UnitError as error:
-        _refuse(path, at, name, str(error))
+        _refuse(path, line, name, str(error))
 
 
 def _si(unit: str, kind: units.Kind) -> float | None:

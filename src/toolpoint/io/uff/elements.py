@@ -39,17 +39,17 @@ def edges(file: UniversalFile, dataset: UniversalSet) -> list[tuple[int, int]]:
 
 def _elements(file: UniversalFile, dataset: UniversalSet) -> Iterable[tuple[int, list[int]]]:
     lines = [line for line in file.text(dataset).splitlines() if line.strip()]
-    at = 0
-    while at < len(lines):
-        head = _whole(file, lines[at])
+    position = 0
+    while position < len(lines):
+        head = _whole(file, lines[position])
         if len(head) < 6 or not 0 < head[5] <= MOST_NODES:
-            raise ToolpointError(f"{file.path}: element {lines[at].strip()[:60]!r} of a set 2412; must give six whole numbers, "
-                                 f"the last of them its 1 to {MOST_NODES} nodes")
-        at += 2 if head[1] in BEAMS else 1
+            raise ToolpointError(f"{file.path}: element {lines[position].strip()[:60]!r} of a set 2412; must give six whole "
+                                 f"numbers, the last of them its 1 to {MOST_NODES} nodes")
+        position += 2 if head[1] in BEAMS else 1
         nodes: list[int] = []
-        while len(nodes) < head[5] and at < len(lines):
-            nodes += _whole(file, lines[at])
-            at += 1
+        while len(nodes) < head[5] and position < len(lines):
+            nodes += _whole(file, lines[position])
+            position += 1
         if len(nodes) != head[5]:
             raise ToolpointError(f"{file.path}: element {head[0]} of a set 2412 lists {len(nodes)} nodes; must be {head[5]}; "
                                  "the file is damaged")
@@ -78,17 +78,17 @@ def _solid(nodes: Sequence[int], parts: tuple[int, int, int]) -> list[tuple[int,
     step = len(lower) // corners
     between = len(rising) // corners
     for corner in range(corners):
-        top = upper[corner * step] if len(upper) > 1 else upper[0]
+        upper_corner = upper[corner * step] if len(upper) > 1 else upper[0]
         # Cubic elements list the lower and the upper middle nodes of all edges in turn.
         middle = [rising[corner + k * corners] for k in range(between)]
-        pairs += pairwise((lower[corner * step], *middle, top))
+        pairs += pairwise((lower[corner * step], *middle, upper_corner))
     return pairs
 
 
 def _whole(file: UniversalFile, line: str) -> list[int]:
     words = line.split()
     if any(len(word) > 10 for word in words):  # columns that touch
-        words = [line[at:at + 10] for at in range(0, len(line.rstrip()), 10)]
+        words = [line[start:start + 10] for start in range(0, len(line.rstrip()), 10)]
     try:
         return [int(word) for word in words]
     except ValueError:

@@ -14,7 +14,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.uff import functions, geometry, modes
-from toolpoint.io.uff.functions import COHERENCE, KINDS, RESPONSE, TIME, FunctionHeader
+from toolpoint.io.uff.functions import COHERENCE_TYPE, KINDS, RESPONSE_TYPE, TIME_RECORD_TYPE, FunctionHeader
 from toolpoint.io.uff.geometry import MeasuredGeometry
 from toolpoint.io.uff.labels import NumberedLabels
 from toolpoint.io.uff.responses import NUMERATOR, read_frf
@@ -43,7 +43,7 @@ def read_record(path: str | Path | UniversalFile) -> Record:
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)
     records = [(dataset, head) for dataset in file.sets if dataset.number == 58
-             for head in [functions.header(file, dataset)] if head.kind == TIME]
+             for head in [functions.header(file, dataset)] if head.kind == TIME_RECORD_TYPE]
     if not records:
         raise ToolpointError(f"{file.path}: no time record (set 58 of function type 1); it holds {file!r}")
     columns, kinds, axes = [], [], []
@@ -62,11 +62,11 @@ def read_record(path: str | Path | UniversalFile) -> Record:
 
 def _channels(file: UniversalFile, dofs: list[Dof], kinds: list[str]) -> tuple[Dof, ...]:
     """Return the labels of channels: a force and a motion may share a Dof, two motions of one kind may not."""
-    seen: dict[tuple[Dof, str], int] = {}
+    counts: dict[tuple[Dof, str], int] = {}
     names = []
     for key in zip(dofs, kinds, strict=True):
-        seen[key] = seen.get(key, 0) + 1
-        names.append(key[0] if seen[key] == 1 else second_channel(file, key[0], seen[key]))
+        counts[key] = counts.get(key, 0) + 1
+        names.append(key[0] if counts[key] == 1 else second_channel(file, key[0], counts[key]))
     return tuple(names)
 
 
@@ -134,7 +134,7 @@ def _parts(item: Frf | Record | Modes | MeasuredGeometry, text: bool, labels: Nu
     if isinstance(item, Frf):
         return _responses(item, text, labels)
     if isinstance(item, Record):
-        return [functions.written(TIME, dof, None, numerator=CODES.get(kind, 0), denominator=0, abscissa=item.time,
+        return [functions.written(TIME_RECORD_TYPE, dof, None, numerator=CODES.get(kind, 0), denominator=0, abscissa=item.time,
                                   data=item.samples[:, i], text=text,
                                   units=(unit or "NONE", "NONE"), labels=labels)
                 for i, (dof, kind, unit) in enumerate(zip(item.channels, item.quantities, item.units, strict=True))]
@@ -150,10 +150,10 @@ def _responses(frf: Frf, text: bool, labels: NumberedLabels) -> Iterable[bytes]:
     label = (QUANTITIES[frf.quantity].split("/N")[0], "N")
     for i, output in enumerate(frf.outputs):
         for j, source in enumerate(frf.inputs):
-            yield functions.written(RESPONSE, output, source, numerator=NUMERATOR[frf.quantity], denominator=13,
+            yield functions.written(RESPONSE_TYPE, output, source, numerator=NUMERATOR[frf.quantity], denominator=13,
                                     abscissa=frf.frequency, data=values[i, j], text=text, units=label, labels=labels)
             if frf.coherence is not None:
-                yield functions.written(COHERENCE, output, source, numerator=0, denominator=0, abscissa=frf.frequency,
+                yield functions.written(COHERENCE_TYPE, output, source, numerator=0, denominator=0, abscissa=frf.frequency,
                                         data=frf.coherence[:, i, j], text=text, labels=labels)
 
 

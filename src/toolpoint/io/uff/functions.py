@@ -15,27 +15,28 @@ from toolpoint.io.uff.numbers import regular, twenty_wide
 from toolpoint.io.uff.sets import HEADER_LINES, UniversalFile, UniversalSet
 from toolpoint.vibration.dof import Dof
 
-TIME, RESPONSE, COHERENCE = 1, 4, 6
-TITLES = {TIME: "time record", RESPONSE: "frequency response", COHERENCE: "coherence"}
+TIME_RECORD_TYPE, RESPONSE_TYPE, COHERENCE_TYPE = 1, 4, 6
+TITLES = {TIME_RECORD_TYPE: "time record", RESPONSE_TYPE: "frequency response", COHERENCE_TYPE: "coherence"}
 DIRECTIONS = {1: "+x", 2: "+y", 3: "+z", 4: "+rx", 5: "+ry", 6: "+rz"}
 CODES = {name: code for code, name in DIRECTIONS.items()}
 KINDS = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 9: "force"}
-EXACT = "exact axis "
+EXACT_AXIS_WORDS = "exact axis "
 # Rules that give an axis from two numbers and its length: start and step, start and end, start and lines per unit.
 AXES: dict[str, Callable[[float, float, int], Array]] = {
     "step": lambda start, step, n: start + np.arange(n) * step,
+    # Each rule forms the axis by another operation: only one of them gives the bits of the axis that was written.
     "span": lambda start, stop, n: np.linspace(start, stop, n),
     "rate": lambda start, rate, n: start + np.arange(n) / rate,
 }
 _TOUCHING = re.compile(r"(?<=\d)(?=[-+]\d*\.)")
-_CLOSING = re.compile(rb"(?:^|[\r\n])[ \t]{0,8}-1[ \t]*(?=[\r\n]|$)")
+_CLOSING_LINE = re.compile(rb"(?:^|[\r\n])[ \t]{0,8}-1[ \t]*(?=[\r\n]|$)")
 # Fortran drops the letter of an exponent of three digits: 1.234-105.
 _UNMARKED = re.compile(r"(\.\d*)([-+]\d{3})(?=[-+\s]|$)")
 
 
 @dataclass(frozen=True)
 class FunctionHeader:
-    """What the header of a function says.
+    """A function's header.
 
     `kind` is the function type (4 frequency response, 6 coherence, 1 time), `data_type` 2, 4 real or 5, 6 complex in
     single or double precision; `numerator` and `denominator` specific data types with their unit labels.
@@ -46,7 +47,7 @@ class FunctionHeader:
     reference: Dof | None
     data_type: int
     count: int
-    even: bool
+    is_even: bool
     axis: str
     start: float
     step: float
@@ -102,15 +103,15 @@ def values(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> 
                              f"{head.count} values; must be type 2, 4 (real), 5 or 6 (complex) and one value at least; "
                              "take the set out")
     numbers = _binary(file, dataset, head) if dataset.binary else _text(file, dataset, head)
-    each = (1 + head.is_complex) + (not head.even)
+    each = (1 + head.is_complex) + (not head.is_even)
     if numbers.size != head.count * each:
-        whole = min(numbers.size // each, head.count)
+        complete_count = min(numbers.size // each, head.count)
         file.repaired(f"function {head.title!r}: {numbers.size} numbers where {head.count * each} are stated")
-        if whole < head.count:
-            raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} holds {whole} of "
+        if complete_count < head.count:
+            raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} holds {complete_count} of "
                                  f"{head.count} values; it is cut short")
         numbers = numbers[:head.count * each]
-    if head.even:
+    if head.is_even:
         axis = np.asarray(AXES[head.axis](head.start, head.step, head.count))
         return axis, _paired(numbers) if head.is_complex else numbers
     table = numbers.reshape(head.count, each)
@@ -125,7 +126,7 @@ def _paired(numbers: FloatArray) -> Array:
 def _binary(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> FloatArray:
     width = 8 if head.data_type in (4, 6) else 4
     raw = file.payload(dataset)
-    each = (1 + head.is_complex) + (not head.even)
+    each = (1 + head.is_complex) + (not head.is_even)
     size = head.count * each * width
     if len(raw) != size and len(raw.rstrip(b"\r\n")) >= size:
         file.repaired("stray line ends behind the data of a binary set")
@@ -139,10 +140,11 @@ def _text(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> F
         file.repaired("Fortran D exponents")
     if dataset.stop == file.size and data[-1:] not in (b"\r", b"\n"):
         data = _less_a_part(data)
-    numbers, rest = regular(data)
-    closing = _CLOSING.search(rest)  # the next sets were taken for lines of this one, which is cut short
-    rest = rest if closing is None else rest[:closing.start()]
-    return np.concatenate([numbers, _any_text(file, head, rest)]) if rest.strip() or not numbers.size else numbers
+    numbers, further_text = regular(data)
+    closing = _CLOSING_LINE.search(further_text)  # the next sets were taken for lines of this one, which is cut short
+    further_text = further_text if closing is None else further_text[:closing.start()]
+    return np.concatenate([numbers,
+                           _any_text(file, head, further_text)]) if further_text.strip() or not numbers.size else numbers
 
 
 def _less_a_part(data: bytes) -> bytes:
@@ -182,10 +184,10 @@ def _parsed(body: str) -> FloatArray:
 
 
 def _fields(line: str, widths: tuple[int, ...]) -> list[str]:
-    words, at = [], 0
+    words, start = [], 0
     for width in widths:
-        words.append(line[at:at + width].strip())
-        at += width
+        words.append(line[start:start + width].strip())
+        start += width
     return words
 
 
@@ -231,7 +233,7 @@ def _dof(file: UniversalFile, point: int, code: int) -> Dof:
 
 def _axis(line: str, start: float, step: float) -> tuple[str, float, float]:
     """Return kind, start and step of an even axis, exact where this package wrote them in an identification line."""
-    words = line[len(EXACT):].split() if line.startswith(EXACT) else []
+    words = line[len(EXACT_AXIS_WORDS):].split() if line.startswith(EXACT_AXIS_WORDS) else []
     if len(words) == 3 and words[0] in AXES:
         return words[0], float.fromhex(words[1]), float.fromhex(words[2])
     return "step", start, step
@@ -258,18 +260,18 @@ def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, 
     Text holds 13 significant digits, as the format has no more.
     """
     rule = _even(abscissa, text)
-    even = rule is not None
-    known = labels or NumberedLabels.of([dof for dof in (response, reference) if dof is not None])
-    numbered = (known.numbered(response), None if reference is None else known.numbered(reference))
+    is_even = rule is not None
+    numbers_of_labels = labels or NumberedLabels.of([dof for dof in (response, reference) if dof is not None])
+    numbered = (numbers_of_labels.numbered(response), None if reference is None else numbers_of_labels.numbered(reference))
     is_complex = np.iscomplexobj(data)
     numbers = np.ascontiguousarray(data, complex if is_complex else float).view(float).reshape(abscissa.size, -1)
-    if not even:
+    if not is_even:
         numbers = np.column_stack([abscissa, numbers])
     payload = b"" if text else numbers.astype("<f8").tobytes()
-    axis = f"{EXACT}{rule[0]} {rule[1].hex()} {rule[2].hex()}" if rule is not None else "NONE"
-    spread = (float(abscissa[0]), float(abscissa[-1] - abscissa[0]) / max(abscissa.size - 1, 1)) if even else (0.0, 0.0)
-    form = f"{6 if is_complex else 4:10d}{abscissa.size:10d}{int(even):10d}"
-    abscissa_kind = (17, "Time", "s") if kind == TIME else (18, "Frequency", "Hz")
+    axis = f"{EXACT_AXIS_WORDS}{rule[0]} {rule[1].hex()} {rule[2].hex()}" if rule is not None else "NONE"
+    spread = (float(abscissa[0]), float(abscissa[-1] - abscissa[0]) / max(abscissa.size - 1, 1)) if is_even else (0.0, 0.0)
+    form = f"{6 if is_complex else 4:10d}{abscissa.size:10d}{int(is_even):10d}"
+    abscissa_kind = (17, "Time", "s") if kind == TIME_RECORD_TYPE else (18, "Frequency", "Hz")
     head = [
         TITLES[kind], "NONE" if numbered == (response, reference) else _words(response, reference), "NONE", "NONE", axis,
         f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{_point(numbered[0])} {'NONE':10s}{_point(numbered[1])}",
@@ -279,7 +281,7 @@ def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, 
     mark = "" if text else f"b{1:6d}{2:6d}{11:12d}{len(payload):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
     start = f"    -1\n    58{mark}\n" + "".join(f"{line:80s}\n" for line in head)
     if text:
-        return start.encode("ascii") + _lines(numbers, even) + b"    -1\n"
+        return start.encode("ascii") + _lines(numbers, is_even) + b"    -1\n"
     return start.encode("ascii") + payload + b"\n    -1\n"
 
 
@@ -304,10 +306,10 @@ def code_of(dof: Dof) -> int:
     return CODES["+" + dof.direction[1:]] * (-1 if dof.direction[0] == "-" else 1)
 
 
-def _lines(numbers: FloatArray, even: bool) -> bytes:
+def _lines(numbers: FloatArray, is_even: bool) -> bytes:
     """Return numbers as lines: four in a line, or the abscissa (six digits) and what belongs to it."""
-    text = twenty_wide(numbers[:, 0 if even else 1:].reshape(-1))
-    if even:
+    text = twenty_wide(numbers[:, 0 if is_even else 1:].reshape(-1))
+    if is_even:
         full = text.shape[0] // 4 * 4
         return _ended(text[:full].reshape(-1, 80)) + (text[full:].tobytes() + b"\n" if full < text.shape[0] else b"")
     abscissa = b"".join(b"%13.5E" % number for number in numbers[:, 0].tolist())

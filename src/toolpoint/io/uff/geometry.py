@@ -39,9 +39,9 @@ class MeasuredGeometry(NotebookText):
         object.__setattr__(self, "coordinates",
                            floats("MeasuredGeometry.coordinates", self.coordinates, (len(points), 3)))
         lines = tuple(tuple(int(point) for point in line) for line in self.lines)
-        missing = sorted({point for line in lines for point in line} - set(points))
-        if missing:
-            fail("MeasuredGeometry.lines", f"point {missing[0]}", "must be among the points")
+        absent_points = sorted({point for line in lines for point in line} - set(points))
+        if absent_points:
+            fail("MeasuredGeometry.lines", f"point {absent_points[0]}", "must be among the points")
         object.__setattr__(self, "lines", lines)
 
     def __repr__(self) -> str:
@@ -65,8 +65,8 @@ def geometry(file: UniversalFile, length_factor: float) -> MeasuredGeometry:
     if not table:
         raise ToolpointError(f"{file.path}: no set 15 or 2411; a geometry needs points")
     have = set(table)
-    known = [part for line in lines for part in _known(file, line, have)]
-    return MeasuredGeometry(tuple(table), np.array(list(table.values())) / length_factor, tuple(known))
+    drawn_lines = [part for line in lines for part in _known(file, line, have)]
+    return MeasuredGeometry(tuple(table), np.array(list(table.values())) / length_factor, tuple(drawn_lines))
 
 
 def _known(file: UniversalFile, line: tuple[int, ...], have: set[int]) -> list[tuple[int, ...]]:
@@ -81,7 +81,7 @@ def _points_15(file: UniversalFile, dataset: UniversalSet) -> dict[int, tuple[fl
     for line in _records(file, dataset):
         words = line.split()
         if len(words) < 7:  # columns that touch
-            words = [line[at:at + width] for at, width in ((0, 10), (10, 10), (20, 10), (30, 10), (40, 13), (53, 13),
+            words = [line[start:start + width] for start, width in ((0, 10), (10, 10), (20, 10), (30, 10), (40, 13), (53, 13),
                                                           (66, 13))]
         points[_int(file, words[0])] = _three(file, words[4:7])
     return points
@@ -94,7 +94,7 @@ def _points_2411(file: UniversalFile, dataset: UniversalSet) -> dict[int, tuple[
     points = {}
     for first, second in zip(lines[::2], lines[1::2], strict=True):
         words = second.split()
-        words = words if len(words) == 3 else [second[at:at + 25] for at in (0, 25, 50)]
+        words = words if len(words) == 3 else [second[start:start + 25] for start in (0, 25, 50)]
         points[_int(file, first[:10].strip() or first.split()[0])] = _three(file, words)
     return points
 
@@ -140,6 +140,6 @@ def written(shape: MeasuredGeometry) -> bytes:
     parts.append("    -1\n")
     for number, line in enumerate(shape.lines, start=1):
         parts.append(f"    -1\n    82\n{number:10d}{len(line):10d}{11:10d}\n{'NONE':80s}\n")
-        parts += ["".join(f"{point:10d}" for point in line[at:at + 8]) + "\n" for at in range(0, len(line), 8)]
+        parts += ["".join(f"{point:10d}" for point in line[start:start + 8]) + "\n" for start in range(0, len(line), 8)]
         parts.append("    -1\n")
     return "".join(parts).encode("ascii")

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from toolpoint._check import ToolpointError
 from toolpoint.vibration import Dof
 
-LABELS = 705858  # number of the set; the format leaves large ones to programs
+LABEL_SET_NUMBER = 705858  # number of the set; the format leaves large ones to programs
 MAX_POINT = 2**31 - 1  # largest point number of the format's ten columns that other programs read
-_FIRST = 900001  # of the numbers given to labels, above those of most tests
+_FIRST_LABEL_NUMBER = 900001  # of the numbers given to labels, above those of most tests
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class NumberedLabels:
     directions: Mapping[int, Dof] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, dofs: Iterable[Dof], known: NumberedLabels | None = None) -> NumberedLabels:
+    def of(cls, dofs: Iterable[Dof], present: NumberedLabels | None = None) -> NumberedLabels:
         """Return the numbers for all labels of a file, beyond those that it gives already; numbered points keep theirs."""
         labels = list(dict.fromkeys(dofs))
         taken = {dof.point for dof in labels if _is_numbered(dof.point)}
-        if known is not None:
-            taken |= {*known.points, *known.directions}
-        free = (number for number in range(_FIRST, MAX_POINT) if number not in taken)
+        if present is not None:
+            taken |= {*present.points, *present.directions}
+        free = (number for number in range(_FIRST_LABEL_NUMBER, MAX_POINT) if number not in taken)
         names = dict.fromkeys(dof.point for dof in labels if not _is_numbered(dof.point) and dof.vector is None)
         return cls({next(free): name for name in names}, {next(free): dof for dof in labels if dof.vector is not None})
 
@@ -58,7 +58,8 @@ class NumberedLabels:
         """Return the table as a set; empty where every point is numbered."""
         rows = [json.dumps([number, name]) for number, name in self.points.items()]
         rows += [json.dumps([number, dof.point, dof.direction, dof.vector]) for number, dof in self.directions.items()]
-        return ("".join([f"    -1\n{LABELS:6d}\n", *(f"{row}\n" for row in rows), "    -1\n"]) if rows else "").encode("ascii")
+        return ("".join([f"    -1\n{LABEL_SET_NUMBER:6d}\n", *(f"{row}\n" for row in rows), "    -1\n"]) if rows
+                else "").encode("ascii")
 
 
 def parse_labels(lines: Iterable[str], where: str) -> NumberedLabels:
@@ -78,8 +79,8 @@ def parse_labels(lines: Iterable[str], where: str) -> NumberedLabels:
             else:
                 points[number] = name
         except (ValueError, TypeError, IndexError, RecursionError, ToolpointError):
-            raise ToolpointError(f"{where}: the line {line[:60]!r} of its table of labels (set {LABELS}) is damaged; save the "
-                                 "file again") from None
+            raise ToolpointError(f"{where}: the line {line[:60]!r} of its table of labels (set {LABEL_SET_NUMBER}) is damaged; "
+                                 "save the file again") from None
     return NumberedLabels(points, directions)
 
 

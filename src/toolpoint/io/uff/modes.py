@@ -9,7 +9,7 @@ from toolpoint.io.uff import analysis, shape_records
 from toolpoint.io.uff.functions import DIRECTIONS
 from toolpoint.io.uff.labels import NumberedLabels
 from toolpoint.io.uff.sets import UniversalFile
-from toolpoint.io.uff.shape_records import NORMAL
+from toolpoint.io.uff.shape_records import NORMAL_MODE_ANALYSIS
 from toolpoint.vibration import Dof, Modes
 
 READERS = {55: shape_records.shape, 2414: analysis.shape}
@@ -48,8 +48,8 @@ def modes(file: UniversalFile) -> Modes:
 def written(noun: Modes, labels: NumberedLabels | None = None) -> bytes:
     """Return the modes as sets 55 (six digits, as the format has no more); labels : numbers of Dofs that it cannot hold."""
     is_complex = np.iscomplexobj(noun.shape)
-    known = labels or NumberedLabels.of(noun.dofs)
-    dofs = [known.numbered(dof) for dof in noun.dofs]
+    numbers_of_labels = labels or NumberedLabels.of(noun.dofs)
+    dofs = [numbers_of_labels.numbered(dof) for dof in noun.dofs]
     points = list(dict.fromkeys(dof.point for dof in dofs))
     rotations = any(dof.is_rotation for dof in dofs)
     each = 6 if rotations else 3
@@ -64,15 +64,15 @@ def written(noun: Modes, labels: NumberedLabels | None = None) -> bytes:
         for point, row in table.items():
             numbers = [part for value in row for part in ((value.real, value.imag) if is_complex else (value.real,))]
             parts.append(f"{point:10d}\n")
-            parts += ["".join(f"{number:13.5E}" for number in numbers[at:at + 6]) + "\n"
-                      for at in range(0, len(numbers), 6)]
+            parts += ["".join(f"{number:13.5E}" for number in numbers[start:start + 6]) + "\n"
+                      for start in range(0, len(numbers), 6)]
         parts.append("    -1\n")
     return "".join(parts).encode("ascii")
 
 
 def _head(noun: Modes, i: int, is_complex: bool, each: int, unit: bool) -> str:
     names = "".join(f"{name:80s}\n" for name in (f"mode {i + 1}", "NONE", "NONE", "NONE", "NONE"))
-    kind = 3 if is_complex else NORMAL
+    kind = 3 if is_complex else NORMAL_MODE_ANALYSIS
     form = f"{1:10d}{kind:10d}{2 if each == 3 else 3:10d}{8:10d}{5 if is_complex else 2:10d}{each:10d}\n"
     numbers: tuple[float, ...]
     if is_complex:

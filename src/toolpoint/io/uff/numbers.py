@@ -22,27 +22,27 @@ from toolpoint._check import FloatArray
 
 FEWEST_LINES = 2
 MOST_DIGITS = 15
-DECIMALS = 12
+WRITTEN_DECIMALS = 12
 # Within these powers of ten no product or rounding error leaves the normal floats.
 LARGEST_POWER = 250
-_SPLIT = 134217729.0  # 2^27 + 1
-_ZIV = 1 + 2.0**-40
+_DEKKER_SPLITTER = 134217729.0  # 2^27 + 1: halves of a float of 53 bits, whose products are exact
+_ZIV_FACTOR = 1 + 2.0**-40
 _PLUS, _MINUS = ord("+") - ord(" "), ord("-") - ord(" ")
 # Lines that differ only in digits and signs have one layout.
-_ALIKE = bytes.maketrans(b"023456789-", b"111111111+")
-_PLAIN = re.compile(rb"(?<= )\+|^\+")
+_LAYOUT_BYTES = bytes.maketrans(b"023456789-", b"111111111+")
+_LEADING_PLUS = re.compile(rb"(?<= )\+|^\+")
 _FIELD = re.compile(rb"( *)([-+]?)(\d*)\.(\d*)([EeDd])[-+](\d{2,3})")
 
 
 @dataclass(frozen=True, eq=False)
 class _Layout:
-    """What every column of a line must hold, and where its numbers stand.
+    """Layout of a line: what every column must hold, and where its numbers stand.
 
     A byte less `low` (wrapped to 0 .. 255) must be at most `span`; `weights` (n_columns, 2 n_numbers) turn what is left
     into mantissas and exponents; `decimals` is what the exponents are lowered by. A sign column is -1 where there is none.
     """
 
-    low: np.ndarray
+    lowest: np.ndarray
     span: np.ndarray
     weights: FloatArray
     sign: np.ndarray
@@ -66,10 +66,10 @@ def regular(data: bytes) -> tuple[FloatArray, bytes]:
     """
     length = data.find(b"\n") + 1
     lines = len(data) // length if length else 0
-    layout = _layout(_PLAIN.sub(b" ", data[:length].translate(_ALIKE))) if lines >= FEWEST_LINES else None
+    layout = _layout(_LEADING_PLUS.sub(b" ", data[:length].translate(_LAYOUT_BYTES))) if lines >= FEWEST_LINES else None
     if layout is None:
         return np.empty(0), data
-    table = np.frombuffer(data, np.uint8, lines * length).reshape(lines, length) - layout.low
+    table = np.frombuffer(data, np.uint8, lines * length).reshape(lines, length) - layout.lowest
     sign, direction = table[:, layout.sign], table[:, layout.exponent_sign]
     sign[:, layout.sign < 0] = 0
     minus = sign == _MINUS
@@ -80,7 +80,7 @@ def regular(data: bytes) -> tuple[FloatArray, bytes]:
     power = parts[:, count:] * (1.0 - direction) - layout.decimals
     inside = np.abs(power) <= LARGEST_POWER
     values, left = _product(parts[:, :count].ravel(), np.where(inside, power, 0.0).ravel())
-    certain = inside.ravel() & (values + left * _ZIV == values)
+    certain = inside.ravel() & (values + left * _ZIV_FACTOR == values)
     values *= 1.0 - 2.0 * minus.ravel()
     for i in np.flatnonzero(~certain).tolist():
         row, column = divmod(i, count)
@@ -98,7 +98,7 @@ def _layout(line: bytes) -> _Layout | None:
     if not fields or body[fields[-1].end():].strip(b" ") or [0, *(field.end() for field in fields[:-1])] != [
             field.start() for field in fields]:
         return None
-    low = np.frombuffer(line, np.uint8).copy()
+    lowest = np.frombuffer(line, np.uint8).copy()
     span = np.zeros(len(line), np.uint8)
     weights = np.zeros((len(line), 2 * len(fields)))
     signs, decimals = [], []
@@ -107,16 +107,16 @@ def _layout(line: bytes) -> _Layout | None:
         digits = [*range(*field.span(3)), *range(*field.span(4))]
         if not 0 < len(digits) <= MOST_DIGITS or (i and (not field[1] or (field[2] and lead < 2))):
             return None
-        for columns, at in ((digits, i), ([*range(*field.span(6))], len(fields) + i)):
-            low[columns], span[columns] = ord("0"), 9
-            weights[columns, at] = 10.0 ** np.arange(len(columns))[::-1]
+        for columns, column in ((digits, i), ([*range(*field.span(6))], len(fields) + i)):
+            lowest[columns], span[columns] = ord("0"), 9
+            weights[columns, column] = 10.0 ** np.arange(len(columns))[::-1]
         # A lone blank between two numbers parts them and cannot hold a sign.
         signs.append(field.end(2) - 1 if lead > (1 if i else 0) else -1)
-        low[field.end(5)], span[field.end(5)] = ord("+"), 2
+        lowest[field.end(5)], span[field.end(5)] = ord("+"), 2
         decimals.append(float(field.end(4) - field.start(4)))
-    some = [at for at in signs if at >= 0]
-    low[some], span[some] = ord(" "), _MINUS
-    return _Layout(low, span, weights, np.array(signs), np.array([field.end(5) for field in fields]), np.array(decimals),
+    some = [column for column in signs if column >= 0]
+    lowest[some], span[some] = ord(" "), _MINUS
+    return _Layout(lowest, span, weights, np.array(signs), np.array([field.end(5) for field in fields]), np.array(decimals),
                    tuple(field.end() for field in fields))
 
 
@@ -124,23 +124,24 @@ def _layout(line: bytes) -> _Layout | None:
 def _powers() -> FloatArray:
     """Return 10^q, q = -LARGEST_POWER .. LARGEST_POWER, as rows: nearest float, its upper and lower half, the rest."""
     exact = [Fraction(10) ** q for q in range(-LARGEST_POWER, LARGEST_POWER + 1)]
-    high = np.array([float(number) for number in exact])
-    rest = np.array([float(number - Fraction(near)) for number, near in zip(exact, high.tolist(), strict=True)])
-    upper = high * _SPLIT - (high * _SPLIT - high)
-    return np.stack([high, upper, high - upper, rest])
+    power_float = np.array([float(number) for number in exact])
+    remainder = np.array([float(number - Fraction(number_float)) for number,
+                          number_float in zip(exact, power_float.tolist(), strict=True)])
+    upper = power_float * _DEKKER_SPLITTER - (power_float * _DEKKER_SPLITTER - power_float)
+    return np.stack([power_float, upper, power_float - upper, remainder])
 
 
 def _product(factor: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return factor times ten to the power, rounded to floats, and what is left (both together good to 100 bits)."""
-    high, upper, lower, rest = (row.take(power.astype(np.intp) + LARGEST_POWER) for row in _powers())
-    product = factor * high
-    wide = factor * _SPLIT
-    first = wide - (wide - factor)
+    power_float, upper, lower, remainder = (row.take(power.astype(np.intp) + LARGEST_POWER) for row in _powers())
+    product = factor * power_float
+    scaled = factor * _DEKKER_SPLITTER
+    first = scaled - (scaled - factor)
     second = factor - first
     error = ((first * upper - product) + first * lower + second * upper) + second * lower
-    error += factor * rest
-    near = product + error
-    return near, error - (near - product)
+    error += factor * remainder
+    total = product + error
+    return total, error - (total - product)
 
 
 def twenty_wide(numbers: FloatArray) -> np.ndarray:
@@ -148,19 +149,19 @@ def twenty_wide(numbers: FloatArray) -> np.ndarray:
     size = np.abs(numbers)
     usual = (size >= 1e-98) & (size < 1e98)
     power = np.floor(np.log10(np.where(usual, size, 1.0)))
-    near, left = _product(np.where(usual, size, 0.0), DECIMALS - power)
-    digits = np.rint(near)
-    certain = usual & (near >= 10.0**DECIMALS) & (digits < 10.0 ** (DECIMALS + 1))
-    certain &= np.abs((near - digits) + left) < 0.5 - 1e-6
+    product, left = _product(np.where(usual, size, 0.0), WRITTEN_DECIMALS - power)
+    digits = np.rint(product)
+    certain = usual & (product >= 10.0**WRITTEN_DECIMALS) & (digits < 10.0 ** (WRITTEN_DECIMALS + 1))
+    certain &= np.abs((product - digits) + left) < 0.5 - 1e-6
     certain |= numbers == 0
     lead, groups, exponents = _words()
-    whole = digits.astype(np.int64)
-    first, rest = whole // 10**12, whole % 10**12
+    mantissa = digits.astype(np.int64)
+    first, fraction = mantissa // 10**12, mantissa % 10**12
     words = np.empty((numbers.size, 5), np.uint32)
     words[:, 0] = lead.take(first + 10 * np.signbit(numbers), mode="clip")
-    words[:, 1] = groups.take(rest // 10**8)
-    words[:, 2] = groups.take(rest // 10**4 % 10**4)
-    words[:, 3] = groups.take(rest % 10**4)
+    words[:, 1] = groups.take(fraction // 10**8)
+    words[:, 2] = groups.take(fraction // 10**4 % 10**4)
+    words[:, 3] = groups.take(fraction % 10**4)
     words[:, 4] = exponents.take(power.astype(np.intp) + 99)
     text = words.view(np.uint8)
     for i in np.flatnonzero(~certain).tolist():

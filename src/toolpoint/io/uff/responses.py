@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import Array, FloatArray, ToolpointError, one_of
 from toolpoint.io.door import door
 from toolpoint.io.uff import functions
-from toolpoint.io.uff.functions import COHERENCE, KINDS, RESPONSE, FunctionHeader
+from toolpoint.io.uff.functions import COHERENCE_TYPE, KINDS, RESPONSE_TYPE, FunctionHeader
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.io.uff.spectra import Part, holds_spectra, responses_of_spectra
 from toolpoint.io.uff.units import factor_to_si, report, second_channel, units
@@ -42,8 +42,8 @@ def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> F
     """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)
-    every = [(dataset, functions.header(file, dataset)) for dataset in file.sets if dataset.number == 58]
-    responses, coherences = _functions(file, every)
+    function_parts = [(dataset, functions.header(file, dataset)) for dataset in file.sets if dataset.number == 58]
+    responses, coherences = _functions(file, function_parts)
     kind = _quantity(file, [head for head, _, _ in responses], quantity)
     responses = [(head, axis, data * factor_to_si(file, head, scale, is_response=True)) for head, axis, data in responses]
     frequency, values, rows, columns = _table(file, responses)
@@ -53,19 +53,20 @@ def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> F
     return Frf(frequency, values, rows, columns, kind, coherence=coherence, notes=tuple(file.repairs))
 
 
-def _functions(file: UniversalFile, every: list[Part]) -> tuple[list[Function], list[Function]]:
+def _functions(file: UniversalFile, function_parts: list[Part]) -> tuple[list[Function], list[Function]]:
     """Return the responses and the coherences of a file: header, lines, values."""
-    if any(head.kind == RESPONSE for _, head in every):
-        first, second = ([(head, *functions.values(file, dataset, head)) for dataset, head in every if head.kind == kind]
-                         for kind in (RESPONSE, COHERENCE))
+    if any(head.kind == RESPONSE_TYPE for _, head in function_parts):
+        first, second = ([(head, *functions.values(file, dataset, head)) for dataset,
+                          head in function_parts if head.kind == kind]
+                         for kind in (RESPONSE_TYPE, COHERENCE_TYPE))
         return first, second
-    if not holds_spectra([head for _, head in every]):
+    if not holds_spectra([head for _, head in function_parts]):
         raise ToolpointError(f"{file.path}: no frequency response (set 58 of function type 4) and no cross spectra; it holds "
                              f"{file!r}")
-    return responses_of_spectra(file, every)
+    return responses_of_spectra(file, function_parts)
 
 
-def _quantity(file: UniversalFile, heads: list[FunctionHeader], given: str | None) -> str:
+def _quantity(file: UniversalFile, heads: list[FunctionHeader], requested: str | None) -> str:
     kinds = {head.numerator for head in heads}
     names = {code: name for name, code in NUMERATOR.items()}
     stated = {names[kind] for kind in kinds if kind in names}
@@ -75,16 +76,16 @@ def _quantity(file: UniversalFile, heads: list[FunctionHeader], given: str | Non
     swapped = [KINDS[head.denominator] for head in heads if head.denominator in names]
     swapped += ["force over another channel" for head in heads if KINDS.get(head.numerator) == "force"]
     if swapped:
-        if given is None:
+        if requested is None:
             raise ToolpointError(f"{file.path}: {len(swapped)} of {len(heads)} responses are stated as "
                                  f"{'motion over ' * (swapped[0] in MOTIONS)}{swapped[0]}; must be motion over force: the "
                                  "channels may be swapped; measure again, or state the quantity if only the labels are wrong")
-        file.repaired(f"{len(swapped)} responses are not stated as motion over force; read as {given} on request")
-    if given is not None:
-        one_of("quantity", given, QUANTITIES)
-        if stated and stated != {given}:
-            file.repaired(f"the file says {stated.pop()}, read as {given} on request")
-        return given
+        file.repaired(f"{len(swapped)} responses are not stated as motion over force; read as {requested} on request")
+    if requested is not None:
+        one_of("quantity", requested, QUANTITIES)
+        if stated and stated != {requested}:
+            file.repaired(f"the file says {stated.pop()}, read as {requested} on request")
+        return requested
     if not stated:
         raise ToolpointError(f"{file.path}: the responses do not say whether they are displacement, velocity or "
                              "acceleration; give quantity='accelerance' or another")
@@ -102,8 +103,8 @@ def _table(file: UniversalFile, parts: Sequence[Function]) -> tuple[FloatArray, 
     filled = np.zeros((len(rows), len(columns)), bool)
     for head, axis, data in parts:
         _check_function(file, head, axis, data, frequency)
-        at = row_at[head.response], column_at[_reference(file, head)]
-        values[at], filled[at] = data, True
+        place = row_at[head.response], column_at[_reference(file, head)]
+        values[place], filled[place] = data, True
     if not filled.all():
         row, column = np.argwhere(~filled)[0]
         raise ToolpointError(f"{file.path}: {int((~filled).sum())} of {filled.size} responses are missing, the first "
@@ -128,18 +129,18 @@ def _rename_repeated(file: UniversalFile, parts: Sequence[Function]) -> list[Fun
     Equal numbers twice are one function stored twice, which is refused: nothing says which of its neighbours are copies.
     """
     first: dict[tuple[Dof, Dof | None], list[Array]] = {}
-    apart = []
+    renamed = []
     for head, axis, data in parts:
-        before = first.setdefault((head.response, head.reference), [])
-        if any(np.array_equal(data, other) for other in before):
+        earlier = first.setdefault((head.response, head.reference), [])
+        if any(np.array_equal(data, other) for other in earlier):
             raise ToolpointError(f"{file.path}: {head.response} / {head.reference} is there twice, with the same values; "
                                  "remove one")
-        before.append(data)
-        if len(before) > 1:
-            name = second_channel(file, head.response, len(before))
+        earlier.append(data)
+        if len(earlier) > 1:
+            name = second_channel(file, head.response, len(earlier))
             head = replace(head, response=name)
-        apart.append((head, axis, data))
-    return apart
+        renamed.append((head, axis, data))
+    return renamed
 
 
 def _reference(file: UniversalFile, head: FunctionHeader) -> Dof:

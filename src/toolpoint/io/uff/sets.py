@@ -10,11 +10,11 @@ from functools import cached_property
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
-from toolpoint.io.uff.labels import LABELS, NumberedLabels, parse_labels
+from toolpoint.io.uff.labels import LABEL_SET_NUMBER, NumberedLabels, parse_labels
 
 # The literal start lets the search skip through gigabytes of numbers; what stands before it is looked at afterwards.
 MARK = re.compile(rb"-1[ \t]*(?=[\r\n]|$)")
-_BEFORE = re.compile(rb"(?:^|[\r\n])([ \t]{0,8})$")
+_LINE_LEAD = re.compile(rb"(?:^|[\r\n])([ \t]{0,8})$")
 _NUMBER = re.compile(rb"^\s*(\d{1,6})\s*([bB]?)(.*)$")
 HEADER_LINES = 11
 
@@ -77,7 +77,7 @@ class UniversalFile:
     @cached_property
     def labels(self) -> NumberedLabels:
         """Labels that tables of this package give to numbers of the file; none in files of other programs."""
-        return parse_labels([line for dataset in self.sets if dataset.number == LABELS
+        return parse_labels([line for dataset in self.sets if dataset.number == LABEL_SET_NUMBER
                              for line in self.text(dataset).splitlines()], str(self.path))
 
     def text(self, dataset: UniversalSet) -> str:
@@ -111,9 +111,9 @@ class UniversalFile:
         return f"UniversalFile({self.path.name}: {listed}; {len(self.repairs)} repairs)"
 
     def _scan(self) -> Iterator[UniversalSet]:
-        at: int | None = self._first()
-        while at is not None:
-            dataset, at = self._one(at)
+        offset: int | None = self._first()
+        while offset is not None:
+            dataset, offset = self._one(offset)
             if dataset is not None:
                 yield dataset
 
@@ -128,27 +128,27 @@ class UniversalFile:
             self.repaired("blank lines before the first set")
         return match[1]
 
-    def _delimiter(self, at: int, stop: int | None = None) -> tuple[int, int] | None:
+    def _delimiter(self, offset: int, stop: int | None = None) -> tuple[int, int] | None:
         """Return start (of its line) and end of the next line that holds -1 and nothing else."""
-        for match in MARK.finditer(self._map, at, len(self._map) if stop is None else min(stop, len(self._map))):
-            before = _BEFORE.search(self._map[max(match.start() - 9, 0):match.start()])
-            if before is not None:
-                return match.start() - len(before[1]), match.end()
+        for match in MARK.finditer(self._map, offset, len(self._map) if stop is None else min(stop, len(self._map))):
+            lead = _LINE_LEAD.search(self._map[max(match.start() - 9, 0):match.start()])
+            if lead is not None:
+                return match.start() - len(lead[1]), match.end()
         return None
 
-    def _line(self, at: int) -> tuple[bytes, int]:
-        """Return the line behind the line end at `at`, and the offset of its own end."""
+    def _line(self, offset: int) -> tuple[bytes, int]:
+        """Return the line behind the line end at `offset`, and the offset of its own end."""
         size = len(self._map)
-        if self._map[at:at + 1] in (b"\r", b"\n"):
-            at += 2 if self._map[at:at + 2] == b"\r\n" else 1
-        end = self._map.find(b"\n", at)
+        if self._map[offset:offset + 1] in (b"\r", b"\n"):
+            offset += 2 if self._map[offset:offset + 2] == b"\r\n" else 1
+        end = self._map.find(b"\n", offset)
         end = size if end < 0 else end
-        early = self._map.find(b"\r", at, end)
+        early = self._map.find(b"\r", offset, end)
         end = end if early < 0 else early
-        return self._map[at:end], end
+        return self._map[offset:end], end
 
-    def _one(self, at: int) -> tuple[UniversalSet | None, int | None]:
-        line, end = self._line(at)
+    def _one(self, offset: int) -> tuple[UniversalSet | None, int | None]:
+        line, end = self._line(offset)
         while not line.strip() and end < len(self._map):
             self.repaired("blank line before a set number")
             line, end = self._line(end)
@@ -177,66 +177,67 @@ class UniversalFile:
             return end
         words = head[6].split()
         try:
-            kind, count, even = (int(word) for word in words[:3])
+            kind, count, spacing = (int(word) for word in words[:3])
         except ValueError:
             return end
-        each = (2 if kind in (5, 6) else 1) + (even != 1)
-        per_line = {(True, True): 4, (True, False): each if kind == 6 else 2 * each}.get((kind in (4, 6), even == 1), 6)
+        each = (2 if kind in (5, 6) else 1) + (spacing != 1)
+        per_line = {(True, True): 4, (True, False): each if kind == 6 else 2 * each}.get((kind in (4, 6), spacing == 1), 6)
         start = body + sum(len(line) + 1 for line in head[:11])
-        full, rest = divmod(count * each, per_line)
+        full, remainder = divmod(count * each, per_line)
         length = len(head[11]) + 1
-        guess = start + full * length - (length if not rest else 0)
+        guess = start + full * length - (length if not remainder else 0)
+        # A wrong count must not skip sets: the guess holds only where a delimiter follows within three lines.
         if full < 2 or guess > len(self._map):
             return end
         closing = self._delimiter(guess, guess + 3 * length)
         return end if closing is None else guess
 
-    def _close(self, at: int) -> tuple[int, int | None]:
-        match = self._delimiter(at)
+    def _close(self, offset: int) -> tuple[int, int | None]:
+        match = self._delimiter(offset)
         if match is None:
             self.repaired("the last set is not closed by -1")
             return len(self._map), None
         return match[0], self._next_open(match[1])
 
-    def _next_open(self, at: int) -> int | None:
-        line, end = self._line(at)
+    def _next_open(self, offset: int) -> int | None:
+        line, end = self._line(offset)
         if _NUMBER.match(line) and end < len(self._map):
             self.repaired("one delimiter line between two sets instead of two")
-            return at
-        match = self._delimiter(at)
+            return offset
+        match = self._delimiter(offset)
         return None if match is None else match[1]
 
     def _header(self, body: int, stop: int) -> tuple[str, ...]:
         part = self._map[body:min(stop, body + 4096)].decode("latin-1")
         return tuple(part.splitlines()[:HEADER_LINES])
 
-    def _binary(self, number: int, line: bytes, body: int, rest: bytes) -> tuple[UniversalSet | None, int | None]:
-        words = rest.split()
+    def _binary(self, number: int, line: bytes, body: int, description: bytes) -> tuple[UniversalSet | None, int | None]:
+        words = description.split()
         try:
             order, lines, length = {1: "<", 2: ">"}[int(words[0])], int(words[2]), int(words[3])
         except (IndexError, KeyError, ValueError):
             raise ToolpointError(f"{self.path}: the header {line.decode('latin-1').strip()!r} of a binary set must "
                                  "give byte order, format, lines and bytes; the file is damaged") from None
-        at = body
+        offset = body
         for _ in range(lines):
-            newline = self._map.find(b"\n", at)
+            newline = self._map.find(b"\n", offset)
             if newline < 0:
                 raise ToolpointError(f"{self.path}: a binary set ends within its {lines} header lines; it is cut short")
-            at = newline + 1
-        stop = at + length
-        ahead = self._map[stop:stop + 12].lstrip(b"\r\n \t")
-        if stop > len(self._map) or not ahead.startswith(b"-1"):
-            stop = self._recovered(at, length)
-        header = self._header(body, at)
-        dataset = UniversalSet(number, line.decode("latin-1"), body, stop, at, stop - at, order, True, header)
+            offset = newline + 1
+        stop = offset + length
+        following = self._map[stop:stop + 12].lstrip(b"\r\n \t")
+        if stop > len(self._map) or not following.startswith(b"-1"):
+            stop = self._recovered(offset, length)
+        header = self._header(body, offset)
+        dataset = UniversalSet(number, line.decode("latin-1"), body, stop, offset, stop - offset, order, True, header)
         match = self._delimiter(stop)
         return dataset, None if match is None else self._next_open(match[1])
 
-    def _recovered(self, at: int, length: int) -> int:
+    def _recovered(self, offset: int, length: int) -> int:
         """Return where the data of a binary set end whose byte count is wrong: at the delimiter that a set follows."""
-        match = re.compile(rb"\r?\n?[ \t]{0,8}-1[ \t]*\r?\n(?:[ \t]{0,8}-1[ \t]*\r?\n|[\s]*$)").search(self._map, at)
+        match = re.compile(rb"\r?\n?[ \t]{0,8}-1[ \t]*\r?\n(?:[ \t]{0,8}-1[ \t]*\r?\n|[\s]*$)").search(self._map, offset)
         if match is None:
             raise ToolpointError(f"{self.path}: a binary set of {length} bytes is not closed by -1; the file is cut "
                                  "short or was changed as text")
-        self.repaired(f"a binary set states {length} bytes but holds {match.start() - at}")
+        self.repaired(f"a binary set states {length} bytes but holds {match.start() - offset}")
         return match.start()

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 
-NORMAL, COMPLEX = 2, (3, 7)
+NORMAL_MODE_ANALYSIS, COMPLEX_MODE_ANALYSES = 2, (3, 7)
 MOST_EACH = 36  # values a point: a general 6 x 6 tensor has no more
 
 
@@ -34,15 +34,15 @@ def shape(file: UniversalFile, dataset: UniversalSet) -> Shape | None:
         raise ToolpointError(f"{file.path}: record 6 {lines[5].strip()!r} of a set 55; must give six whole numbers, the last "
                              "of them (values a point) above zero")
     analysis, data_type, each = model[1], model[4], model[5]
-    if analysis not in (NORMAL, *COMPLEX):
+    if analysis not in (NORMAL_MODE_ANALYSIS, *COMPLEX_MODE_ANALYSES):
         file.repaired(f"a set 55 of analysis type {analysis} (no mode) is left out")
         return None
     numbers = reals(file, " ".join(cells(lines[7])))
-    needed = 4 if analysis == NORMAL else 6
+    needed = 4 if analysis == NORMAL_MODE_ANALYSIS else 6
     if len(numbers) < min(needed, 4):
         raise ToolpointError(f"{file.path}: record 8 {lines[7].strip()!r} of a set 55; must hold {needed} numbers: "
                              "frequency or pole, modal mass, damping")
-    if analysis == NORMAL:
+    if analysis == NORMAL_MODE_ANALYSIS:
         frequency, ratio, scale = numbers[0], numbers[2] or numbers[3] / 2, complex(numbers[1])
     else:
         pole = complex(numbers[0], numbers[1])
@@ -57,29 +57,30 @@ def values(file: UniversalFile, lines: list[str], each: int, *, is_complex: bool
     """Return the values of a shape by point and direction from the records behind its head; `width` characters a number."""
     words = each * (2 if is_complex else 1)
     entries: dict[tuple[int, int], complex] = {}
-    at = 0
+    position = 0
     rows = [line for line in lines if line.strip()]
-    while at < len(rows):
-        point = integers(file, rows[at], number)[0]
+    while position < len(rows):
+        point = integers(file, rows[position], number)[0]
         if each > MOST_EACH:
             raise ToolpointError(f"{file.path}: a set {number} of {each} values a point; must be at most {MOST_EACH}")
         parts: list[float] = []
         while len(parts) < words:
-            at += 1
-            if at >= len(rows):
+            position += 1
+            if position >= len(rows):
                 raise ToolpointError(f"{file.path}: the shape of a set {number} ends within point {point}; it is cut short")
-            parts += reals(file, " ".join(cells(rows[at], width)), number)
+            parts += reals(file, " ".join(cells(rows[position], width)), number)
         table = np.array(parts[:words])
         numbers = table[::2] + 1j * table[1::2] if is_complex else table + 0j
         entries |= {(point, way + 1): complex(value) for way, value in enumerate(numbers[:6])}
-        at += 1
+        position += 1
     return entries
 
 
 def cells(line: str, width: int = 13) -> list[str]:
     """Return the numbers of a line as words, by columns of `width` where they touch."""
     words = line.split()
-    return words if all(len(word) <= width for word in words) else [line[at:at + width] for at in range(0, len(line), width)]
+    return words if all(len(word) <= width for word in words) else [line[start:start + width]
+                                                                    for start in range(0, len(line), width)]
 
 
 def integers(file: UniversalFile, line: str, number: int = 55) -> list[int]:

@@ -20,7 +20,7 @@ from toolpoint.io.uff.functions import FunctionHeader
 from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 from toolpoint.vibration import Dof
 
-AUTO, CROSS, DENSITY = 2, 3, 9
+AUTO_SPECTRUM_TYPE, CROSS_SPECTRUM_TYPE, POWER_DENSITY_TYPE = 2, 3, 9
 TYPES = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 4: "frequency response",
          5: "transmissibility", 6: "coherence", 7: "auto correlation", 8: "cross correlation", 9: "power spectral density",
          10: "energy spectral density", 11: "probability density", 12: "spectrum", 13: "cumulative distribution",
@@ -76,18 +76,20 @@ def holds_spectra(heads: list[FunctionHeader]) -> bool:
     return any(_is_cross(head) for head in heads)
 
 
-def responses_of_spectra(file: UniversalFile, every: list[Part]) -> tuple[list[tuple[FunctionHeader, FloatArray, ComplexArray]],
+def responses_of_spectra(file: UniversalFile,
+                         function_parts: list[Part]) -> tuple[list[tuple[FunctionHeader, FloatArray, ComplexArray]],
                                                                    list[tuple[FunctionHeader, FloatArray, ComplexArray]]]:
     """Return H1 of every cross spectrum of motion and force, and the coherences where the auto spectrum of the motion is there.
 
     Headers, lines (Hz) and values. Forces that were measured together (cross spectra between them) are taken apart by the
     inverse of their matrix; without such cross spectra they are taken as applied one after the other, which a note says.
     """
-    crosses = [part for part in every if _is_cross(part[1])]
+    crosses = [part for part in function_parts if _is_cross(part[1])]
     kind = crosses[0][1].kind
     if any(head.kind != kind for _, head in crosses):
         raise ToolpointError(f"{file.path}: cross spectra and spectral densities of one and the other scaling; split the file")
-    power = [part for part in every if part[1].kind == (AUTO if kind == CROSS else DENSITY) and _is_auto(part[1])]
+    power = [part for part in function_parts if part[1].kind
+             == (AUTO_SPECTRUM_TYPE if kind == CROSS_SPECTRUM_TYPE else POWER_DENSITY_TYPE) and _is_auto(part[1])]
     sources = list(dict.fromkeys(head.reference for _, head in crosses if head.reference is not None))
     motions = [part for part in crosses if functions.KINDS.get(part[1].numerator) != "force"]
     between = [part for part in crosses if functions.KINDS.get(part[1].numerator) == "force"]
@@ -107,7 +109,7 @@ def responses_of_spectra(file: UniversalFile, every: list[Part]) -> tuple[list[t
 
 
 def _is_cross(head: FunctionHeader) -> bool:
-    return head.kind in (CROSS, DENSITY) and head.is_complex and head.reference is not None
+    return head.kind in (CROSS_SPECTRUM_TYPE, POWER_DENSITY_TYPE) and head.is_complex and head.reference is not None
 
 
 def _is_auto(head: FunctionHeader) -> bool:

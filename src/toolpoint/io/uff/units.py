@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass
 
 from toolpoint._check import ToolpointError, ToolpointWarning
-from toolpoint.io.quantities.sensitivities import GRAVITY, MEASURED, motion_over_force
+from toolpoint.io.quantities.sensitivities import GRAVITY_UNIT, QUANTITY_BY_UNIT, motion_over_force
 from toolpoint.io.uff.functions import KINDS, FunctionHeader
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.vibration import Dof
@@ -53,7 +53,7 @@ def factor_to_si(file: UniversalFile, head: FunctionHeader, scale: Units, *, is_
         of_set = scale.force / scale.length if is_response else 1 / (scale.force if is_force else scale.length)
         if numerator.lower() in ("g", "g's", "gs"):
             file.repaired("acceleration in g converted to m/s^2")
-            return of_set * GRAVITY
+            return of_set * GRAVITY_UNIT
         if not is_force and motion not in (None, 1.0) and abs(motion * scale.length - 1) > 1e-3:
             file.repaired(f"unit label {numerator!r} beside a units set of {scale.length:g} units in a metre: the set is "
                           "followed")
@@ -71,11 +71,11 @@ def factor_to_si(file: UniversalFile, head: FunctionHeader, scale: Units, *, is_
 
 def _labelled(label: str) -> float | None:
     """Return SI units in a unit label: 1 where it says nothing, None where it is not known."""
-    low = label.lower()
-    if low in ("", "none", "unknown", "eu"):
+    lowered = label.lower()
+    if lowered in ("", "none", "unknown", "eu"):
         return 1.0
-    if low in MEASURED:
-        return MEASURED[low][1]
+    if lowered in QUANTITY_BY_UNIT:
+        return QUANTITY_BY_UNIT[lowered][1]
     try:
         return motion_over_force(label)[0]  # the whole unit of a response in the label of its numerator
     except ValueError:

@@ -1,4 +1,4 @@
-"""What is doubtful about the inertias of a robot: total mass, impossible moments, density over the hull, placeholders."""
+"""Doubts about the inertias of a robot: total mass, impossible moments, density over the hull, placeholders."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from toolpoint._doubt import Doubt
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.io.urdf.robot import UrdfLink, UrdfRobot
 
-DENSITY = (200.0, 12000.0)  # kg/m^3 over the hull; hollow castings are light, nothing of a robot is heavier than lead
-SPREAD = (0.02, 4.0)  # principal moment over that of the box around the hull, filled evenly
+# Kg/m^3 over the hull; hollow castings are light, nothing of a robot is heavier than lead
+HULL_DENSITY_RANGE = (200.0, 12000.0)
+MOMENT_RATIO_RANGE = (0.02, 4.0)  # principal moment over that of the box around the hull, filled evenly
 
 
 def question_inertias(robot: UrdfRobot, mass: float | None = None) -> list[Doubt]:
@@ -23,9 +24,9 @@ def question_inertias(robot: UrdfRobot, mass: float | None = None) -> list[Doubt
     for link in moving:
         lines += _link_doubts(link)
     tensors = [tuple(np.round(np.linalg.eigvalsh(link.inertia), 12)) for link in moving]
-    alike = [link.name for link, tensor in zip(moving, tensors, strict=True) if tensors.count(tensor) > 1]
-    if len(alike) > 2:
-        lines.append(Doubt(f"links {', '.join(alike)}", "have the same inertia to the last digit: placeholders?"))
+    equal_links = [link.name for link, tensor in zip(moving, tensors, strict=True) if tensors.count(tensor) > 1]
+    if len(equal_links) > 2:
+        lines.append(Doubt(f"links {', '.join(equal_links)}", "have the same inertia to the last digit: placeholders?"))
     return lines
 
 
@@ -47,13 +48,14 @@ def _link_doubts(link: UrdfLink) -> list[Doubt]:
     except scipy.spatial.QhullError:
         return lines
     density, span = link.mass / hull.volume, np.ptp(link.corners, axis=0)
-    if not DENSITY[0] < density < DENSITY[1]:
-        lines.append(Doubt(name, f"density {density:.3g} kg/m^3 over its hull; believed are {DENSITY[0]:g} to {DENSITY[1]:g}"))
+    if not HULL_DENSITY_RANGE[0] < density < HULL_DENSITY_RANGE[1]:
+        lines.append(Doubt(name, f"density {density:.3g} kg/m^3 over its hull; believed are {HULL_DENSITY_RANGE[0]:g} to "
+                                 f"{HULL_DENSITY_RANGE[1]:g}"))
     if (link.centre < link.corners.min(axis=0) - 1e-9).any() or (link.centre > link.corners.max(axis=0) + 1e-9).any():
         lines.append(Doubt(name, "its centre of mass lies outside of its shape"))
     box = np.sort(link.mass / 12 * (np.sum(span**2) - span**2))
     ratio = moments / box
-    if ratio.min() < SPREAD[0] or ratio.max() > SPREAD[1]:
+    if ratio.min() < MOMENT_RATIO_RANGE[0] or ratio.max() > MOMENT_RATIO_RANGE[1]:
         lines.append(Doubt(name, f"principal moments {moments[0]:.3g} .. {moments[2]:.3g} kg m^2 against {box[0]:.3g} .. "
                            f"{box[2]:.3g} of a filled box around it", "check the unit (kg m^2, not kg mm^2) and the point they "
                            "are about"))

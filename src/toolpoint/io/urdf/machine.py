@@ -17,7 +17,7 @@ from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.io.door import door
 from toolpoint.io.urdf.audit import question_inertias
-from toolpoint.io.urdf.robot import MOVING, UrdfLink, UrdfRobot, parse_robot
+from toolpoint.io.urdf.robot import DIRECTION_OF_KIND, UrdfLink, UrdfRobot, parse_robot
 from toolpoint.machine import description as d
 from toolpoint.machine.description.frames import describe_frame
 from toolpoint.spatial import rotation
@@ -53,12 +53,12 @@ def read(path: str | Path, stiffness: Mapping[str, Mapping[str, float]] | None =
     for joint in robot.joints.values():
         if body_of[joint.child] != joint.child:
             continue
-        at = frames[joint.parent] @ joint.place @ tf.transform(_z_onto(joint.axis))
-        joints[joint.name] = d.JointDescription(body_of[joint.parent], joint.child, describe_frame(at),
+        joint_frame = frames[joint.parent] @ joint.place @ tf.transform(_z_onto(joint.axis))
+        joints[joint.name] = d.JointDescription(body_of[joint.parent], joint.child, describe_frame(joint_frame),
                                                 dict(elastic.get(joint.name, {})))
-        if joint.kind in MOVING:
+        if joint.kind in DIRECTION_OF_KIND:
             leader, factor = joint.mimics or (joint.name, 1.0)
-            drives.setdefault(leader, []).append(d.DrivenDirection(joint.name, MOVING[joint.kind], factor))
+            drives.setdefault(leader, []).append(d.DrivenDirection(joint.name, DIRECTION_OF_KIND[joint.kind], factor))
     axes = {name: d.AxisDescription(limits=robot.joints[name].limits, drives=tuple(each)) for name, each in drives.items()}
     points = {name: _point(name, body_of[name], frames) for name in robot.links
               if body_of[name] != name and name != robot.root}

@@ -15,8 +15,8 @@ from toolpoint.io.meshes import stl
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 
-LARGEST_FILE = 20_000_000
-MOVING = {"revolute": "rz", "continuous": "rz", "prismatic": "z"}
+MAX_ROBOT_FILE_BYTES = 20_000_000
+DIRECTION_OF_KIND = {"revolute": "rz", "continuous": "rz", "prismatic": "z"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class UrdfRobot:
-    """What a file says: links and joints by name, the root link, and faults of its inertias (`doubts`)."""
+    """Content of a file: links and joints by name, the root link, and faults of its inertias (`doubts`)."""
 
     name: str
     links: Mapping[str, UrdfLink]
@@ -69,7 +69,7 @@ def parse_robot(file: Path) -> UrdfRobot:
         fail(str(file), "no links", "must have at least one")
     start = _root(links, joints, file)
     for joint in joints.values():
-        if joint.kind in MOVING and links[joint.child].mass is None:
+        if joint.kind in DIRECTION_OF_KIND and links[joint.child].mass is None:
             fail(f"{file}: link {joint.child}", "no inertia", "a link that moves needs mass and inertia",
                  remedy="add <inertial>, or fix the joint")
     return UrdfRobot(root.get("name", file.stem), links, joints, start)
@@ -80,8 +80,8 @@ def _parsed(file: Path) -> ElementTree.Element:
         raw = file.read_bytes()
     except OSError as error:
         raise ToolpointError(f"{file}: cannot be read ({error.strerror}); check the name and the folder") from None
-    if len(raw) > LARGEST_FILE:
-        fail(str(file), f"{len(raw)} bytes", f"must be at most {LARGEST_FILE}")
+    if len(raw) > MAX_ROBOT_FILE_BYTES:
+        fail(str(file), f"{len(raw)} bytes", f"must be at most {MAX_ROBOT_FILE_BYTES}")
     if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
         fail(str(file), "a document type with entities", "must be plain XML", remedy="remove the DOCTYPE")
     try:
@@ -167,8 +167,8 @@ def _shape_corners(shape: ElementTree.Element, file: Path, where: str) -> FloatA
 def _joint(part: ElementTree.Element, file: Path) -> UrdfJoint:
     name, kind = part.get("name") or "", part.get("type") or ""
     where = f"{file}: joint {name!r}"
-    if kind not in (*MOVING, "fixed"):
-        fail(where, f"type {kind!r}", f"must be of {', '.join(MOVING)}, fixed")
+    if kind not in (*DIRECTION_OF_KIND, "fixed"):
+        fail(where, f"type {kind!r}", f"must be of {', '.join(DIRECTION_OF_KIND)}, fixed")
     ends = [part.find(role) for role in ("parent", "child")]
     parent, child = ((end.get("link") or "") if end is not None else "" for end in ends)
     axis = _numbers(part.find("axis"), "xyz", 3, where, default="1 0 0")
@@ -176,11 +176,11 @@ def _joint(part: ElementTree.Element, file: Path) -> UrdfJoint:
         fail(where, "an axis of length 0", "must not be zero")
     limit, limits = part.find("limit"), (float("-inf"), float("inf"))
     if kind in ("revolute", "prismatic"):
-        low, high = (float(_numbers(limit, way, 1, where, default="0")[0]) for way in ("lower", "upper"))
-        if not low < high:
-            fail(where, f"limits {low:g} .. {high:g}", "the lower must be below the upper",
+        lower, upper = (float(_numbers(limit, way, 1, where, default="0")[0]) for way in ("lower", "upper"))
+        if not lower < upper:
+            fail(where, f"limits {lower:g} .. {upper:g}", "the lower must be below the upper",
                  remedy="are they reversed or missing?")
-        limits = (low, high)
+        limits = (lower, upper)
     mimic = part.find("mimic")
     if mimic is not None and float(_numbers(mimic, "offset", 1, where, default="0")[0]) != 0:
         fail(where, f"mimic with offset {mimic.get('offset')}", "must be without offset",
@@ -205,13 +205,13 @@ def _root(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint], file: 
             fail(f"{file}: joint {joint.name}", f"mimics {joint.mimics[0]!r}", "is no joint of the file")
         above[joint.child] = joint.parent
     for name in links:
-        seen, here = [name], above.get(name)
-        while here is not None:
-            if here in seen:
-                circle = " -> ".join([*seen, here])
+        path, parent = [name], above.get(name)
+        while parent is not None:
+            if parent in path:
+                circle = " -> ".join([*path, parent])
                 fail(f"{file}: link {name}", f"hangs on itself: {circle}", "must be a tree", remedy="break the cycle")
-            seen.append(here)
-            here = above.get(here)
+            path.append(parent)
+            parent = above.get(parent)
     roots = [name for name in links if name not in above]
     if len(roots) != 1:
         fail(str(file), f"{len(roots)} links hang on nothing: {', '.join(roots)}", "must be one, the base")
