@@ -52,7 +52,7 @@ def test_every_page_is_refused_before_its_command_reads_anything(tmp_path, name,
     each = all_commands()[name]
     arguments = [str(tmp_path / "file") for p in each.params if isinstance(p, click.Argument) for _ in range(max(p.nargs, 1))]
     required = [word for p in each.params if isinstance(p, click.Option) and p.required
-                for word in (p.opts[-1], "1" if p.type.name in ("integer", "float", "float range")
+                for word in (p.opts[-1], "1" if p.type.name in ("integer", "integer range", "float", "float range")
                              else RANGES.get(p.opts[-1], str(tmp_path / "file")))]
     with pytest.raises(SystemExit) as ended:
         main([name, *arguments, *required, "-o", str(tmp_path / "file" / "page")])

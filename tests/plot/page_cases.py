@@ -401,6 +401,39 @@ def tap() -> Report:
 
 
 @case
+def operational() -> Report:
+    from scipy.signal import lfilter
+
+    from toolpoint.pages.measured.operational import operational_page
+    from toolpoint.studies import study_operational
+    from toolpoint.vibration import Record
+
+    rng, rate = np.random.default_rng(2), 80.0
+    motion = []
+    for frequency in (9.0, 17.0):
+        z = np.exp(2 * np.pi * frequency / rate * (-0.02 + 1j))
+        motion.append(lfilter([1.0], [1.0, -2 * z.real, abs(z) ** 2], rng.standard_normal(24_000)))
+    values = np.array(motion).T @ np.array([[1.0, 0.6, -0.4], [0.5, -0.8, 1.0]])
+    values += 2 * values.std() * np.cos(2 * np.pi * 12.5 / rate * np.arange(24_000))[:, None] * np.array([1.0, -0.5, 0.7])
+    record = Record(values, rate, ["1:+x", "2:+x", "3:+x"], "acceleration")
+    return operational_page(study_operational(record), names=["work.csv"])
+
+
+@case
+def listening() -> Report:
+    from toolpoint.pages.cuts.listening import listening_page
+    from toolpoint.studies import listen
+    from toolpoint.vibration import Record
+
+    rng, rate = np.random.default_rng(0), 16_000
+    time = np.arange(2 * rate) / rate
+    sound = sum(np.cos(2 * np.pi * 133.4 * k * time + k) * (1.0 if k % 4 == 0 else 0.2) / (1 + k / 4) for k in range(1, 33))
+    sound += sum(0.4 ** abs(k) * np.cos(2 * np.pi * (1417.0 + 533.6 * k) * time + k) for k in range(-2, 3))
+    sound += 0.3 * sound.std() * rng.standard_normal(time.size)
+    return listening_page(listen(Record(sound[:, None], rate, ["1:+x"], "sound", ("full scale",)), 4, 8000.0))
+
+
+@case
 def planned_test() -> Report:
     from toolpoint.pages.testing.test_plan import plan_page
     from toolpoint.studies import plan_test

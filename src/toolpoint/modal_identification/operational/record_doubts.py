@@ -38,6 +38,8 @@ def usable_channels(records: Sequence[Record]) -> tuple[list[Record], list[str]]
                                  "no motion is measured"),
                                 ([str(d) for d, ok, moving in zip(first.channels, is_alive, is_motion, strict=True)
                                   if moving and not ok], "every sample is the same")) if names]
+    if "force" in first.quantities:
+        notes.append("a force was measured: responses to it (`toolpoint frf`, then `identify`) give modes with their scale")
     return [record.selected(kept) for record in records], notes
 
 
