@@ -316,3 +316,21 @@ def test_settings_are_a_choice() -> None:
     found = identify_operational(Record(record, RATE, [f"{k}:+x" for k in range(4)], "acceleration"), Subspace(order=20,
                                                                                                                rows=30))
     assert found.modes.count == 3
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_intervals_are_no_narrower_than_a_record_can_tell(channels: int) -> None:
+    """The floor of any estimator (Au's laws, white load): s_f / f = sqrt(zeta / 2 pi f T), s_zeta / zeta = 1 / sqrt(2 pi
+    zeta f T).
+
+    One channel has few block rows to spare: an order near their number would leave no scatter, and an interval of nothing.
+    """
+    shapes = np.abs(np.random.default_rng(1).standard_normal((4, 3)))[:channels] + 0.3
+    record = Record(ringing(POLES, shapes, 300.0, 5), RATE, [f"{k}:+x" for k in range(channels)], "acceleration")
+    modes = identify_operational(record, band=(5.0, 39.0)).modes
+    assert modes.count == 3
+    frequency, ratio = np.abs(POLES) / 2 / np.pi, -POLES.real / np.abs(POLES)
+    floor_frequency = frequency * np.sqrt(ratio / (2 * np.pi * frequency * 300.0))
+    floor_ratio = ratio / np.sqrt(2 * np.pi * ratio * frequency * 300.0)
+    assert np.all(modes.frequency_interval > 1.96 * 0.6 * floor_frequency)
+    assert np.all(modes.damping_interval > 1.96 * 0.6 * floor_ratio)

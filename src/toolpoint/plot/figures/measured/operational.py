@@ -36,7 +36,7 @@ def singular_values(result: OperationalIdentification) -> go.Figure:
             text=[f"order {h.order}" if h.order else "no order" for h in result.harmonics],
             hovertemplate="%{x:.4f} Hz<br>%{text}<extra>harmonic</extra>")
     chart.update_xaxes(title_text="Frequency, Hz")
-    chart.update_yaxes(type="log", exponentformat="power", title_text="Singular value, 1/Hz (channels over their rms)")
+    chart.update_yaxes(type="log", exponentformat="power", title_text="Singular value, 1/Hz")
     chart.update_layout(legend={"orientation": "h", "y": -0.19, "yanchor": "top"})
     return chart
 
