@@ -33,7 +33,8 @@ def operational_page(study: OperationalStudy, geometry: Geometry | None = None, 
     report = report.with_section(
         "Spectra", Chart(singular_values(result),
                          "Singular values of the spectra of all channels, each over its rms, harmonics taken off. A peak of "
-                         "the first is a mode; a second that rises with it, two close ones. Dotted: the modes; crosses: harmonics.",
+                         "the first is a mode; a second that rises with it, two close ones. Dotted: the modes; "
+                         "crosses: harmonics.",
                          "spectra"))
     report = report.with_section(
         "Poles of all orders", Chart(operational_poles(result),
