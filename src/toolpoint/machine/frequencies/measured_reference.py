@@ -33,7 +33,7 @@ def question_reference(machine: Machine) -> list[Doubt]:
 
 
 def _modes(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Return natural frequencies |s|/2 pi (n,), Hz, and damping ratios (n,)."""
+    """Return natural frequencies ``|s| / 2 pi`` (n,), Hz, and damping ratios (n,)."""
     point = next(iter(machine.description.points), None)
     system = assemble(machine, outputs=None if point is None else [f"{point}:+x"])
     poles = upper_poles(solve_as_damped(system))

@@ -42,7 +42,7 @@ class Diagram(NotebookText):
 
     @classmethod
     def collected(cls, orders: Sequence[tuple[int, Array, Array]], omega_range: tuple[float, float]) -> Diagram:
-        """Return the diagram of (order, poles, participation) triples, kept to stable poles with |s| in the range (rad/s)."""
+        """Return the diagram of (order, poles, participation) triples, kept to stable poles with ``|s|`` in a range (rad/s)."""
         parts, previous = [], None
         for order, poles, vectors in orders:
             keep = cls.is_physical(poles, omega_range)
@@ -55,7 +55,7 @@ class Diagram(NotebookText):
 
     @staticmethod
     def is_physical(poles: Array, omega_range: tuple[float, float]) -> BoolArray:
-        """Return whether each pole (rad/s) is an upper one, stable, of a damping that structures have, with |s| in the
+        """Return whether each pole (rad/s) is an upper one, stable, of a damping that structures have, with ``|s|`` in the
         range."""
         size = np.abs(poles)
         return np.asarray((poles.imag > 0) & (size >= omega_range[0]) & (size <= omega_range[1]) & (poles.real < 0)

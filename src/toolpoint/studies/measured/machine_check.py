@@ -29,7 +29,7 @@ _MIN_DRIVING_MOTION = 0.1
 
 @dataclass(frozen=True, eq=False)
 class MachineCheck:
-    """Modes of a machine (frequency |s|/2 pi in Hz, damping ratio) and the measured ones that they look like.
+    """Modes of a machine (frequency ``|s| / 2 pi`` in Hz, damping ratio) and the measured ones that they look like.
 
     partner : (n,) of every mode of the machine among the measured ones, -1 for none; mac : (n,) with it; driven : (n,) motion
     of the driving points over the largest, 1 where they are not known; noise : of every measured mode, what the noise of its
