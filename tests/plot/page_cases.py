@@ -420,6 +420,17 @@ def operational() -> Report:
 
 
 @case
+def drift() -> Report:
+    from toolpoint.pages.measured.drift import drift_page
+    from toolpoint.studies import study_drift
+
+    slides = example("tell_which_joint_loosened")
+    first = slides.two_slides()
+    later = [slides.measured_modes(first.with_values({"joints.upper.stiffness.x": k})) for k in (2e7, 1.7e7)]
+    return drift_page(study_drift(slides.measured_modes(first), later, first, names=["spring", "autumn"]), first.name)
+
+
+@case
 def listening() -> Report:
     from toolpoint.pages.cuts.listening import listening_page
     from toolpoint.studies import listen

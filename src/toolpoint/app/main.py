@@ -18,6 +18,7 @@ from toolpoint.app.interrupt import INTERRUPT_EXIT_CODE
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _COMMANDS_OF_MODULE = {
     "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate", "rcsa"),
+    "condition": ("drift",),
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
     "files": ("new", "check", "convert", "schema", "doctor", "completion"),
@@ -37,7 +38,7 @@ _FUNCTION_OF_COMMAND = {"map": "frequency_map"}  # where the command's name is a
 COMMANDS_OF_QUESTION = {
     "Begin, and see what is there": ("demo", "new", "check", "report", "doctor", "convert", "schema", "completion"),
     "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
-    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test"),
+    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test", "drift"),
     "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
     "A model and its test: where they differ, what to change": ("correlate", "sensitivity", "update", "screen", "improve"),
     "A controller: contours, friction, loops": ("drive", "servo-data"),

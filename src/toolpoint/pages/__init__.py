@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
     from toolpoint.pages.measured.correlation import correlation_page
+    from toolpoint.pages.measured.drift import drift_page
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
     from toolpoint.pages.video import video_page
 
 __all__ = [
-    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
+    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
+    "drive_page",
     "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
     "lobes_page",
     "machine_page", "map_page",
@@ -66,6 +68,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.machine_responses": ("responses_page",),
     "machines.sensitivity": ("sensitivity_page",),
     "measured.correlation": ("correlation_page",),
+    "measured.drift": ("drift_page",),
     "measured.hammer_records": ("hammer_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
+    from toolpoint.studies.drift.drift_study import study_drift
+    from toolpoint.studies.drift.mode_changes import Repeatability
     from toolpoint.studies.environment import core_count, examine_environment
     from toolpoint.studies.execute import Dask, Serial, choose_engine
     from toolpoint.studies.finite_elements.machine_study import study_example_mill, study_finite_elements
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
+    from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
@@ -83,7 +86,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup",
-    "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "SpindleRange",
+    "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "Repeatability", "ResponsePeak", "Serial",
+    "SpindleRange",
     "Swap", "ToolStance",
     "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
     "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
@@ -97,14 +101,14 @@ __all__ = [
     "question_part", "question_structure",
     "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
     "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
-    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
+    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet", "study_drift",
     "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_operational", "study_pose", "study_reach", "study_region", "study_responses",
     "study_responses_of_machine",
     "study_sensitivity", "study_tap", "study_tool",
     "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
-    "update_machine",
+    "update_machine", "with_measured_points",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -126,6 +130,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
+    "drift.drift_study": ("study_drift",),
+    "drift.mode_changes": ("Repeatability",),
     "environment": ("core_count", "examine_environment"),
     "execute": ("Dask", "Serial", "choose_engine"),
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
@@ -152,6 +158,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
+    "measured.model_correlation": ("with_measured_points",),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
