@@ -48,7 +48,7 @@ def drift_page(study: DriftStudy, machine_name: str = "", *, warnings: Sequence[
 def _part_table(study: DriftStudy) -> Table:
     rows: list[list[object]] = [
         [e.part, e.direction or ("all" if e.part.startswith("joint") else ""), probability_text(e.probability),
-         f"{100 * (e.factor - 1):+.2g} %", f"{100 * (e.interval[0] - 1):+.2g} to {100 * (e.interval[1] - 1):+.2g} %",
+         e.change_text, e.interval_text,
          Cell("yes", "good") if e.fits else Cell("no", "doubtful")] for e in study.explanations]
     return Table(["part", "direction", "probability", "change", "95 % interval", "explains all"], rows,
                  "Change: of stiffness, of mass, or of all frequencies.")

@@ -81,7 +81,7 @@ class DriftStudy(NotebookText):
         listed = ", ".join(f"{last.baseline.frequency[i]:.4g} Hz by {100 * np.expm1(last.change[i]):+.2g} %" for i in modes[:4])
         others = f" and {modes.size - 4} more" if modes.size > 4 else ""
         what = f": {listed}{others}" if modes.size else ", though no single mode moved beyond doubt"
-        return f"The machine has changed{what} (probability of so much by chance {last.probability:.1g})."
+        return f"The machine has changed{what} (by chance: {_chance_text(last.probability)})."
 
     def _part_words(self) -> list[str]:
         if not self.explanations:
@@ -89,8 +89,7 @@ class DriftStudy(NotebookText):
         (part, share), *others = self.parts
         best = next(each for each in self.explanations if each.part == part)
         way = f" in direction {best.direction}" if best.direction else ""
-        factor = (f"{best.part}{way}: {100 * (best.factor - 1):+.2g} % "
-                  f"({100 * (best.interval[0] - 1):+.2g} to {100 * (best.interval[1] - 1):+.2g} %)")
+        factor = f"{best.part}{way}: {best.change_text} ({best.interval_text})"
         if share >= MIN_NAMED_PROBABILITY:
             return [f"Likeliest is {factor}, with a probability of {probability_text(share)}."]
         names = [f"{name} ({probability_text(each)})" for name, each in [(part, share), *others[:3]] if each > 0.05]
@@ -242,6 +241,11 @@ def _pairing_doubts(changes: ModeChanges) -> list[Doubt]:
     if not words:
         return []
     return [Doubt("modes", f"{' and '.join(words)}: these are not judged", "look at both tests by `toolpoint identify`")]
+
+
+def _chance_text(probability: float) -> str:
+    """Return a probability of chance: below one in a million nobody knows it better."""
+    return f"{100 * probability:.1g} %" if probability >= 1e-6 else "less than one in a million"
 
 
 def probability_text(share: float) -> str:

@@ -54,6 +54,16 @@ class Explanation(NotebookText):
         return self.misfit >= _MIN_RESIDUAL_PROBABILITY
 
     @property
+    def change_text(self) -> str:
+        """Change by the factor in per cent: ``-15.2 %``."""
+        return f"{100 * (self.factor - 1):+.1f} %"
+
+    @property
+    def interval_text(self) -> str:
+        """The 95 % interval of the change in per cent: ``-18.1 to -11.4 %``."""
+        return f"{100 * (self.interval[0] - 1):+.1f} to {100 * (self.interval[1] - 1):+.1f} %"
+
+    @property
     def words(self) -> str:
         """The change in words: ``joint feet, direction z``."""
         return f"{self.part}, direction {self.direction}" if self.direction else self.part
