@@ -71,7 +71,7 @@ def judged(study: DriftStudy, part: str, factor: float) -> dict:
     if study.explanations:
         first, share = study.parts[0]
         best = study.explanations[0]
-        row |= {"first": first == part, "alone": share >= MIN_NAMED_PROBABILITY,
+        row |= {"first": first == part, "alone": share >= MIN_NAMED_PROBABILITY and best.fits,
                 "inside": best.interval[0] <= factor <= best.interval[1], "misfit": best.misfit,
                 "doubted": any("single change" in doubt for doubt in study.doubts)}
     return row

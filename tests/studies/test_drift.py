@@ -90,6 +90,7 @@ def test_two_changes_are_not_explained_by_one(mill):
     changed = softer(softer(mill, "feet", 0.7), "guide_z", 0.7)
     study = study_drift(measured(mill), [measured(changed)], mill)
     assert any("no single change explains" in doubt for doubt in study.doubts)
+    assert "No single part explains it" in study.status and "Likeliest" not in study.status
 
 
 def test_unchanged_machines_are_called_changed_as_often_as_stated():

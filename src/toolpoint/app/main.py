@@ -21,7 +21,7 @@ _COMMANDS_OF_MODULE = {
     "condition": ("drift",),
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
-    "files": ("new", "check", "convert", "schema", "doctor", "completion"),
+    "files": ("new", "samples", "check", "convert", "schema", "doctor", "completion"),
     "listening": ("listen",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
@@ -36,7 +36,7 @@ _FUNCTION_OF_COMMAND = {"map": "frequency_map"}  # where the command's name is a
 
 # What a person comes with, and the commands that answer: the order of the help, and of the README.
 COMMANDS_OF_QUESTION = {
-    "Begin, and see what is there": ("demo", "new", "check", "report", "doctor", "convert", "schema", "completion"),
+    "Begin, and see what is there": ("demo", "new", "samples", "check", "report", "doctor", "convert", "schema", "completion"),
     "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
     "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test", "drift"),
     "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),

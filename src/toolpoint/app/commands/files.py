@@ -1,4 +1,4 @@
-"""Commands about files and the program itself: new, check, convert, schema, doctor, completion."""
+"""Commands about files and the program itself: new, samples, check, convert, schema, doctor, completion."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import click
 
 from toolpoint import io, studies
+from toolpoint import samples as sample_kinds
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command, list_given
@@ -42,6 +43,26 @@ def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "c
     path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
     run.show_text(f"Written: {path}")
     run.suggest(*(words.format(path) for words in NEXT_COMMANDS[kind]))
+
+
+@command(page=False)
+def samples(run: Frame, kind: Annotated[str, Argument()] = "", folder: Annotated[AnyPath | None, Argument()] = None, *,
+            listed: Annotated[bool, Help("Show the kinds.", name="--list")] = False) -> None:
+    """Small virtual measurements to try everything on, with the faults of real ones, and the commands that run on them.
+
+    FOLDER is samples-KIND where left out; nothing is overwritten.
+    """
+    if listed or not kind:
+        width = max(map(len, sample_kinds.KINDS))
+        run.show_text(*(f"{name:{width}}  {words}" for name, words in sample_kinds.KINDS.items()))
+        if listed:
+            return
+        raise ToolpointError(f"samples: no kind; must be one of {', '.join(sample_kinds.KINDS)}")
+    result = sample_kinds.write_samples(kind, folder)
+    if run.as_json:
+        run.show_json(result.to_dict())
+    run.show_text(f"Written: {result.folder} ({len(result.files)} files)", *result.truth)
+    run.show_text("Next, there:", *(f"  {command}" for command in result.commands))
 
 
 @command(page=False)

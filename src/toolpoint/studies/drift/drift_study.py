@@ -90,6 +90,8 @@ class DriftStudy(NotebookText):
         best = next(each for each in self.explanations if each.part == part)
         way = f" in direction {best.direction}" if best.direction else ""
         factor = f"{best.part}{way}: {best.change_text} ({best.interval_text})"
+        if not any(each.fits for each in self.explanations):
+            return [f"No single part explains it; nearest comes {factor}, and what it leaves is more than noise."]
         if share >= MIN_NAMED_PROBABILITY:
             return [f"Likeliest is {factor}, with a probability of {probability_text(share)}."]
         names = [f"{name} ({probability_text(each)})" for name, each in [(part, share), *others[:3]] if each > 0.05]
