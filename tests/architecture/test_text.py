@@ -18,7 +18,7 @@ ROOMS_REREAD = (
     "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/multibody", "io/quantities",
     "io/servo_data", "io/text", "io/uff", "io/urdf", "joint_identification", "joints", "kinematics", "machine",
     "modal_identification",
-    "pages", "plot", "signals", "spatial", "studies", "substructuring", "updating", "vibration", "vision",
+    "pages", "plot", "samples", "signals", "spatial", "studies", "substructuring", "updating", "vibration", "vision",
 )
 
 

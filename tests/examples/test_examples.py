@@ -49,6 +49,7 @@ COMMANDS = [
     pytest.param("tap_a_tool.py", 1.0, 0.15, "a slot: the single-frequency solution is near", marks=pytest.mark.slow),
     pytest.param("plan_a_hammer_test.py", 1.0, 1e-2, "the bar: MAC of the expanded shapes at least 0.99",
                  marks=pytest.mark.slow),
+    ("try_a_sample.py", 25.0, 1e-3, "the gain that the sample's record was made with, 1/s"),
     ("examine_the_environment.py", 0, 0, "all that is needed is there"),
     ("begin_from_a_template.py", 0.5, 1e-6, "frequencies go with one over the root of all masses"),
     pytest.param("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual",

@@ -110,6 +110,17 @@ def test_unchanged_machines_are_called_changed_as_often_as_stated():
     assert binom.ppf(0.0005, count, 0.05) <= alarms <= binom.ppf(0.9995, count, 0.05)
 
 
+def test_a_change_that_is_called_detectable_is_seen_in_19_of_20_tests():
+    rng, count, seen = np.random.default_rng(9), 400, 0
+    first = Modes(np.linspace(20.0, 90.0, 7), 0.01, np.eye(7), [f"{i}:+x" for i in range(7)])
+    size = compare_modes(first, first, Repeatability(1e-3)).detectable_change(0.01)
+    for _ in range(count):
+        moved = 1e-3 * rng.normal(size=7) + size * (np.arange(7) == 3)
+        second = replace(first, frequency=first.frequency * np.exp(moved))
+        seen += compare_modes(first, second, Repeatability(1e-3)).probability < 0.01
+    assert binom.ppf(0.0005, count, 0.95) <= seen <= binom.ppf(0.9995, count, 0.95)
+
+
 def test_named_modes_follow_holm():
     # 2.6 deviations have the probability 0.0093: beyond 0.05 / 3 once, and 1.9 (0.057) beyond none.
     first = Modes([20.0, 40.0, 60.0, 80.0], 0.01, np.eye(4), [f"{i}:+x" for i in range(4)])

@@ -13,10 +13,10 @@ from toolpoint.machine import Machine
 from toolpoint.studies.machines.virtual_test import Imperfections, MeasuringPoints, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof, Modes
 
-POINT_COUNT, DAMPING_RATIO = 30, 0.03
+_POINT_COUNT, _MACHINE_DAMPING_RATIO = 30, 0.03
 DOUBLE_HIT_RECORD, WEAK_HIT_RECORD = 7, 19  # one blow each
 # Components as a tester sees them: mass, kg; centre and size of a box, m; and the bodies of the machine that ride on each.
-PARTS = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81), ("base", "saddle", "table")),
+_PARTS = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81), ("base", "saddle", "table")),
          "column": (2805, (0, 1.869, 0.355), (0.94, 0.99, 2.469), ("column", "head")),
          "magazine": (300, (-0.553, 1.89, 1.265), (0.831, 0.92, 0.932), ("magazine",))}
 
@@ -26,8 +26,8 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
     rng = np.random.default_rng(4)
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
         machine = io.read_machine(path)
-    points = surface_points(machine, POINT_COUNT, rng)
-    modes = true_modes(machine, points, DAMPING_RATIO)
+    points = surface_points(machine, _POINT_COUNT, rng)
+    modes = true_modes(machine, points, _MACHINE_DAMPING_RATIO)
     struck = _driving_point(modes)
     (folder / "records").mkdir()
     for number, name in enumerate(points.places, start=1):
@@ -39,7 +39,8 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
     (folder / "points.csv").write_text("\n".join(["point,x,y,z", *rows]) + "\n", encoding="utf-8")
     (folder / "parts.yaml").write_text(_components(points), encoding="utf-8")
     listed = ", ".join(f"{f:.2f}" for f in modes.frequency)
-    return [f"A published machining centre of three bodies with modes at {listed} Hz, {100 * DAMPING_RATIO:g} % of damping "
+    return [f"A published machining centre of three bodies with modes at {listed} Hz, {100 * _MACHINE_DAMPING_RATIO:g} % of "
+            f"damping "
             f"each, struck at {struck}; three blows a point, noise 1 %.",
             f"In record {DOUBLE_HIT_RECORD} a blow is double, in record {WEAK_HIT_RECORD} one is weak."], [
         "toolpoint frf records/*.uff --save test.h5",
@@ -62,8 +63,8 @@ def _driving_point(modes: Modes) -> Dof:
 
 def _components(points: MeasuringPoints) -> str:
     """Return the tester's component file: which points ride on which component, what carries what, and the masses."""
-    lines = ["toolpoint: 1", "name: machining centre, from its test", f"chain: [ground, {', '.join(PARTS)}]", "components:"]
-    for name, (mass, centre, size, bodies) in PARTS.items():
+    lines = ["toolpoint: 1", "name: machining centre, from its test", f"chain: [ground, {', '.join(_PARTS)}]", "components:"]
+    for name, (mass, centre, size, bodies) in _PARTS.items():
         ridden = [point for point, (body, _) in points.places.items() if body in bodies]
         lines += [f"  {name}:", f"    points: {ridden}",
                   f"    body: {{mass: {mass} kg, centre: {list(centre)}, shape: {{kind: box, size: {list(size)}}}}}"]

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 VELOCITY_GAIN, FRICTION_A, WEIGHT_A, VISCOUS_A = 25.0, 1.2, 3.0, 4e-3  # 1/s; A; A; A s/mm
-SAMPLE_TIME_S, DURATION_S, SPEED = 2e-3, 4.0, 50.0  # speed in mm/s, half of it in the second half
+SAMPLE_TIME_S, _TRACE_DURATION_S, _TRAVERSE_SPEED = 2e-3, 4.0, 50.0  # speed in mm/s, half of it in the second half
 
 
 def write(folder: Path) -> tuple[list[str], list[str]]:
     """Write the record; return what was put in, and the commands."""
-    time = np.arange(0, DURATION_S, SAMPLE_TIME_S)
-    speed = SPEED * np.sign(np.sin(np.pi * time + 1e-9)) * np.where(time < DURATION_S / 2, 1.0, 0.5)
+    time = np.arange(0, _TRACE_DURATION_S, SAMPLE_TIME_S)
+    speed = _TRAVERSE_SPEED * np.sign(np.sin(np.pi * time + 1e-9)) * np.where(time < _TRACE_DURATION_S / 2, 1.0, 0.5)
     current = WEIGHT_A + FRICTION_A * np.sign(speed) + VISCOUS_A * speed
     current += 0.02 * np.random.default_rng(3).standard_normal(time.size)
     rows = [f"{t:.3f};{v:.4f};{i:.4f};{v / VELOCITY_GAIN:.6f}" for t, v, i in zip(time, speed, current, strict=True)]

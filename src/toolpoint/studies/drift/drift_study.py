@@ -16,7 +16,6 @@ from toolpoint.machine import Machine
 from toolpoint.studies.drift.evidence import Explanation, gather_data, weigh_hypotheses
 from toolpoint.studies.drift.hypotheses import model_drift
 from toolpoint.studies.drift.mode_changes import (
-    NORMAL_95_QUANTILE,
     ModeChanges,
     Repeatability,
     compare_modes,
@@ -75,9 +74,10 @@ class DriftStudy(NotebookText):
         last, modes = self.last, self.last.significant(self.false_alarms)
         count = last.paired.size
         if not self.has_changed:
-            smallest = 100 * NORMAL_95_QUANTILE * float(np.median(last.deviation[last.paired]))
+            smallest = 100 * last.detectable_change(self.false_alarms)
             return (f"No change is seen in {count} modes: the differences are those of two tests of one machine "
-                    f"(probability {last.probability:.2g}); a mode that moved by {smallest:.2g} % would have been seen.")
+                    f"(probability {last.probability:.2g}); one mode that moved by {smallest:.2g} % would have been seen in 19 "
+                    f"of 20 tests.")
         listed = ", ".join(f"{last.baseline.frequency[i]:.4g} Hz by {100 * np.expm1(last.change[i]):+.2g} %" for i in modes[:4])
         others = f" and {modes.size - 4} more" if modes.size > 4 else ""
         what = f": {listed}{others}" if modes.size else ", though no single mode moved beyond doubt"

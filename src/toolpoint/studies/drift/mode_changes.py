@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
 
 from toolpoint._check import FloatArray, IndexArray, fail, positive
 from toolpoint._notebook import NotebookText
@@ -94,6 +95,16 @@ class ModeChanges(NotebookText):
         passed = probabilities[order] <= limits
         count = int(np.argmin(passed)) if not passed.all() else pairs.size
         return np.sort(pairs[order[:count]])
+
+    def detectable_change(self, false_alarms: float) -> float:
+        """Return the relative change of one mode that the sum over all modes shows with 95 % probability.
+
+        The sum is then noncentral chi-square; the mode has the median deviation.
+        """
+        count = self.paired.size
+        limit = float(chi2.isf(false_alarms, count))
+        score = brentq(lambda size: float(ncx2.sf(limit, count, size**2)) - 0.95, 1e-3, 1e3)
+        return float(score * np.median(self.deviation[self.paired]))
 
     def __repr__(self) -> str:
         return f"ModeChanges({self.paired.size} of {self.baseline.count} modes paired, probability {self.probability:.2g})"
