@@ -1,4 +1,4 @@
-"""Which of toolpoint's YAML files a file is, by the keys that only this kind has, and the reader of each."""
+"""Kinds of toolpoint's YAML files: each by the keys that only it has, and its reader."""
 
 from __future__ import annotations
 
