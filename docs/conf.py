@@ -7,7 +7,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from generate import against, api, commands, errors, gallery, keys  # noqa: E402
+from generate import against, api, commands, errors, gallery, keys, sources_beside  # noqa: E402
 
 from toolpoint import __version__  # noqa: E402
 
@@ -15,7 +15,8 @@ project, author, copyright = "toolpoint", "The toolpoint developers", "The toolp
 version = release = __version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.mathjax", "numpydoc",
               "sphinx_gallery.gen_gallery"]
-exclude_patterns = ["build", "generated/examples_source", "generated/gallery/**/*.ipynb", "generated/gallery/**/*.py",
+exclude_patterns = ["build", "generated/source_*.md", "generated/examples_source", "generated/gallery/**/*.ipynb",
+                    "generated/gallery/**/*.py",
                     "generated/gallery/**/*.json", "generated/gallery/**/*.md5"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
@@ -32,7 +33,8 @@ suppress_warnings = ["myst.xref_missing", "config.cache", "misc.highlighting_fai
 
 GENERATED = HERE / "generated"
 GENERATED.mkdir(exist_ok=True)
-for write in (keys.write_keys, errors.write_errors, commands.write_commands, against.write_against, api.write_api):
+for write in (keys.write_keys, errors.write_errors, commands.write_commands, against.write_against, api.write_api,
+              sources_beside.write_sources):
     write(GENERATED)
 gallery.write_examples(GENERATED / "examples_source")
 gallery.record_pages()

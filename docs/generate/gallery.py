@@ -45,7 +45,8 @@ def write_examples(folder: Path) -> None:
         (folder / group / "GALLERY_HEADER.rst").write_text(f"{title}\n{'-' * len(title)}\n")
     words = "Every example is a deed, at most forty lines, with one number that the tests assert."
     (folder / "GALLERY_HEADER.rst").write_text(f"Examples\n========\n\n{words}\n")
-    for path in sorted((ROOT / "examples").glob("*.py")):
+    # The examples of the five sources are minutes long; their numbers are kept, and shown on pages of their own.
+    for path in sorted(path for path in (ROOT / "examples").glob("*.py") if not path.stem.startswith("source_")):
         title = path.stem.replace("_", " ").capitalize()
         text = path.read_text(encoding="utf-8").replace('"""', f'r"""\n{title}\n{"=" * len(title)}\n\n', 1)
         (folder / group_of(path.stem) / path.name).write_text(text, encoding="utf-8")

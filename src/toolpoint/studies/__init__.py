@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
     from toolpoint.studies.machines.response_map import response_map as map_responses
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+    from toolpoint.studies.machines.spring_ways import spring_ways
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.measured.component_places import place_test
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
     from toolpoint.studies.robots.workspace import study_workspace
     from toolpoint.studies.screening.answers import DepthLimit, PeriodicError, ResponsePeak
+    from toolpoint.studies.screening.conclusions import draw_conclusions
     from toolpoint.studies.screening.designs import one_at_a_time
     from toolpoint.studies.screening.effects import rank_changes
     from toolpoint.studies.screening.improve import improve as improve_machine
@@ -85,30 +87,25 @@ if TYPE_CHECKING:
     from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
-    "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup",
-    "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "Repeatability", "ResponsePeak", "Serial",
-    "SpindleRange",
-    "Swap", "ToolStance",
-    "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
-    "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
-    "compare_branches", "compare_with_test", "core_count",
-    "cut_on", "examine_environment", "film_machine", "gather_test", "hear_tried",
-    "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "listen",
+    "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "FILMED_TRUTH", "Factor", "Measurement", "MillingSetup",
+    "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "Repeatability", "ResponsePeak",
+    "Serial", "SpindleRange", "Swap", "ToolStance", "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc",
+    "bases_from_gauge", "bases_of_machine", "bases_of_responses", "calibrate", "chart_lobes", "chart_turning",
+    "check_machine", "choose_engine", "choose_turns", "compare_branches", "compare_with_test", "core_count", "cut_on",
+    "draw_conclusions", "examine_environment", "film_machine", "gather_test", "hear_tried", "identify_modes",
+    "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "listen",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
     "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
-    "propose_speeds",
-    "question_part", "question_structure",
-    "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
-    "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
-    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet", "study_drift",
-    "study_example_mill",
+    "propose_speeds", "question_part", "question_structure", "rank_changes", "rank_interfaces", "rank_tests",
+    "response_dynamics", "run_drives", "run_plan", "run_robot_demo", "screen", "search_regions", "seen_places",
+    "separate_dynamics", "servos_of", "sides_of", "simulate_cut", "solve_matrix_modes", "solve_modes", "spring_ways",
+    "square", "structure_of", "study_base_reactions", "study_datasheet", "study_drift", "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_operational", "study_pose", "study_reach", "study_region", "study_responses",
-    "study_responses_of_machine",
-    "study_sensitivity", "study_tap", "study_tool",
-    "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
-    "update_machine", "with_measured_points",
+    "study_responses_of_machine", "study_sensitivity", "study_tap", "study_tool", "study_video", "study_videos",
+    "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos", "update_machine",
+    "with_measured_points",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -150,6 +147,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.pose_map": ("pose_map as map_frequencies",),
     "machines.response_map": ("response_map as map_responses",),
     "machines.sensitivity_study": ("study_sensitivity",),
+    "machines.spring_ways": ("spring_ways",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
     "measured.component_places": ("place_test",),
@@ -168,6 +166,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "robots.turns": ("choose_turns", "compare_branches"),
     "robots.workspace": ("study_workspace",),
     "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),
+    "screening.conclusions": ("draw_conclusions",),
     "screening.designs": ("one_at_a_time",),
     "screening.effects": ("rank_changes",),
     "screening.improve": ("improve as improve_machine",),
