@@ -118,7 +118,7 @@ def draw_conclusions(machine: Machine, factors: Sequence[Factor], judge: Callabl
     """
     count("draws", draws)
     check_changes(machine.description, factors)
-    held, levels, failures, names = [], [], [], ()
+    held, levels, failures, names = [], [], [], tuple[str, ...]()
     for shares in rng.random((draws, len(factors))):
         drawn = [_share(factor, share) for factor, share in zip(factors, shares, strict=True)]
         try:
