@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._rounding import probability_text
 from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.drift import course_of_modes, mode_changes
-from toolpoint.studies.drift.drift_study import DriftStudy, probability_text
+from toolpoint.studies.drift.drift_study import DriftStudy
 from toolpoint.studies.drift.evidence import MODEL_ERROR_FRACTION
 from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE, ModeChanges
 

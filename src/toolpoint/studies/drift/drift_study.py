@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, positive
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import probability_text
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine
 from toolpoint.studies.drift.evidence import Explanation, gather_data, weigh_hypotheses
@@ -248,10 +249,3 @@ def _pairing_doubts(changes: ModeChanges) -> list[Doubt]:
 def _chance_text(probability: float) -> str:
     """Return a probability of chance: below one in a million nobody knows it better."""
     return f"{100 * probability:.1g} %" if probability >= 1e-6 else "less than one in a million"
-
-
-def probability_text(share: float) -> str:
-    """Return a probability in per cent that never claims certainty."""
-    if share > 0.995:
-        return "above 99.5 %"
-    return f"{100 * share:.2g} %" if share >= 0.005 else "below 0.5 %"
