@@ -66,10 +66,10 @@ def spring_ways(machine: Machine, poses: Sequence[Mapping[str, float]], point: s
     --------
     >>> from toolpoint.machine import build
     >>> from toolpoint.machine.description import (
-    ...     BodyDescription, FrameDescription, JointDescription, MachineDescription, PointDescription)
+    ...     BodyDescription, InertiaDescription, JointDescription, MachineDescription, PointDescription)
     >>> machine = build(MachineDescription(
-    ...     "slide", {"table": BodyDescription(mass=2.0, inertia=None)},
-    ...     {"guide": JointDescription("ground", "table", FrameDescription(), stiffness={"x": 5e6})},
+    ...     "slide", {"table": BodyDescription(2.0, inertia=InertiaDescription(1.0, 1.0, 1.0))},
+    ...     {"guide": JointDescription("ground", "table", stiffness={"x": 5e6})},
     ...     points={"top": PointDescription("table", (0.0, 0.0, 0.1))}))
     >>> springs = spring_ways(machine, [{}], "top")
     >>> (1e6 * springs.moved([[10.0, 0.0, 0.0]])[0, :3]).round(6).tolist()  # 10 N over 5 N/um
