@@ -10,7 +10,7 @@ import pytest
 from conftest import MACHINES
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io import read_machine
-from toolpoint.pages import published_head_page
+from toolpoint.pages import head_source_page
 from toolpoint.studies import study_published_head
 from toolpoint.studies.robots.published_head import PUBLISHED_TILTS
 
@@ -49,7 +49,7 @@ def test_the_planes_have_the_symmetry_of_three_limbs(result):
 
 @pytest.mark.slow
 def test_its_page_says_what_was_chosen_before_what_comes_out(result, tmp_path):
-    page = published_head_page(result, source=FILE.read_text(), file_name=FILE.name)
+    page = head_source_page(result, source=FILE.read_text(), file_name=FILE.name)
     text = Path(page.save(tmp_path)).read_text()
     assert text.index("these prove nothing by themselves") < text.index("Figure 12, highest peak")
     assert "Figure 14, theta_x, along v" in text and "Frequencies over the plane p_z 550 mm" in text

@@ -8,8 +8,8 @@ import pytest
 from toolpoint.studies.screening.robot_demo import RobotDemo
 
 LABELS = ("as it is", "stiffness of base +20 %", "stiffness of turret +20 %", "density of base -20 %",
-          "reducer of axis 1 1:100", "reducer of axis 3 1:100", "reducer of axis 4 1:80", "reducer of axis 5 1:100", "reducer of axis 6 1:100",
-          "support bearings axes 2 and 3")
+          "reducer of axis 1 1:100", "reducer of axis 3 1:100", "reducer of axis 4 1:80", "reducer of axis 5 1:100",
+          "reducer of axis 6 1:100", "support bearings axes 2 and 3")
 CHANGES = np.array([0, -0.06, -0.04, 0, -3.5, -4.98, 0.2, -6.34, 0, -1.18])
 
 

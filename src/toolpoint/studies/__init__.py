@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
+    from toolpoint.studies.measured.two_states import compare_two_states
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
@@ -117,7 +118,7 @@ __all__ = [
     "check_machine",
     "choose_engine",
     "choose_turns",
-    "compare_branches",
+    "compare_branches", "compare_two_states",
     "compare_with_test",
     "core_count",
     "cut_on",
@@ -252,6 +253,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
+    "measured.two_states": ("compare_two_states",),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),

@@ -87,7 +87,7 @@ def _run_published_head(run: Frame, to: Path) -> None:
     head = io.read_machine(MACHINE_FOLDER / name)
     result = studies.study_published_head(head, step=run.step, method=cutting.ZeroOrder())
     run.step("page")
-    run.save(pages.published_head_page, result, source=_machine_text(name), file_name=name,
+    run.save(pages.head_source_page, result, source=_machine_text(name), file_name=name,
              warnings=run.warnings[earlier_warnings:], to=to)
     run.show_text(result.table())
 

@@ -18,7 +18,7 @@ from toolpoint.studies.machines.pose_map import PoseMap, pose_map
 from toolpoint.studies.machines.response_map import ResponseMap, response_map
 from toolpoint.studies.machines.tool_point import tool_point
 
-PLANES = (-0.55, -0.75)  # m, the source's p_z 550 and 750 mm; the head hangs
+PLANE_HEIGHTS = (-0.55, -0.75)  # m, the source's p_z 550 and 750 mm; the head hangs
 PUBLISHED_TILTS = np.radians(np.arange(-30, 31, 2.5))  # the source's -30 to 30 deg
 # The source's theta_y and theta_x. Its distributions are symmetric over theta_y, which leaves a limb in the plane across the
 # tilt: here that is the tilt towards y, as limb 1 stands on x.
@@ -33,8 +33,8 @@ _MOVING_SHARE = 0.005  # of the first pair's compliance along u, from which a mo
 class PublishedHead(NotebookText):
     """Results in the order of the source.
 
-    report : at the described poses; planes : frequencies over tilt and azimuth at `PLANES`; responses : by ``theta_y`` and
-    ``theta_x`` over `PUBLISHED_TILTS` at 750 mm; home : response along u at 550 mm, m/N, over `lines`, Hz; moving : frequencies
+    report : at the described poses; planes : frequencies over tilt and azimuth at `PLANE_HEIGHTS`; responses : by ``theta_y``
+    and ``theta_x`` over `PUBLISHED_TILTS` at 750 mm; home : response along u at 550 mm, m/N, over `lines`, Hz; moving : frequencies
     of the modes that move the tool along u there.
     """
 
@@ -70,17 +70,17 @@ class PublishedHead(NotebookText):
         result, lines = self.responses[name], []
         for k, way in ((1, "u"), (0, "v")):
             size = 1e6 * result.greatest().reshape(len(PUBLISHED_TILTS), 3)[:, k]
-            at = result.frequency[np.abs(result.values.reshape(len(PUBLISHED_TILTS), -1, 3)[..., k]).argmax(axis=1)]
+            frequency = result.frequency[np.abs(result.values.reshape(len(PUBLISHED_TILTS), -1, 3)[..., k]).argmax(axis=1)]
             figure = "Figure 13" if name == "theta_y" else "Figure 14"
             lines.append(f"{figure}, {name}, along {way}: the source {source[name, way]}; here greatest at "
                          f"{np.degrees(PUBLISHED_TILTS[size.argmax()]):+.1f} deg, {size.max():.2f} µm/N, and {size[0]:.2f}, "
-                         f"{size[len(size) // 2]:.2f}, {size[-1]:.2f} µm/N at -30, 0, 30 deg ({at[0]:.1f}, "
-                         f"{at[len(at) // 2]:.1f}, {at[-1]:.1f} Hz)")
+                         f"{size[len(size) // 2]:.2f}, {size[-1]:.2f} µm/N at -30, 0, 30 deg ({frequency[0]:.1f}, "
+                         f"{frequency[len(size) // 2]:.1f}, {frequency[-1]:.1f} Hz)")
         return lines
 
     def table(self) -> str:
         """Return the report, what stands beside the source, and the extremes of the maps as text."""
-        planes = [f"p_z {-1e3 * z:.0f} mm, {line}" for z, plane in zip(PLANES, self.planes, strict=True)
+        planes = [f"p_z {-1e3 * z:.0f} mm, {line}" for z, plane in zip(PLANE_HEIGHTS, self.planes, strict=True)
                   for line in plane.extremes()]
         return "\n".join([self.report.table(), *describe_motion(self.report.machine), *planes, *self.source_lines()])
 
@@ -92,15 +92,21 @@ class PublishedHead(NotebookText):
 
 def study_published_head(machine: Machine, *, step: Callable[[str], None] = lambda name: None,
                       method: StabilityMethod | None = None) -> PublishedHead:
-    """Return what the source of the parallel head shows, of a head whose task is Z, tilt and azimuth."""
+    """Return what the source of the parallel head shows, of a head whose task is Z, tilt and azimuth.
+
+    Examples
+    --------
+    >>> np.degrees(PUBLISHED_TILTS[[0, -1]]).round().tolist(), [round(1e3 * z) for z in PLANE_HEIGHTS]  # where it is asked
+    ([-30.0, 30.0], [-550, -750])
+    """
     report = study_machine(machine, step=step, method=method)
     step("frequencies over the source's planes")
     tilt, azimuth = np.radians(np.linspace(0, 30, 7)), np.radians(np.linspace(0, 360, 19))
-    planes = tuple(pose_map(machine, {"tilt": tilt, "azimuth": azimuth, "Z": [z]}) for z in PLANES)
+    planes = tuple(pose_map(machine, {"tilt": tilt, "azimuth": azimuth, "Z": [z]}) for z in PLANE_HEIGHTS)
     step("responses over -30 to 30 degrees")
-    responses = {name: response_map(machine, {"tilt": PUBLISHED_TILTS, "azimuth": [way], "Z": [PLANES[1]]}, _PUBLISHED_LINES)
-                 for name, way in TILT_WAYS.items()}
-    home = tool_point(machine, [{"Z": PLANES[0], "tilt": 0.0, "azimuth": 0.0}], _PUBLISHED_LINES)
+    grids = {name: {"tilt": PUBLISHED_TILTS, "azimuth": [way], "Z": [PLANE_HEIGHTS[1]]} for name, way in TILT_WAYS.items()}
+    responses = {name: response_map(machine, grid, _PUBLISHED_LINES) for name, grid in grids.items()}
+    home = tool_point(machine, [{"Z": PLANE_HEIGHTS[0], "tilt": 0.0, "azimuth": 0.0}], _PUBLISHED_LINES)
     modes = home.modes
     give = np.abs(np.asarray(modes.shape[0])[1]) ** 2 / (2 * np.pi * modes.frequency[0]) ** 2
     moving = modes.frequency[0][give > _MOVING_SHARE * give[:2].sum()]
