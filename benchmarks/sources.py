@@ -54,7 +54,7 @@ def main() -> None:
     for name in names:
         print(f"{name}: {sources_beside.count_words(name)}")
         total += sources_beside.counts(name)
-    print(f"all: {sum(total.values())} rows' items; " + "; ".join(f"{total[state]} {state}" for state in sources_beside.STATES))
+    print(f"all: {sum(total.values())} items; " + "; ".join(f"{total[state]} {state}" for state in sources_beside.STATES))
 
 
 if __name__ == "__main__":

@@ -71,6 +71,7 @@ COMMANDS = [
     ("judge_a_controllers_record.py", 25.0, 1e-4, "the gain that was put in"),
     pytest.param("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter", marks=pytest.mark.slow),
     ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
+    ("compare_two_states.py", 5, 0, "all but mode 5 hang on the feet by more than their intervals"),
     ("study_sensitivities.py", 0.5, 1e-6, "frequencies go with the root of all stiffnesses"),
     ("ask_an_identified_machine.py", 1.0, 1e-3, "far below all modes a response is the static one"),
     pytest.param("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet", marks=pytest.mark.slow),

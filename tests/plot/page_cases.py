@@ -112,6 +112,25 @@ def map_of_responses() -> Report:
 
 
 @case
+def two_states() -> Report:
+    from toolpoint.pages import state_comparison_page
+    from toolpoint.studies import compare_two_states
+
+    one = machine()
+    other = one.with_values({"joints.foundation.stiffness.rx": 0.9 * one.value("joints.foundation.stiffness.rx")})
+    return state_comparison_page(compare_two_states(("new", one), ("worn", other), rng=np.random.default_rng(1)))
+
+
+@case
+def head_beside_its_source() -> Report:
+    from toolpoint.pages import head_source_page
+    from toolpoint.studies import study_published_head
+
+    name = "three_rps_tested_head.yaml"
+    return head_source_page(study_published_head(machine(name), method=rough()), source=text(name), file_name=name)
+
+
+@case
 def campbell() -> Report:
     from toolpoint.io import read_machine
     from toolpoint.pages import campbell_page

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from toolpoint.io.program.gcode import read_path
     from toolpoint.io.servo_data.controller_records import read as read_servo_data
     from toolpoint.io.template_files import list_templates, write_template
+    from toolpoint.io.two_states import read_two_states
     from toolpoint.io.urdf import read_robot
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
@@ -56,13 +57,12 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
-    "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives",
-    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
-    "read_machine_at",
-    "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
-    "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step",
-    "read_test_nouns", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
+    "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid", "list_templates",
+    "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives", "read_frf", "read_geometry",
+    "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine", "read_machine_at", "read_matrices",
+    "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program", "read_record",
+    "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_test_nouns",
+    "read_two_states", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
     "write_pictures", "write_planned_test", "write_points", "write_tables", "write_template", "write_test", "write_unit",
 ]
 
@@ -78,6 +78,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.mode_files": ("read as read_modes",),
     "measured.noun_writing": ("check_name as check_noun_name", "write as write_noun"),
     "measured.record_files": ("read as read_record", "read_all as read_records"),
+    "two_states": ("read_two_states",),
     "measured.test_nouns": ("hold_records", "read_described_records", "read_hammer_test", "read_measured", "read_test_nouns"),
     "meshes.mesh_files": ("read_mesh",),
     "meshes.step_part": ("read_step",),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.cuts.turning import turning_page
     from toolpoint.pages.first_look import first_look_page
     from toolpoint.pages.machines.campbell import campbell_page
-    from toolpoint.pages.machines.demo import demo_page, workspace_page
+    from toolpoint.pages.machines.demo import demo_page, head_source_page, workspace_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
     from toolpoint.pages.machines.frequency_map import map_page
     from toolpoint.pages.machines.machine import machine_page
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.operational import operational_page
+    from toolpoint.pages.measured.state_comparison import state_comparison_page
     from toolpoint.pages.measured.update import update_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
@@ -42,13 +43,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
-    "drive_page",
-    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
-    "lobes_page",
-    "machine_page", "map_page",
-    "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
-    "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
-    "update_page", "video_page", "workspace_page",
+    "drive_page", "finite_element_page", "first_look_page", "hammer_page", "head_source_page", "identification_page",
+    "joints_page", "listening_page", "lobes_page", "machine_page", "map_page", "operational_page", "place_page",
+    "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page",
+    "simulation_page", "state_comparison_page", "tap_page", "tool_coupling_page", "turning_page", "update_page",
+    "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -61,7 +60,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.turning": ("turning_page",),
     "first_look": ("first_look_page",),
     "machines.campbell": ("campbell_page",),
-    "machines.demo": ("demo_page", "workspace_page"),
+    "machines.demo": ("demo_page", "head_source_page", "workspace_page"),
     "machines.finite_elements": ("finite_element_page",),
     "machines.frequency_map": ("map_page",),
     "machines.machine": ("machine_page",),
@@ -73,6 +72,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
     "measured.operational": ("operational_page",),
+    "measured.state_comparison": ("state_comparison_page",),
     "measured.update": ("update_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),

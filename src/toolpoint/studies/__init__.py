@@ -57,8 +57,10 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
+    from toolpoint.studies.measured.two_states import compare_two_states
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
+    from toolpoint.studies.robots.published_head import study_published_head
     from toolpoint.studies.robots.reach_study import study_pose, study_reach
     from toolpoint.studies.robots.regions import plane_directions, search_regions, study_region
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
@@ -121,6 +123,7 @@ __all__ = [
     "choose_engine",
     "choose_turns",
     "compare_branches",
+    "compare_two_states",
     "compare_with_test",
     "core_count",
     "cut_on",
@@ -192,6 +195,7 @@ __all__ = [
     "study_modes",
     "study_operational",
     "study_pose",
+    "study_published_head",
     "study_reach",
     "study_region",
     "study_responses",
@@ -259,11 +263,13 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
     "measured.model_correlation": ("with_measured_points",),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
+    "measured.two_states": ("compare_two_states",),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_pose", "study_reach"),
     "robots.regions": ("plane_directions", "search_regions", "study_region"),
+    "robots.published_head": ("study_published_head",),
     "robots.turns": ("choose_turns", "compare_branches"),
     "robots.workspace": ("study_workspace",),
     "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),

@@ -70,13 +70,26 @@ def run_machining_centre(run: Frame) -> None:
 
 
 def run_three_rps_head(run: Frame) -> None:
-    """Show the 3-RPS head with rigid limbs, then (in a folder or file of its own) with elastic ones that slide through their
-    frames: modes at tilted poses, responses, lobes, and frequencies and stiffness over tilt and azimuth."""
+    """Show the 3-RPS head with rigid limbs, then (each in a folder or file of its own) with elastic ones that slide through
+    their frames, and beside its source: modes at tilted poses, responses, lobes, and maps over tilt and azimuth."""
     azimuth, tilt = np.radians(np.linspace(0, 360, 25)), np.radians(np.linspace(0, 30, 7))
     _run_over_workspace(run, "three_rps_head.yaml", {"tilt": tilt, "azimuth": azimuth})
     output = run.output or Path()
     elastic = output.with_name(f"{output.stem}-elastic{output.suffix}") if output.suffix else output / "elastic"
     _run_over_workspace(run, "three_rps_elastic_head.yaml", {"tilt": tilt[::2], "azimuth": azimuth[::2]}, to=elastic)
+    _run_published_head(run, output.with_name(f"{output.stem}-tested{output.suffix}") if output.suffix else output / "tested")
+
+
+def _run_published_head(run: Frame, to: Path) -> None:
+    """Show the head beside its source: planes of 550 and 750 mm, responses over -30 to 30 degrees."""
+    name, earlier_warnings = "three_rps_tested_head.yaml", len(run.warnings)
+    run.step("machine")
+    head = io.read_machine(MACHINE_FOLDER / name)
+    result = studies.study_published_head(head, step=run.step, method=cutting.ZeroOrder())
+    run.step("page")
+    run.save(pages.head_source_page, result, source=_machine_text(name), file_name=name,
+             warnings=run.warnings[earlier_warnings:], to=to)
+    run.show_text(result.table())
 
 
 def run_gantry(run: Frame) -> None:
@@ -146,7 +159,7 @@ DEMOS: dict[str, Demo] = {
     "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", 6,
                        run_video_mill),
     "three-rps-head": Demo("parallel head with three driven limbs: closed loops, parasitic motion, maps over tilt and azimuth",
-                           14, run_three_rps_head),
+                           21, run_three_rps_head),
     "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
                           7, run_milling_robot, partial(run_milling_robot, full_length=True)),
     "finite-element-mill": Demo("mill of castings by finite elements: hammer test, sensitivities, layers, dampers",

@@ -1,4 +1,4 @@
-"""Commands about measurements, and a model beside its test: identify, joints, update, correlate, sensitivity."""
+"""Commands about measurements, and a model beside its test: identify, joints, update, correlate, compare, sensitivity."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import click
+import numpy as np
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
@@ -178,6 +179,21 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
     result = studies.compare_with_test(built, test, pose=pose, known_pairs=named_pairs, furthest=furthest, earlier=original,
                                        lowest_mac=lowest_mac)
     run.present(pages.correlation_page, result, run.warnings)
+
+
+@command(steps=3)
+def compare(run: Frame, older: MachineFile, newer: MachineFile, *, band: Band = None,
+            lowest_mac: Annotated[float, Help("Modes below are not paired.")] = 0.5, count: Count = 6, pose: Pose = None,
+            seed: Annotated[int, Help("Seed of the drawn noise.")] = 1, quantity: Quantity = None, naming: Naming) -> None:
+    """Two states of one machine, two tests or two machine files: what moved in frequencies, shapes and responses.
+
+    Tests are saved modes (HDF5) or measured FRFs, a file each: intervals are those of their noise.
+    """
+    states = io.read_two_states(older, newer, pose=pose, quantity=quantity, **naming.keywords)
+    run.step("comparison")
+    result = studies.compare_two_states(*states, band=band, pose=pose, count=count, lowest_mac=lowest_mac,
+                                        rng=np.random.default_rng(seed))
+    run.present(pages.state_comparison_page, result, run.warnings)
 
 
 @command(steps=3)

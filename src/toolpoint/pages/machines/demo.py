@@ -11,6 +11,9 @@ from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.check.machine_words import describe_motion
 from toolpoint.studies.machines.machine_report import MachineReport
+from toolpoint.studies.machines.pose_map import PoseMap
+from toolpoint.studies.machines.response_map import ResponseMap
+from toolpoint.studies.robots.published_head import PLANE_HEIGHTS, PublishedHead
 from toolpoint.studies.robots.workspace import WorkspaceStudy
 
 
@@ -21,6 +24,21 @@ def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warni
     page = page.with_section("How it moves", Notes(describe_motion(result.report.machine), "note", "Axes, loops and the tool"))
     for title, part in (("Frequencies over the workspace", result.frequencies),
                         ("Static stiffness over the workspace", result.stiffness)):
+        maps = map_page(part, file_name)
+        page = page.with_section(title, *(map_part for section in maps.sections for map_part in section.parts))
+    return page.with_section(inputs.title, *inputs.parts)
+
+
+def head_source_page(result: PublishedHead, *, source: str, file_name: str, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of the parallel head beside its source: numbers first, then its planes and its responses over tilt."""
+    page = machine_page(result.report, source, file_name, problems=warnings)
+    inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
+    page = page.with_section("Beside the source", Notes(result.source_lines(), "note", "Numbers of both"))
+    parts: list[tuple[str, PoseMap | ResponseMap]] = [
+        (f"Frequencies over the plane p_z {-1e3 * z:.0f} mm", plane)
+        for z, plane in zip(PLANE_HEIGHTS, result.planes, strict=True)]
+    parts += [(f"Responses over {name} at p_z 750 mm", part) for name, part in result.responses.items()]
+    for title, part in parts:
         maps = map_page(part, file_name)
         page = page.with_section(title, *(map_part for section in maps.sections for map_part in section.parts))
     return page.with_section(inputs.title, *inputs.parts)

@@ -34,7 +34,8 @@ def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequen
     report = replace(report, title=f"{result.datasheet.sheet.name}: from its datasheet to what to change",
                      summary=answer_of(result), sections=())
     first = robot_page(result.datasheet, text, name).sections
-    report = report.with_section("The source's conclusions", Notes(result.findings(), "note", "Agree or differ"))
+    report = report.with_section("The source's conclusions",
+                                 Notes(result.findings(), "note", "Position error beside the source's"))
     for section in first:
         report = report.with_section(section.title, *section.parts)
     limit = 1e3 * result.chart.limit[:, None]

@@ -66,10 +66,10 @@ def spring_ways(machine: Machine, poses: Sequence[Mapping[str, float]], point: s
     --------
     >>> from toolpoint.machine import build
     >>> from toolpoint.machine.description import (
-    ...     BodyDescription, FrameDescription, JointDescription, MachineDescription, PointDescription)
+    ...     BodyDescription, InertiaDescription, JointDescription, MachineDescription, PointDescription)
     >>> machine = build(MachineDescription(
-    ...     "slide", {"table": BodyDescription(mass=2.0, inertia=None)},
-    ...     {"guide": JointDescription("ground", "table", FrameDescription(), stiffness={"x": 5e6})},
+    ...     "slide", {"table": BodyDescription(2.0, inertia=InertiaDescription(1.0, 1.0, 1.0))},
+    ...     {"guide": JointDescription("ground", "table", stiffness={"x": 5e6})},
     ...     points={"top": PointDescription("table", (0.0, 0.0, 0.1))}))
     >>> springs = spring_ways(machine, [{}], "top")
     >>> (1e6 * springs.moved([[10.0, 0.0, 0.0]])[0, :3]).round(6).tolist()  # 10 N over 5 N/um
@@ -78,9 +78,9 @@ def spring_ways(machine: Machine, poses: Sequence[Mapping[str, float]], point: s
     labels = [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z", "+rx", "+ry", "+rz")]
     system = assemble(machine, batch_of(machine, poses), labels, modal_damping=False)
     matrix = system.stiffness if system.stiffness.ndim == 2 else system.stiffness[0]
-    own = np.diagonal(matrix)
-    if np.abs(matrix - np.diag(own)).max() > _MAX_COUPLING * float(own.max()):
+    stiffness = np.diagonal(matrix)
+    if np.abs(matrix - np.diag(stiffness)).max() > _MAX_COUPLING * float(stiffness.max()):
         fail("machine", machine.name, "must be a tree of springs in single directions: some of its coordinates are coupled",
              remedy="take the static response of `tool_point` instead")
-    way = np.array(np.broadcast_to(system.output_map, (len(poses), 6, len(own))))
-    return SpringWays(way, np.array(own), machine.coordinates)
+    way = np.array(np.broadcast_to(system.output_map, (len(poses), 6, len(stiffness))))
+    return SpringWays(way, np.array(stiffness), machine.coordinates)

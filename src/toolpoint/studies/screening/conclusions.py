@@ -105,11 +105,11 @@ def draw_conclusions(machine: Machine, factors: Sequence[Factor], judge: Callabl
     Examples
     --------
     >>> from toolpoint.machine import build
-    >>> from toolpoint.machine.description import BodyDescription, FrameDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
     >>> from toolpoint.studies import solve_modes
     >>> machine = build(MachineDescription(
-    ...     "slide", {"table": BodyDescription(mass=2.0, inertia=None)},
-    ...     {"guide": JointDescription("ground", "table", FrameDescription(), stiffness={"x": 5e6})}))
+    ...     "slide", {"table": BodyDescription(2.0, inertia=InertiaDescription(1.0, 1.0, 1.0))},
+    ...     {"guide": JointDescription("ground", "table", stiffness={"x": 5e6})}))
     >>> drawn = draw_conclusions(machine, [Factor("guide", ("joints.guide.stiffness.x",), 0.5, 2.0)],
     ...                          lambda one: {"above 100 Hz": bool(solve_modes(one, None, 1).frequency[0] > 100)},
     ...                          draws=20, rng=np.random.default_rng(1))
@@ -118,7 +118,10 @@ def draw_conclusions(machine: Machine, factors: Sequence[Factor], judge: Callabl
     """
     count("draws", draws)
     check_changes(machine.description, factors)
-    held, levels, failures, names = [], [], [], tuple[str, ...]()
+    held: list[list[bool]] = []
+    levels: list[list[float]] = []
+    failures: list[str] = []
+    names: tuple[str, ...] = ()
     for shares in rng.random((draws, len(factors))):
         drawn = [_share(factor, share) for factor, share in zip(factors, shares, strict=True)]
         try:
