@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.operational import operational_page
     from toolpoint.pages.measured.update import update_page
+    from toolpoint.pages.project.project import project_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
     from toolpoint.pages.robots.robot import robot_page
@@ -44,7 +45,7 @@ __all__ = [
     "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
     "lobes_page",
     "machine_page", "map_page",
-    "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
+    "operational_page", "place_page", "plan_page", "project_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
     "update_page", "video_page", "workspace_page",
 ]
@@ -71,6 +72,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.joints": ("joints_page",),
     "measured.operational": ("operational_page",),
     "measured.update": ("update_page",),
+    "project.project": ("project_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),
     "robots.robot": ("robot_page",),

@@ -166,10 +166,12 @@ class _ChainBuilder:
             weights["weights"] = self._add("tried", "tried", answering.weigh_tried, {**source, "tried": TRIED_FILE},
                                            options={"cuts": cuts, **draws}, outputs=("weights.json",),
                                            words="weights of the draws by the cuts that were tried")
-        verdict = {} if "machine" in source else {name: result_path(f"tip/{name}", "tap.json") for name in cuts}
+        # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
+        looks = {name: {"checked": result_path("machine", "machine.json")} if "machine" in source else
+                 {"verdict": result_path(f"tip/{name}", "tap.json")} for name in cuts}
         goals = {name: _plain(goal) for name, goal in project.goals.items()}
         for name, goal in goals.items():
-            inputs = {**source, **weights} | ({"verdict": verdict[goal["cut"]]} if verdict else {})
+            inputs = {**source, **weights, **looks[goal["cut"]]}
             self._add("limits", f"limits/{name}", answering.limit_goal, inputs, options={
                 "name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal, **draws},
                 outputs=("limits.json",), words=f"limit and probability of the goal {name}")

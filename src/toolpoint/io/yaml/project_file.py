@@ -15,6 +15,7 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.io.yaml.machine_schema import CuttingModel
@@ -148,6 +149,8 @@ def read(path: str | Path) -> ProjectDescription:
     """Return the project of a YAML file, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
     document.check_version(VERSION)
+    # A section whose entries are all comments is none.
+    document.data = {key: entry for key, entry in document.data.items() if entry is not None}
     part: ProjectFile | None = validate(ProjectFile, document.data, (), document=document)
     project = _project(part, document)
     if document.faults or project is None:
@@ -246,3 +249,8 @@ def _check_cut_name(key: Key, name: str, cuts: Mapping[str, Any], document: Docu
         document.fault(key, f"{len(cuts)} cuts are described; must say which, by its name under 'cuts'")
     elif name and name not in cuts:
         document.fault(key, f"there is no cut {name!r}; {suggestion(name, cuts) or 'known: ' + (', '.join(cuts) or 'none')}")
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of project files, for editors that check YAML while it is typed."""
+    return file_schema(ProjectFile, "toolpoint project file")

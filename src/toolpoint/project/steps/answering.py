@@ -15,7 +15,7 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits
+from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, weighted_quantile
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
 from toolpoint.project.limits.tips import read_tip
@@ -42,8 +42,11 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], draws: in
 
 def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any], draws: int, seed: int,
                machine: Path | None = None, tip_x: Path | None = None, tip_y: Path | None = None, weights: Path | None = None,
-               verdict: Path | None = None) -> StepOutcome:
-    """Write the limit of a goal's cut at its speed and pose with its interval, and P(stable) (limits.json)."""
+               verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
+    """Write the limit of a goal's cut at its speed and pose with its interval, and P(stable) (limits.json).
+
+    verdict, checked : what the limit rests on besides: the verdict on the tap, the look at the machine.
+    """
     systems = _systems(machine, tip_x, tip_y, draws=draws, seed=seed)
     question = _question(cut_name, cut, goal["speed"], goal["pose"], goal["depth"])
     limits, weighed = draw_limits(systems, question), _weights(weights, draws)
@@ -86,9 +89,11 @@ def _weights(path: Path | None, draws: int) -> FloatArray:
 def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
     """Return the numbers of one speed as plain data, SI."""
     lower, upper = limits.interval(weights)[:, 0]
-    question = limits.question
+    question, limit = limits.question, float(limits.limit[0])
+    if weights.std() > 0:  # the likeliest system was that before the tried cuts
+        limit = weighted_quantile(limits.draws[:, 0], weights, 0.5)
     return {"cut": question.name, "speed_rpm": question.speeds[0], "depth_m": question.depth, "pose": dict(question.pose),
-            "limit_m": float(limits.limit[0]), "interval_m": [float(lower), float(upper)],
+            "limit_m": limit, "interval_m": [float(lower), float(upper)],
             "stable_probability": float(limits.chance(weights)[0]), "chatter_frequency_hz": float(limits.frequency[0]),
             "shares": limits.shares, "draws": int(weights.size), "effective_draws": 1 / float((weights**2).sum()),
             "depth_max_m": limits.depth_max}
