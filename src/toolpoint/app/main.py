@@ -33,7 +33,7 @@ _COMMANDS_OF_MODULE = {
 MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
 # Where the command's name is a name of Python, or of the frame.
-_FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project"}
+_FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut"}
 
 # What a person comes with, and the commands that answer: the order of the help, and of the README.
 COMMANDS_OF_QUESTION = {

@@ -62,9 +62,11 @@ __all__ = [
     "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives",
     "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
     "read_machine_at",
-    "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program", "read_project",
+    "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
+    "read_project",
     "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step",
-    "read_test_nouns", "read_tried", "tried_line", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
+    "read_test_nouns", "read_tried", "tried_line",
+    "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
     "write_pictures", "write_planned_test", "write_points", "write_tables", "write_template", "write_test", "write_unit",
 ]
 

@@ -45,7 +45,8 @@ __all__ = [
     "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
     "lobes_page",
     "machine_page", "map_page",
-    "operational_page", "place_page", "plan_page", "project_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
+    "operational_page", "place_page", "plan_page", "project_page",
+    "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
     "update_page", "video_page", "workspace_page",
 ]

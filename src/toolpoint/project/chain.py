@@ -24,8 +24,8 @@ from toolpoint.project.steps import answering, measuring, modelling
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 1, "machine": 1, "tip": 1, "tried": 1, "limits": 1,
-                 "changes": 1, "next": 1, "contour": 1}
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 1, "machine": 1, "tip": 1, "tried": 1, "limits": 2,
+                 "changes": 2, "next": 1, "contour": 1}
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,8 @@ class _ChainBuilder:
             machine = self._add("update", "update", modelling.update_model, inputs, options={"poses": poses},
                                 outputs=("machine.yaml", "update.json"), words=f"machine updated to {', '.join(structural)}")
         elif machine is not None and structural:
-            self.missing.append(f"tests {', '.join(structural)} lie beside the machine that {next(iter(modes))} gave: the chain "
-                                "does not use them yet; toolpoint update does")
+            self.missing.append(f"tests {', '.join(structural)} lie beside the machine that {next(iter(modes))} gave: the "
+                                "chain does not use them yet; toolpoint update does")
         if machine is not None:
             self._add("machine", "machine", modelling.look_at_machine, {"machine": machine}, options={},
                       outputs=("machine.json",), words="machine in words")
@@ -197,10 +197,10 @@ class _ChainBuilder:
         """Say what one part more would give."""
         project = self.project
         if not source:
-            wanted = [key for key in ("components", "geometry") if getattr(project, key) is None]
-            if any(test.of == STRUCTURE for test in project.tests.values()) and wanted:
-                self.missing.append(f"{' and '.join(wanted)}: with them the test gives joints, a machine file and limits at any "
-                                    "pose")
+            absent = [key for key in ("components", "geometry") if getattr(project, key) is None]
+            if any(test.of == STRUCTURE for test in project.tests.values()) and absent:
+                self.missing.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits at "
+                                    "any pose")
             else:
                 self.missing.append("a test (tests) or a machine file (machine) is where the chain begins; a tap of the tip "
                                     "(of: tip x) and a cut give limits at once")

@@ -18,13 +18,13 @@ from toolpoint.project.steps.plain_files import plain, read_json
 CERTAIN_PROBABILITY, UNLIKELY_PROBABILITY = 0.95, 0.05  # of a stable cut, from which it is called stable, or not
 METHODS = (
     "Responses were estimated from the hits that passed the judgement (H1), modes identified with their covariance, joints and "
-    "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability (Floquet "
-    "multipliers by Gauss panels and Arnoldi iteration). Intervals are quantiles of {draws} draws of the identified numbers and "
-    "of the cutting coefficients, weighed by the cuts that were tried. toolpoint {version}.")
+    "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability "
+    "(Floquet multipliers by Gauss panels and Arnoldi iteration). Intervals are quantiles of {draws} draws of the identified "
+    "numbers and of the cutting coefficients, weighed by the cuts that were tried. toolpoint {version}.")
 ASSUMPTIONS = (
     "Coefficients K_t and K_n are lognormal and independent of each other; those of two cuts are independent.",
-    "The numbers of the machine are normal with the covariance of its identification; uncertain masses and coordinates are in it "
-    "where the component file states them.",
+    "The numbers of the machine are normal with the covariance of its identification; uncertain masses and coordinates are in "
+    "it where the component file states them.",
     "Tool wear, run-out beyond what is described, warm-up, and a workpiece that yields are in no interval.",
     "A cut above the first loss of stability counts as chatter, also where an island of stability lies there.")
 
@@ -46,7 +46,10 @@ class ProjectResults(NotebookText):
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """All doubts of the steps, each named with the step where it can be mended."""
-        return tuple(TracedDoubt.of(entry).doubt.within(entry["step"]) for entry in self.data["doubts"])
+        traced = [TracedDoubt.of(entry) for entry in self.data["doubts"]]
+        # What several steps doubt alike is said once, for the first of them.
+        first = {str(entry.doubt): entry for entry in reversed(traced)}
+        return tuple(entry.doubt.within(entry.step) for entry in traced if first[str(entry.doubt)] is entry)
 
     @property
     def next_steps(self) -> tuple[str, ...]:
@@ -127,7 +130,8 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, An
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "
-                     f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's in the mean")
+                     f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's, in the "
+                     "mean")
     return [*lines, *missing]
 
 
@@ -136,7 +140,7 @@ def _step_entry(step: ProjectStep, event: StepEvent, run: RunResult) -> dict[str
     state = ("failed" if event.failed else "stopped" if event.decision.action == STOP
              else "by hand" if event.decision.action == KEEP else "done")
     words = event.words or event.decision.reason
-    own = [str(entry.doubt) for entry in run.doubts[step.name] if entry.step == step.name]
+    arisen = [str(entry.doubt) for entry in run.doubts[step.name] if entry.step == step.name]
     return {"step": step.name, "does": step.words, "state": state, "words": words,
             "files": [result_path(step.name, file) for file in step.outputs] if state in ("done", "by hand") else [],
-            "doubts": own}
+            "doubts": arisen}

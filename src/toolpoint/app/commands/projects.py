@@ -42,8 +42,8 @@ def run_project(run: Frame, folder: Annotated[AnyPath, Argument()], steps: Annot
     run.present(pages.project_page, results, run.warnings)
 
 
-@command(page=False, json=False)
-def tried(run: Frame, folder: Annotated[AnyPath, Argument()], *,
+@command("tried", page=False, json=False)
+def report_cut(run: Frame, folder: Annotated[AnyPath, Argument()], *,
           speed: Annotated[float, Help("Spindle speed, rev/min.", above=0)],
           depth: Annotated[float, Help("Axial depth, mm.", above=0, scale=1e-3)],
           chatter: Annotated[float | None, Help("It chattered, at this frequency, Hz; 0 where that was not heard.", minimum=0,

@@ -1,4 +1,4 @@
-"""Content of a project file as plain frozen data: tests, machine, cuts, goals, what may be changed; every part may be missing."""
+"""Content of a project file as plain frozen data: tests, machine, cuts, goals, changes; every part may be missing."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ProjectCut:
 
 @dataclass(frozen=True)
 class ProjectGoal:
-    """What the project is to answer: a cut at a speed (rev/min) and depth (m) at a pose."""
+    """Goal of a project: a cut at a speed (rev/min) and depth (m) at a pose."""
 
     speed: float
     depth: float
@@ -58,7 +58,7 @@ class ProjectGoal:
 
 @dataclass(frozen=True)
 class ProjectChange:
-    """What may be changed: all springs of a joint, by a share of them; what it costs."""
+    """Change that may be made: all springs of a joint, by a share of them; and its cost."""
 
     joint: str
     stiffness: float

@@ -30,8 +30,8 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
         report = report.with_section("What to change", _changes(data["changes"]))
     if data["next"]:
         rows = [[entry["test"], f"{100 * entry['after']:.3g}"] for entry in data["next"]["candidates"][:MAX_SHOWN_TESTS]]
-        caption = (f"95 % half width of the {data['next']['answer']}: today {100 * data['next']['today']:.3g} %, after a random one "
-                   f"of these tests {100 * data['next']['random']:.3g} %.")
+        caption = (f"95 % half width of the {data['next']['answer']}: today {100 * data['next']['today']:.3g} %, after a "
+                   f"random one of these tests {100 * data['next']['random']:.3g} %.")
         report = report.with_section("What to measure", Table(["test", "half width after it %"], rows, caption))
     report = report.with_section("Evidence, step by step", _steps(data["steps"]))
     report = report.with_section("Methods", str(data["methods"]))
@@ -45,8 +45,9 @@ def _limits(goals: Mapping[str, Any]) -> Table:
     rows = []
     for name, goal in goals.items():
         lower, upper = goal["interval_m"]
-        ends = f"{1e3 * lower:.3g} .. " + (f"{1e3 * upper:.3g}" if upper is not None else f"above {1e3 * goal['depth_max_m']:.3g}")
-        limit = f"{1e3 * goal['limit_m']:.3g}" if goal["limit_m"] is not None else f"above {1e3 * goal['depth_max_m']:.3g}"
+        beyond = f"above {1e3 * goal['depth_max_m']:.3g}"
+        ends = f"{1e3 * lower:.3g} .. " + (beyond if upper is None else f"{1e3 * upper:.3g}")
+        limit = beyond if goal["limit_m"] is None else f"{1e3 * goal['limit_m']:.3g}"
         chatter = "" if goal["chatter_frequency_hz"] is None else f"{goal['chatter_frequency_hz']:.4g}"
         rows.append([name, goal["cut"], f"{goal['speed_rpm']:.5g}", f"{1e3 * goal['depth_m']:.3g}", limit, ends,
                      f"{100 * goal['stable_probability']:.0f}", chatter])
@@ -66,7 +67,8 @@ def _changes(changes: Sequence[Mapping[str, Any]]) -> Table:
              f"{100 * change['gain_interval'][0]:+.2g} .. {100 * change['gain_interval'][1]:+.2g}", f"{change['cost']:g}"]
             for change in changes]
     return Table(["change", "joint", "springs %", "least limit %", "95 % interval", "cost"], rows,
-                 "Gain of the least limit over the speeds of the cut, at the goal where it gains least; ranked by gain per cost.")
+                 "Gain of the least limit over the speeds of the cut (single-frequency solution), at the goal where it gains "
+                 "least; ranked by gain a cost.")
 
 
 def _steps(steps: Sequence[Mapping[str, Any]]) -> Table:

@@ -198,8 +198,11 @@ class _StepRun:
     def _end(self, task: _Task, result: WorkResult) -> None:
         """Put the results of a step in place, or record that it failed."""
         step, earlier = task.step, self.store.read(task.step.name)
-        doubts = tuple(dict.fromkeys([*(TracedDoubt(doubt, step.name) for doubt in result.outcome.doubts),
-                                      *self._inherited(step.name)]))
+        inherited = self._inherited(step.name)
+        # A file that says its doubts again when it is read raises none: they are mended where they arose.
+        earlier_texts = {str(entry.doubt) for entry in inherited}
+        arisen = [TracedDoubt(doubt, step.name) for doubt in result.outcome.doubts if str(doubt) not in earlier_texts]
+        doubts = tuple(dict.fromkeys([*arisen, *inherited]))
         words = result.error or result.outcome.words
         record = StepRecord(step.name, FAILED, task.parts, {}, words, doubts, round(result.seconds, 3), task.started,
                             self.versions)

@@ -1,25 +1,31 @@
-"""Changes of joints by what they do to the limits of the goals: gain with its interval over the draws, per cost."""
+"""Changes of joints by what they do to the limits of the goals: gain with its interval over the draws, per cost.
+
+Judged by the least limit over the speeds of the cut (single-frequency solution): the limit at one speed may rise or fall with a
+change only because a lobe moves by.
+"""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, suggestion
-from toolpoint.cutting import stability
+from toolpoint._check import FloatArray, ToolpointWarning, fail, suggestion
+from toolpoint.cutting import ZeroOrder, stability
 from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
-from toolpoint.project.limits.drawn_limits import FIRST_LOSS, CutQuestion
+from toolpoint.project.limits.drawn_limits import CutQuestion
 from toolpoint.project.limits.systems import MachineDraws, coefficient_factors, problem_of
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
-from toolpoint.studies.machines.tool_point import first_loss_depth
+from toolpoint.studies.machines.tool_point import depth_limit
 
 USUAL_STIFFENING = 0.1  # share by which every joint is stiffened where the project names no change
 CHANGE_DRAWS = 12  # machines over which the gain of a change is taken
-CHANGE_SPEEDS = 12  # over the range of the cut, for the least limit
+CHANGE_SPEEDS = 150  # over the range of the cut, close enough that no lobe falls between
+CHANGE_DEPTH_RATIO = 3.0  # depth of the charts over the estimate of the lowest limit
 _STIFFNESSES = ("stiffness", "stiffness_matrix")
 
 
@@ -62,7 +68,7 @@ def rank_joints(systems: MachineDraws, questions: Mapping[str, CutQuestion], cha
         if change["joint"] not in elastic:
             fail(f"changes.{name}.joint", repr(change["joint"]), "must be a joint with springs",
                  remedy=suggestion(change["joint"], elastic) or f"known: {', '.join(elastic)}")
-    samples = [systems.machine, *systems.samples[:CHANGE_DRAWS]]
+    samples = [systems.machine, *(systems.samples[:CHANGE_DRAWS] if systems.count else ())]
     before = np.array([_least_limits(sample, questions, systems, number) for number, sample in enumerate(samples)])
     ranked = []
     for name, change in listed.items():
@@ -94,6 +100,9 @@ def _least_limits(machine: Machine, questions: Mapping[str, CutQuestion], system
         drawn = replace(question, speeds=tuple(np.linspace(*question.cut.speeds, CHANGE_SPEEDS)))
         factors = None if number == 0 else coefficient_factors(drawn.name, drawn.deviation, systems)[number - 1]
         problem = problem_of(machine_dynamics(machine, drawn.pose), drawn.cut, factors)
-        chart = stability.chart(problem, np.asarray(drawn.speeds), FIRST_LOSS, depth_max=first_loss_depth(problem))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ToolpointWarning)  # of the single-frequency solution: ratios are compared
+            chart = stability.chart(problem, np.asarray(drawn.speeds), ZeroOrder(),
+                                    depth_max=CHANGE_DEPTH_RATIO * depth_limit(problem))
         limits.append(float(np.minimum(chart.limit, chart.depth_max).min()))
     return np.array(limits)

@@ -76,8 +76,7 @@ class DrawnLimits:
 def weighted_quantile(values: FloatArray, weights: FloatArray, level: float) -> float:
     """Return a quantile of weighted draws, so far out that as much of the next draw lies beyond it (Weibull's places)."""
     order = np.argsort(values, kind="stable")
-    effective = 1 / float((weights**2).sum())
-    reached = np.cumsum(weights[order]) * effective / (effective + 1)
+    reached = np.cumsum(weights[order]) * values.size / (values.size + 1)
     place = int(np.searchsorted(reached, level))
     if place == 0 or place >= values.size:
         return float(values[order[min(place, values.size - 1)]])

@@ -27,8 +27,15 @@ Pose = Mapping[str, float]
 class DrawnSystems(Protocol):
     """Systems that a project's tests allow: the likeliest, and draws that are the same at every pose and for every cut."""
 
-    count: int
-    seed: int
+    @property
+    def count(self) -> int:
+        """Number of draws."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of the draws."""
+        ...
 
     def nominal(self, pose: Pose) -> ToolDynamics:
         """Return the dynamics of the likeliest system."""

@@ -49,8 +49,8 @@ def weigh_draws(systems: DrawnSystems, tried: Sequence[TriedCut], questions: Map
     weights = _weights([outcome.likelihood for outcome in heard], systems.count)
     effective = 1 / float((weights**2).sum())
     if tried and effective < MIN_EFFECTIVE_DRAWS:
-        doubts.append(Doubt("tried cuts", f"only {effective:.0f} of {systems.count} draws agree with them: intervals rest on these "
-                            "few", "take more draws (draws: in project.yaml), or look at what the cuts say of the model"))
+        doubts.append(Doubt("tried cuts", f"only {effective:.0f} of {systems.count} draws agree with them: intervals rest "
+                            "on these few", "take more draws (draws: in project.yaml), or look at what the cuts say"))
     return WeighedDraws(weights, tuple(likelihoods), tuple(dict.fromkeys(doubts)))
 
 
@@ -91,21 +91,23 @@ def _hear(systems: DrawnSystems, cut: TriedCut, question: CutQuestion) -> _Heard
 
 def _frequency_likelihood(limits: DrawnLimits, frequency: float, question: CutQuestion) -> tuple[FloatArray, list[Doubt]]:
     """Return the likelihood of a heard chatter frequency for every draw, over that at its own frequency (at most 1)."""
-    own = limits.frequencies[:, 0]
-    distance = np.abs(np.log(np.where(np.isfinite(own), own, 1e9) / frequency)) / HEARD_FREQUENCY_DEVIATION
+    drawn = limits.frequencies[:, 0]
+    distance = np.abs(np.log(np.where(np.isfinite(drawn), drawn, 1e9) / frequency)) / HEARD_FREQUENCY_DEVIATION
     stray = STRAY_FREQUENCY_PROBABILITY * HEARD_FREQUENCY_DEVIATION * np.sqrt(2 * np.pi) / STRAY_FREQUENCY_SPREAD
     likelihood = (1 - STRAY_FREQUENCY_PROBABILITY) * np.exp(-0.5 * distance**2) + stray
     if (distance < 3).any():
         return likelihood, []
-    known = own[np.isfinite(own)]
-    spans = f"{known.min():.4g} .. {known.max():.4g} Hz" if known.size else "at no frequency"
-    return np.ones(own.size), [Doubt(
-        f"tried cut at {question.speeds[0]:g} rev/min", f"chatter was heard at {frequency:.4g} Hz, the draws chatter at {spans}: "
-        "another part vibrates that the model does not hold (tool, holder, workpiece), or the heard line is no chatter",
+    limited = drawn[np.isfinite(drawn)]
+    spans = f"{limited.min():.4g} .. {limited.max():.4g} Hz" if limited.size else "at no frequency"
+    return np.ones(drawn.size), [Doubt(
+        f"tried cut at {question.speeds[0]:g} rev/min", f"chatter was heard at {frequency:.4g} Hz, the draws chatter at "
+        f"{spans}: another part vibrates that the model does not hold (tool, holder, workpiece), or the heard line is no "
+        "chatter",
         "strike the tool's tip and the workpiece, or listen to the cut again (toolpoint listen)")]
 
 
 def _contradiction(cut: TriedCut, share: float) -> Doubt:
     return Doubt(f"tried cut at {cut.speed:g} rev/min and {1e3 * cut.depth:g} mm",
-                 f"its outcome ({'stable' if cut.stable else 'chatter'}) contradicts the model: {100 * share:.1f} % of the draws "
-                 "give it, by itself or beside the other cuts", "check dynamics, coefficients and the outcome", figure=share)
+                 f"its outcome ({'stable' if cut.stable else 'chatter'}) contradicts the model: {100 * share:.1f} % of the "
+                 "draws give it, by itself or beside the other cuts", "check dynamics, coefficients and the outcome",
+                 figure=share)

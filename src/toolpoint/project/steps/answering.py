@@ -40,9 +40,9 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], draws: in
     return StepOutcome(words, result.doubts)
 
 
-def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any], draws: int, seed: int,
-               machine: Path | None = None, tip_x: Path | None = None, tip_y: Path | None = None, weights: Path | None = None,
-               verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
+def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any], draws: int,
+               seed: int, machine: Path | None = None, tip_x: Path | None = None, tip_y: Path | None = None,
+               weights: Path | None = None, verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
     """Write the limit of a goal's cut at its speed and pose with its interval, and P(stable) (limits.json).
 
     verdict, checked : what the limit rests on besides: the verdict on the tap, the look at the machine.

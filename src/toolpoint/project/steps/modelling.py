@@ -1,4 +1,4 @@
-"""Steps of models: modes to joints and a machine file, an update of a drawn machine, a look at the machine that limits rest on."""
+"""Steps of models: modes to joints and a machine file, an update of a drawn machine, a look at the machine."""
 
 from __future__ import annotations
 
