@@ -24,7 +24,7 @@ from toolpoint.machine.description import (
 from toolpoint.machine.description.project_plan import TriedCut
 from toolpoint.project import Project, write_folder
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion, draw_limits, weighted_quantile
+from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import MachineDraws, coefficient_factors
 from toolpoint.project.limits.tried_cuts import weigh_draws
@@ -65,7 +65,7 @@ def question(depth: float = 1e-3, speed: float = 2500.0, deviation: float = 0.1)
 
 
 def test_limit_is_inversely_proportional_to_both_coefficients():
-    """With an exact machine the limit falls as 1 / K where K_t and K_n change alike (Altintas, Manufacturing Automation, 3.54)."""
+    """With an exact machine the limit falls as 1 / K where K_t and K_n change alike (Altintas, Manufacturing Automation)."""
     systems = MachineDraws(build(slide(0.0)), 12, 3)
     limits = draw_limits(systems, question())
     factors = coefficient_factors("half", 0.1, systems)
@@ -86,7 +86,7 @@ def test_shares_go_over_to_the_joint_as_it_becomes_uncertain():
 def test_quantiles_of_equal_weights_hold_what_they_say():
     """P(next draw below the quantile of n draws) is the level: order statistics of a uniform law."""
     rng = np.random.default_rng(0)
-    inside = [float(rng.random() < weighted_quantile(rng.random(39), np.full(39, 1 / 39), 0.025)) for _ in range(4000)]
+    inside = [float(rng.random() < quantile_of(rng.random(39), np.full(39, 1 / 39), 0.025)) for _ in range(4000)]
     assert abs(np.mean(inside) - 0.025) < 0.008
 
 
@@ -138,7 +138,7 @@ def test_soft_joint_is_the_first_to_change():
 
 def test_project_of_a_drawn_machine_answers_its_goal_and_an_edited_cut_recomputes_cuts_alone(folder, capsys):
     results = Project.open(folder).run()
-    assert results.answers[0].startswith("rough: ") and 0 < results.goal("rough")["interval_m"][0]
+    assert results.answers[0].startswith("rough: ") and results.goal("rough")["interval_m"][0] > 0
     before = (folder / "results/project.json").read_bytes()
     Project.open(folder).run()
     assert (folder / "results/project.json").read_bytes() == before
@@ -192,7 +192,7 @@ def test_faults_of_a_project_file_are_said_with_line_and_caret(folder, text, wor
 
 def test_missing_file_and_newer_version_are_one_message(folder):
     (folder / "machine.yaml").rename(folder / "other.yaml")
-    with pytest.raises(ToolpointError, match="machine.yaml is not there"):
+    with pytest.raises(ToolpointError, match=r"machine\.yaml is not there"):
         Project.open(folder).run()
     (folder / "project.yaml").write_text(PROJECT.replace("toolpoint: 1", "toolpoint: 2"))
     with pytest.raises(ToolpointError, match="this program reads version 1"):

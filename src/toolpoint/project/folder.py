@@ -122,7 +122,7 @@ class Project:
         if place.is_file():
             io.read_tried(place)
         text = place.read_text(encoding="utf-8") if place.is_file() else TRIED_HEAD
-        write_whole(place, text + ("" if text.endswith("\n") else "\n") + io.tried_line(cut))
+        write_whole(place, text + ("" if text.endswith("\n") else "\n") + io.line_of_tried(cut))
 
 
 def _versions() -> dict[str, str]:

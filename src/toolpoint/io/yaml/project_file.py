@@ -170,7 +170,7 @@ def read_tried(path: str | Path) -> tuple[TriedCut, ...]:
                  for cut in part.tried)
 
 
-def tried_line(cut: TriedCut) -> str:
+def line_of_tried(cut: TriedCut) -> str:
     """Return a tried cut as a line of its file."""
     parts = [f"speed: {cut.speed!r} rpm", f"depth: {cut.depth * 1e3:.12g} mm",
              f"outcome: {'stable' if cut.stable else 'chatter'}"]

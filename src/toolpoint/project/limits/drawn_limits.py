@@ -55,16 +55,16 @@ class DrawnLimits:
     def interval(self, weights: FloatArray, level: float = 0.95) -> FloatArray:
         """Return both ends of the interval of the limit at every speed, (2, n_speeds) m; above depth_max infinite."""
         tail = (1 - level) / 2
-        lower = [weighted_quantile(column, weights, tail) for column in self.draws.T]
-        upper = [weighted_quantile(column, weights, 1 - tail) for column in self.draws.T]
+        lower = [quantile_of(column, weights, tail) for column in self.draws.T]
+        upper = [quantile_of(column, weights, 1 - tail) for column in self.draws.T]
         return np.array([np.maximum(np.array(lower) - self.error, 0.0), np.array(upper) + self.error])
 
     def least(self, weights: FloatArray, level: float = 0.95) -> tuple[float, float, float]:
         """Return the least limit over the speeds and the ends of its interval, m."""
         tail, lowest = (1 - level) / 2, self.draws.min(axis=1)
         error = float(self.error[int(np.argmin(self.limit))])
-        return (float(self.limit.min()), max(weighted_quantile(lowest, weights, tail) - error, 0.0),
-                weighted_quantile(lowest, weights, 1 - tail) + error)
+        return (float(self.limit.min()), max(quantile_of(lowest, weights, tail) - error, 0.0),
+                quantile_of(lowest, weights, 1 - tail) + error)
 
     def chance(self, weights: FloatArray) -> FloatArray:
         """Return P(stable) of the asked depth at every speed; so many draws can say neither 0 nor 1."""
@@ -73,7 +73,7 @@ class DrawnLimits:
         return np.asarray((effective * share + 1) / (effective + 2))
 
 
-def weighted_quantile(values: FloatArray, weights: FloatArray, level: float) -> float:
+def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:
     """Return a quantile of weighted draws, so far out that as much of the next draw lies beyond it (Weibull's places)."""
     order = np.argsort(values, kind="stable")
     reached = np.cumsum(weights[order]) * values.size / (values.size + 1)

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting.advice.probability import OUTCOME_RELIABILITY
-from toolpoint.project.limits.drawn_limits import DrawnLimits, weighted_quantile
+from toolpoint.project.limits.drawn_limits import DrawnLimits, quantile_of
 
 CANDIDATE_LEVELS = np.linspace(0.1, 0.9, 9)  # quantiles of the limit that are candidates
 
@@ -34,7 +34,7 @@ def choose_cut(limits: DrawnLimits, weights: FloatArray) -> NextCut:
     draws = np.minimum(limits.draws[:, 0], limits.depth_max)
     today, candidates = _width(draws, weights), []
     for level in CANDIDATE_LEVELS:
-        depth = weighted_quantile(draws, weights, float(level))
+        depth = quantile_of(draws, weights, float(level))
         stable = draws > depth
         likelihoods = [np.where(stable == outcome, OUTCOME_RELIABILITY, 1 - OUTCOME_RELIABILITY) for outcome in (True, False)]
         chances = [float(weights @ likelihood) for likelihood in likelihoods]
@@ -47,4 +47,4 @@ def choose_cut(limits: DrawnLimits, weights: FloatArray) -> NextCut:
 
 def _width(draws: FloatArray, weights: FloatArray) -> float:
     """Return the width of the 95 % interval of draws."""
-    return weighted_quantile(draws, weights, 0.975) - weighted_quantile(draws, weights, 0.025)
+    return quantile_of(draws, weights, 0.975) - quantile_of(draws, weights, 0.025)

@@ -15,7 +15,7 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, weighted_quantile
+from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
 from toolpoint.project.limits.tips import read_tip
@@ -91,7 +91,7 @@ def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
     lower, upper = limits.interval(weights)[:, 0]
     question, limit = limits.question, float(limits.limit[0])
     if weights.std() > 0:  # the likeliest system was that before the tried cuts
-        limit = weighted_quantile(limits.draws[:, 0], weights, 0.5)
+        limit = quantile_of(limits.draws[:, 0], weights, 0.5)
     return {"cut": question.name, "speed_rpm": question.speeds[0], "depth_m": question.depth, "pose": dict(question.pose),
             "limit_m": limit, "interval_m": [float(lower), float(upper)],
             "stable_probability": float(limits.chance(weights)[0]), "chatter_frequency_hz": float(limits.frequency[0]),
