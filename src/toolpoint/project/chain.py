@@ -24,7 +24,7 @@ from toolpoint.project.steps import answering, measuring, modelling
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 1, "machine": 1, "tip": 1, "tried": 1, "limits": 2,
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 1, "machine": 1, "tip": 1, "tried": 1, "limits": 3,
                  "changes": 2, "next": 1, "contour": 1}
 
 

@@ -36,8 +36,8 @@ cuts:
   face: {{diameter: 50 mm, teeth: 5, immersion: 0.6, tangential: 1900 MPa, normal: 700 MPa, coefficient_deviation: 8 %,
          speeds: 500 2500 rpm}}
 goals:
-  as tested: {{speed: 1200 rpm, depth: 2 mm}}
-  table at the side: {{speed: 1200 rpm, depth: 2 mm, pose: {{X: 250 mm, Z: -150 mm}}}}
+  as tested: {{speed: 1200 rpm, depth: 7.5 mm}}
+  table at the side: {{speed: 1200 rpm, depth: 4 mm, pose: {{X: 250 mm, Z: -150 mm}}}}
 changes:
   bolt the column: {{joint: bed_column, stiffness: 30 %, cost: 1}}
   wider guide of the head: {{joint: column_head, stiffness: 30 %, cost: 3}}
@@ -81,7 +81,7 @@ def _write_records(folder: Path, machine: Machine, points: MeasuringPoints, *, r
     modes = true_modes(machine, points, ratios)
     struck = _struck(modes)
     for number, point in enumerate(points.places):
-        slips = Imperfections(noise=0.01, double_hits=(1,) if number == DOUBLE_HIT_RECORD else (),
+        slips = Imperfections(noise=0.005, double_hits=(1,) if number == DOUBLE_HIT_RECORD else (),
                               weak_hits=(2,) if number == WEAK_HIT_RECORD else ())
         record = hammer_records(modes, struck, [f"{point}:+{way}" for way in "xyz"], rng=rng, hammer=DEMO_HAMMER,
                                 imperfections=slips)

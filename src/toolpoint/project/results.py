@@ -127,6 +127,11 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, An
         lines.append(f"measure {candidates[0]['test']}: it narrows the compliance of the tool most")
     undecided = {name: goal for name, goal in goals.items()
                  if UNLIKELY_PROBABILITY < goal["stable_probability"] < CERTAIN_PROBABILITY}
+    for name, goal in goals.items():
+        better = goal["better_speed"]
+        if goal["stable_probability"] < CERTAIN_PROBABILITY and better is not None:
+            lines.append(f"for {name} take {better['speed_rpm']:.0f} rev/min: {1e3 * better['certain_depth_m']:.2g} mm is stable "
+                         "there, and 2 % beside it, with 95 %")
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "

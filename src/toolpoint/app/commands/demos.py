@@ -149,7 +149,7 @@ def run_project_demo(run: Frame) -> None:
     run.step("page")
     run.save(pages.project_page, results, warnings=run.warnings)
     run.show_text(results.table())
-    run.suggest(f"run {folder} --explain", f"tried {folder} --speed 1200 --depth 8 --chatter 68")
+    run.suggest(f"run {folder} --explain", f"tried {folder} --speed 1200 --depth 8 --chatter 67.5")
 
 
 def _machine_text(name: str) -> str:

@@ -14,6 +14,7 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project.engine.step import StepOutcome
+from toolpoint.project.limits.better_speed import CERTAIN_LEVEL, find_better_speed
 from toolpoint.project.limits.changes import rank_joints
 from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
@@ -52,6 +53,9 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     limits, weighed = draw_limits(systems, question), _weights(weights, draws)
     data = {"goal": name, **_numbers(limits, weighed)}
     data["next_cut"] = choose_cut(limits, weighed).to_dict()
+    certain_depth = quantile_of(limits.draws[:, 0], weighed, CERTAIN_LEVEL)
+    better = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
+    data["better_speed"] = None if better is None else better.to_dict()
     write_json(folder / "limits.json", data)
     return StepOutcome(_limit_words(data), (*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal)))
 
