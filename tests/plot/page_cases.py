@@ -454,7 +454,8 @@ def project() -> Report:
     change = {"name": "bolt the column", "joint": "bed_column", "stiffness_share": 0.3, "gain": 0.06,
               "gain_interval": [0.05, 0.07], "cost": 2.0}
     steps = [{"step": f"limits/{name}", "state": state, "words": "2 mm at 1200 rev/min is stable with 93 %",
-              "doubts": ["18:+x: is turned"], "files": [f"results/limits/{name}/limits.json"]}
+              "doubts": ["18:+x: is turned"], "files": [f"results/limits/{name}/limits.json"],
+              "command": "toolpoint report machine.yaml"}
              for name, state in (("rough", "done"), ("side", "stopped"), ("old", "failed"), ("mine", "by hand"))]
     return project_page(ProjectResults({
         "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from toolpoint.project.steps import answering, measuring, modelling
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 1, "machine": 1, "tip": 1, "tried": 1, "limits": 3,
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 2, "machine": 1, "tip": 1, "tried": 1, "limits": 4,
                  "changes": 2, "next": 1, "contour": 1}
 
 
@@ -61,9 +62,10 @@ class _ChainBuilder:
         return self._steps
 
     def _add(self, kind: str, name: str, work: Any, inputs: Mapping[str, Any], *, options: Mapping[str, Any],
-             outputs: tuple[str, ...], words: str) -> str:
+             outputs: tuple[str, ...], words: str, command: Sequence[str] = ()) -> str:
         """Add a step; return the place of its first output."""
-        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words))
+        shown = shlex.join(["toolpoint", *command]) if command else ""
+        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, shown))
         return result_path(name, outputs[0])
 
     def _modes_of(self, name: str, test: ProjectTest) -> str | None:
@@ -75,7 +77,7 @@ class _ChainBuilder:
             return None
         options = {"band": test.band, "sensor_mass": test.sensor_mass, "whole_band": bool(test.responses)}
         return self._add("modes", f"modes/{name}", measuring.find_modes, {"responses": responses}, options=options,
-                         outputs=("modes.h5", "modes.json"), words=f"modes of {name}")
+                         outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=("identify", responses))
 
     def _responses(self, name: str, test: ProjectTest) -> str:
         settings = {"struck": test.struck, "pattern": test.pattern}
@@ -85,7 +87,8 @@ class _ChainBuilder:
                              options=settings, outputs=("responses.h5",), words=f"responses of {name}")
         return self._add("responses", f"responses/{name}", measuring.make_responses, self._record_inputs(name, test),
                          options={} if test.test else {**settings, "channels": test.channels},
-                         outputs=("responses.h5", "hits.json"), words=f"hits and responses of {name}")
+                         outputs=("responses.h5", "hits.json"), words=f"hits and responses of {name}",
+                         command=("frf", test.test) if test.test else ())
 
     def _record_inputs(self, name: str, test: ProjectTest) -> dict[str, Any]:
         """Return the inputs of a hammer test: its records, and the test file that names them."""
@@ -116,8 +119,9 @@ class _ChainBuilder:
         if machine is None and structural and project.components and project.geometry:
             first = structural[0]
             machine = self._add("joints", "joints", modelling.find_joints, {
-                "modes": left.pop(first), "geometry": project.geometry, "components": project.components}, options={},
-                outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}")
+                "modes": left[first], "geometry": project.geometry, "components": project.components}, options={},
+                outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}", command=(
+                    "joints", left.pop(first), "--geometry", project.geometry, "--components", project.components))
             structural.remove(first)
         if machine is not None and structural and project.machine is not None:
             inputs = {"machine": machine, "modes": tuple(left[name] for name in structural)}
@@ -129,7 +133,7 @@ class _ChainBuilder:
                                 "chain does not use them yet; toolpoint update does")
         if machine is not None:
             self._add("machine", "machine", modelling.look_at_machine, {"machine": machine}, options={},
-                      outputs=("machine.json",), words="machine in words")
+                      outputs=("machine.json",), words="machine in words", command=("report", machine))
         return machine
 
     def _tip(self) -> dict[str, str]:
@@ -179,7 +183,7 @@ class _ChainBuilder:
             changes = {name: _plain(change) for name, change in project.changes.items()}
             self._add("changes", "changes", answering.rank_changes, {"machine": machine}, options={
                 "cuts": cuts, "goals": goals, "changes": changes, **draws}, outputs=("changes.json",), words="changes, ranked")
-            if project.machine is None:
+            if machine.startswith("results/"):  # its numbers were identified or updated, and have a covariance
                 poses = list(dict.fromkeys(tuple(sorted(pose.items())) for pose in project.workspace))
                 self._add("next", "next", answering.choose_test, {"machine": machine}, options={
                     "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
@@ -191,7 +195,8 @@ class _ChainBuilder:
                 self.missing.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
                 continue
             self._add("contour", f"contour/{name}", modelling.follow_circle, {"servo": self.project.servo},
-                      options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}")
+                      options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
+                          "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
 
     def _say_missing(self, machine: str | None, source: Mapping[str, str]) -> None:
         """Say what one part more would give."""

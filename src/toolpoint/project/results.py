@@ -130,8 +130,8 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, An
     for name, goal in goals.items():
         better = goal["better_speed"]
         if goal["stable_probability"] < CERTAIN_PROBABILITY and better is not None:
-            lines.append(f"for {name} take {better['speed_rpm']:.0f} rev/min: {1e3 * better['certain_depth_m']:.2g} mm is stable "
-                         "there, and 2 % beside it, with 95 %")
+            lines.append(f"for {name} take {better['speed_rpm']:.0f} rev/min: {1e3 * better['certain_depth_m']:.2g} mm is "
+                         "stable there, and 2 % beside it, with 95 %")
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "
@@ -148,4 +148,4 @@ def _step_entry(step: ProjectStep, event: StepEvent, run: RunResult) -> dict[str
     arisen = [str(entry.doubt) for entry in run.doubts[step.name] if entry.step == step.name]
     return {"step": step.name, "does": step.words, "state": state, "words": words,
             "files": [result_path(step.name, file) for file in step.outputs] if state in ("done", "by hand") else [],
-            "doubts": arisen}
+            "doubts": arisen, "command": step.command}

@@ -73,5 +73,6 @@ def _changes(changes: Sequence[Mapping[str, Any]]) -> Table:
 
 def _steps(steps: Sequence[Mapping[str, Any]]) -> Table:
     rows = [[step["step"], Cell(step["state"], MARKS[step["state"]]), step["words"], "; ".join(step["doubts"]),
-             ", ".join(step["files"])] for step in steps]
-    return Table(["step", "state", "what it says", "doubts that arose in it", "its files, in the project's folder"], rows)
+             step["command"], ", ".join(step["files"])] for step in steps]
+    columns = ["step", "state", "what it says", "doubts that arose in it", "command that opens its own page", "its files"]
+    return Table(columns, rows, "Commands and files count from the project's folder.")

@@ -43,6 +43,8 @@ class ProjectStep:
         Version of what the work computes: raised where results change, so that a release runs nothing again by itself.
     words : str
         What the step does.
+    command : str
+        Command that shows the same by itself, with its own page.
     gathers : bool
         Whether it runs with those of its inputs that are there, whatever became of the steps that make the others.
     """
@@ -54,6 +56,7 @@ class ProjectStep:
     outputs: tuple[str, ...] = ()
     version: int = 1
     words: str = ""
+    command: str = ""
     gathers: bool = False
 
     @property

@@ -67,10 +67,8 @@ class DrawnLimits:
                 quantile_of(lowest, weights, 1 - tail) + error)
 
     def chance(self, weights: FloatArray) -> FloatArray:
-        """Return P(stable) of the asked depth at every speed; so many draws can say neither 0 nor 1."""
-        effective = 1 / float((weights**2).sum())
-        share = weights @ self.stable
-        return np.asarray((effective * share + 1) / (effective + 2))
+        """Return P(stable) of the asked depth at every speed; so many draws can say neither 0 nor 1 (rule of succession)."""
+        return np.asarray((weights.size * (weights @ self.stable) + 1) / (weights.size + 2))
 
 
 def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:

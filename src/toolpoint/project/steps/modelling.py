@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
+from toolpoint.machine.description import IdentifiedDescription
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
+from toolpoint.studies.measured.measured_update import MeasuredUpdate
+
+_EXACT_NUMBERS_DOUBT = Doubt(
+    "interval of the limits", "masses, damping and all numbers that the update did not move count as exact",
+    "identify the machine from its test (components, geometry) where their uncertainty matters")
 
 
 def find_joints(folder: Path, modes: Path, geometry: Path, components: Path) -> StepOutcome:
@@ -29,9 +38,23 @@ def update_model(folder: Path, machine: Path, modes: Sequence[Path], poses: Sequ
     built = io.read_machine_at(machine, *poses)
     measured = studies.pair_measurements([io.read_modes(path) for path in modes], [], poses)
     result = studies.update_machine(built, measured, what=", ".join(path.parent.name for path in modes))
-    io.write_machine(result.machine.description, folder / "machine.yaml")
+    identified = _identified_numbers(result)
+    io.write_machine(replace(result.machine.description, identified=identified), folder / "machine.yaml")
     write_json(folder / "update.json", result.to_dict())
-    return StepOutcome(result.update.fit.status, result.doubts)
+    doubts = result.doubts if identified is None else (*result.doubts, _EXACT_NUMBERS_DOUBT)
+    return StepOutcome(result.update.fit.status, doubts)
+
+
+def _identified_numbers(result: MeasuredUpdate) -> IdentifiedDescription | None:
+    """Return the numbers that the update moved with their covariance, None where it is not known."""
+    fit = result.update.fit
+    deviations = np.array([fit.standard_error.get(name, np.nan) for name in fit.free])
+    if not fit.free or not np.isfinite(deviations).all() or not np.isfinite(fit.covariance).all():
+        return None
+    # The covariance is of the fit's coordinates; correlations are those of the numbers to first order.
+    covariance = fit.correlations * np.outer(deviations, deviations)
+    rows = tuple(tuple(float(f"{value:.9g}") for value in row[:number + 1]) for number, row in enumerate(covariance))
+    return IdentifiedDescription(fit.free, rows, "update to measured modes")
 
 
 def look_at_machine(folder: Path, machine: Path) -> StepOutcome:
