@@ -198,6 +198,12 @@ def test_a_rigid_flange_is_six_motions():
     assert run("see_a_flange_at_one_point.py") < 1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_tried_cut_narrows_the_answer_of_a_project():
+    assert 0.3 < run("run_a_project.py") < 0.9
+
+
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
     assert all(path.name in text for path in FOLDER.glob("*.py"))

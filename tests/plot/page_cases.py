@@ -472,6 +472,30 @@ def planned_test() -> Report:
 
 
 @case
+def project() -> Report:
+    from toolpoint.pages.project.project import project_page
+    from toolpoint.project import ProjectResults
+
+    goal = {"cut": "face", "speed_rpm": 1200.0, "depth_m": 2e-3, "limit_m": 2.6e-3, "interval_m": [1.9e-3, None],
+            "depth_max_m": 9e-3, "stable_probability": 0.93, "chatter_frequency_hz": 68.2, "shares": {
+                "cutting coefficients": 0.7, "joint bed_column": 0.3}}
+    doubt = {"step": "responses/structure", "what": "18:+x", "why": "is turned", "remedy": "turn its sensitivity",
+             "figure": None, "grave": False}
+    change = {"name": "bolt the column", "joint": "bed_column", "stiffness_share": 0.3, "gain": 0.06,
+              "gain_interval": [0.05, 0.07], "cost": 2.0}
+    steps = [{"step": f"limits/{name}", "state": state, "words": "2 mm at 1200 rev/min is stable with 93 %",
+              "doubts": ["18:+x: is turned"], "files": [f"results/limits/{name}/limits.json"],
+              "command": "toolpoint report machine.yaml"}
+             for name, state in (("rough", "done"), ("side", "stopped"), ("old", "failed"), ("mine", "by hand"))]
+    return project_page(ProjectResults({
+        "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],
+        "goals": {"rough": goal}, "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
+        "changes": [change], "next": {"answer": "compliance", "today": 0.05, "random": 0.04, "candidates": [
+            {"test": "shapes at 34:+x", "after": 0.028}]}, "next_steps": ["try a cut of 2.4 mm"], "steps": steps,
+        "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."}))
+
+
+@case
 def finite_elements() -> Report:
     from test_finite_element_study import small_mill
 

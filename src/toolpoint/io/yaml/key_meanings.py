@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 
 FILES = {"MachineModel": "MachineFile", "Drive": "ServoFile", "RobotDatasheet": "RobotFile", "Shaft": "ShaftFile",
          "HammerTest": "TestFile", "ComponentFile": "ComponentsFile", "ScreeningPlan": "PlanFile",
-         "PoleChoice": "ChoiceFile"}
+         "PoleChoice": "ChoiceFile", "ProjectFile": "ProjectFile"}
 
 
 @cache
