@@ -22,6 +22,7 @@ _COMMANDS_OF_MODULE = {
     "drives": ("drive", "servo-data"),
     "files": ("new", "check", "convert", "schema", "doctor", "completion"),
     "listening": ("listen",),
+    "machining": ("machining",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
     "operation": ("operational",),
@@ -41,6 +42,7 @@ COMMANDS_OF_QUESTION = {
     "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
     "A model and its test: where they differ, what to change": ("correlate", "sensitivity", "update", "screen", "improve"),
     "A controller: contours, friction, loops": ("drive", "servo-data"),
+    "An NC program, block by block": ("machining",),
     "A robot that mills": ("robot", "reach", "region", "accuracy"),
     "A video of the machine": ("video",),
 }

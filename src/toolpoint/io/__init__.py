@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     )
     from toolpoint.io.meshes.mesh_files import read_mesh
     from toolpoint.io.meshes.step_part import read_step
+    from toolpoint.io.meshes.stl import read as read_surface
     from toolpoint.io.multibody.model_files import write as write_multibody
     from toolpoint.io.page_pictures import write_pictures
     from toolpoint.io.page_tables import write_tables
@@ -61,7 +62,7 @@ __all__ = [
     "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
     "read_machine_at",
     "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
-    "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step",
+    "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_surface",
     "read_test_nouns", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
     "write_pictures", "write_planned_test", "write_points", "write_tables", "write_template", "write_test", "write_unit",
 ]
@@ -81,6 +82,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.test_nouns": ("hold_records", "read_described_records", "read_hammer_test", "read_measured", "read_test_nouns"),
     "meshes.mesh_files": ("read_mesh",),
     "meshes.step_part": ("read_step",),
+    "meshes.stl": ("read as read_surface",),
     "multibody.model_files": ("write as write_multibody",),
     "page_pictures": ("write_pictures",),
     "page_tables": ("write_tables",),

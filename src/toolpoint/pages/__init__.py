@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
     from toolpoint.pages.cuts.turning import turning_page
     from toolpoint.pages.first_look import first_look_page
+    from toolpoint.pages.machining.program import machining_page
     from toolpoint.pages.machines.campbell import campbell_page
     from toolpoint.pages.machines.demo import demo_page, workspace_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
@@ -43,7 +44,7 @@ __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
     "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "listening_page",
     "lobes_page",
-    "machine_page", "map_page",
+    "machine_page", "machining_page", "map_page",
     "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
     "update_page", "video_page", "workspace_page",
@@ -58,6 +59,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.tool_coupling": ("tool_coupling_page",),
     "cuts.turning": ("turning_page",),
     "first_look": ("first_look_page",),
+    "machining.program": ("machining_page",),
     "machines.campbell": ("campbell_page",),
     "machines.demo": ("demo_page", "workspace_page"),
     "machines.finite_elements": ("finite_element_page",),

@@ -33,6 +33,14 @@ if TYPE_CHECKING:
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
     from toolpoint.studies.listening.tried_cuts import hear_tried
+    from toolpoint.studies.machining.described_setup import (
+        cuts_of_options,
+        describe_machining,
+        planned_limits,
+        stock_of,
+    )
+    from toolpoint.studies.machining.run_program import run_program
+    from toolpoint.studies.machining.setup import MachineLimits, MachiningSetup
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
@@ -82,22 +90,23 @@ if TYPE_CHECKING:
     from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
-    "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup",
+    "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "MachineLimits", "MachiningSetup",
+    "Measurement", "MillingSetup",
     "NamedMetrics", "OperationalStudy", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "SpindleRange",
     "Swap", "ToolStance",
     "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
     "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
     "compare_branches", "compare_with_test", "core_count",
-    "cut_on", "examine_environment", "film_machine", "gather_test", "hear_tried",
+    "cut_on", "cuts_of_options", "describe_machining", "examine_environment", "film_machine", "gather_test", "hear_tried",
     "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "listen",
     "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
     "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
-    "pair_measurements", "place_grid", "place_test", "plan_test", "plane_directions", "plane_frame", "poles_of",
+    "pair_measurements", "place_grid", "place_test", "plan_test", "planned_limits", "plane_directions", "plane_frame", "poles_of",
     "propose_speeds",
     "question_part", "question_structure",
     "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan",
-    "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
-    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_base_reactions", "study_datasheet",
+    "run_program", "run_robot_demo", "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
+    "solve_matrix_modes", "solve_modes", "square", "stock_of", "structure_of", "study_base_reactions", "study_datasheet",
     "study_example_mill",
     "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
     "study_modes", "study_operational", "study_pose", "study_reach", "study_region", "study_responses",
@@ -134,6 +143,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
     "listening.tried_cuts": ("hear_tried",),
+    "machining.described_setup": ("cuts_of_options", "describe_machining", "planned_limits", "stock_of"),
+    "machining.run_program": ("run_program",),
+    "machining.setup": ("MachineLimits", "MachiningSetup"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),

@@ -1,0 +1,105 @@
+"""The command about NC programs: machining."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from toolpoint import io, pages, studies
+from toolpoint._check import ToolpointError
+from toolpoint.app.cut_options import CutValues
+from toolpoint.app.declare import Argument, Help, Reading, command
+from toolpoint.app.dynamics import Dynamics
+from toolpoint.app.frame import Frame
+from toolpoint.app.options import Naming
+from toolpoint.app.values import AxisPositions, SourceFile
+from toolpoint.io.quantities.written import read_numbered_file, read_stock
+
+if TYPE_CHECKING:
+    from toolpoint.cutting.description import CuttingDescription
+    from toolpoint.machine import Machine
+    from toolpoint.material_removal import Stock
+    from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+
+StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
+    read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
+NumberedTool = Annotated[tuple[int, Path], Reading(read_numbered_file, "NUMBER=FILE, for example 3=ball.yaml")]
+
+
+@dataclass(frozen=True)
+class ProgramDynamics:
+    """Dynamics that a program meets: a machine, posed along it, or the measured tip of one pose."""
+
+    machine: Annotated[SourceFile | None, Help("Machine file: it is posed along the program, and its cut is the tool.")] = None
+    frf: Annotated[tuple[SourceFile, ...], Help("Measured tool-tip FRFs instead, the same all along the program.")] = ()
+    frf_x: Annotated[SourceFile | None, Help("Measured FRF along x; with --frf-y.")] = None
+    frf_y: Annotated[SourceFile | None, Help("Measured FRF along y.", needs="--frf-x")] = None
+    modes: Annotated[SourceFile | None, Help("Modes of the tip instead (HDF5, universal).")] = None
+    zero: Annotated[AxisPositions | None, Help("Axis positions of the machine at the program's zero.", metavar="X=0.1,Y=200mm",
+                                               needs="--machine")] = None
+
+    def read(self) -> Machine | ToolDynamics | None:
+        """Read the machine or the tip; nothing where neither is given."""
+        if self.machine is not None:
+            if self.frf or self.frf_x or self.modes:
+                raise ToolpointError("dynamics: a machine and a measured tip given; must be one of them")
+            return io.read_machine_at(self.machine, self.zero)
+        if not (self.frf or self.frf_x or self.modes):
+            return None
+        return Dynamics(Naming(), frf=self.frf, frf_x=self.frf_x, frf_y=self.frf_y, modes=self.modes).read()
+
+
+@dataclass(frozen=True)
+class ToolAbove:
+    """What is above the edges, and what must not be passed."""
+
+    stick_out: Annotated[float, Help("From the tip to the holder, mm; bending is taken there.", scale=1e-3, minimum=0)] = 0.0
+    holder: Annotated[float, Help("Diameter of the holder, mm: it must not meet the work.", scale=1e-3, minimum=0)] = 0.0
+    taper: Annotated[float, Help("Half angle of a tapered mill, degrees.", scale=0.017453292519943295, minimum=0)] = 0.0
+    spindle_power: Annotated[float, Help("Power of the spindle, kW.", scale=1e3, above=0)] = float("inf")
+    spindle_torque: Annotated[float, Help("Torque of the spindle, N m.", above=0)] = float("inf")
+    spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
+    bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
+
+
+@command(steps=3)
+def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
+              stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|STL")],
+              tool: Annotated[tuple[NumberedTool, ...], Help(
+                  "Tool of a number T: a file with a section 'cutting'; several times.", metavar="NUMBER=FILE")] = (),
+              part: Annotated[SourceFile | None, Help("Part (STL, mm) that must not be cut into.")] = None,
+              speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
+              first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
+                                                       scale=1 / 60e3)] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are those of the planner within its limits.")] = None,
+              spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
+                                             scale=1e-3, minimum=0)] = 0.0,
+              above: ToolAbove, cut: CutValues) -> None:
+    """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
+
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file or the
+    options below; the arcs of cut come from the stock.
+    """
+    known = dynamics.read()
+    machine = known if dynamics.machine is not None else None
+    described = studies.cuts_of_options(machine, cut)
+    cuts: dict[int, CuttingDescription] = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    material = _stock(stock)
+    triangles = None if part is None else 1e-3 * io.read_surface(part)
+    limits = studies.MachineLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
+    values = {} if triangles is None else {"part": triangles}
+    setup = studies.describe_machining(
+        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
+        zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits,
+        planned=None if drives is None else studies.planned_limits(io.read_drives(drives)), **values)
+    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
+    text = program.read_text(encoding="utf-8-sig", errors="replace")
+    result = studies.run_program(parsed, setup, known, name=program.name, text=text, progress=run.progress_of_parts())
+    run.present(pages.machining_page, result, run.warnings, notes=[*result.doubts, *result.notes])
+
+
+def _stock(words: tuple[str, tuple[float, ...]]) -> Stock:
+    """Return the stock of its words, the file of a mesh read."""
+    kind, numbers = words
+    return studies.stock_of(kind, numbers, None if numbers else 1e-3 * io.read_surface(Path(kind)))

@@ -1,0 +1,66 @@
+"""Setup of a program from what a person gives: the cut with nothing stood in for, the stock, limits, tools by number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.cutting.build import find_material
+from toolpoint.cutting.description import PARAMETERS, CuttingDescription
+from toolpoint.drives.description import DriveDescription
+from toolpoint.drives.program.jerk_profile import JerkLimits
+from toolpoint.machine import Machine
+from toolpoint.material_removal import Stock
+from toolpoint.studies.machining.setup import MachiningSetup
+
+StockWords = tuple[str, tuple[float, ...]]
+
+
+def cuts_of_options(machine: Machine | None, values: Mapping[str, Any]) -> CuttingDescription:
+    """Return the cut of a machine file with the given values in place, or that of the values alone.
+
+    Nothing is taken from an example: raises ToolpointError for a diameter, a number of teeth or coefficients that are missing, and
+    for a material that the table does not know.
+    """
+    if values.get("material"):
+        find_material(values["material"])
+    described = None if machine is None else machine.description.cutting
+    if described is not None:
+        return described.with_values(values)
+    needed = ["diameter", "teeth", *([] if values.get("material") else ["tangential", "normal"])]
+    missing = [PARAMETERS[key].option for key in needed if key not in values]
+    if missing:
+        raise ToolpointError("cut: " + ", ".join(f"`{name}`" for name in missing) + " missing; give them, or a machine file with "
+                             "a section 'cutting' (coefficients also by `material`)")
+    return CuttingDescription.of(diameter=values["diameter"], teeth=values["teeth"]).with_values(values)
+
+
+def stock_of(kind: str, numbers: tuple[float, ...] = (), triangles: FloatArray | None = None) -> Stock:
+    """Return a stock: ``box`` of two corners (6 lengths), ``cylinder`` of diameter, bottom, top and, where not at zero, its
+    centre (3 or 5 lengths), or the mesh of triangles; m."""
+    if triangles is not None:
+        return Stock.mesh(triangles)
+    if kind == "box" and len(numbers) == 6:
+        return Stock.box(np.array(numbers[:3]), np.array(numbers[3:]))
+    if kind == "cylinder" and len(numbers) in (3, 5):
+        x, y = numbers[3:] if len(numbers) == 5 else (0.0, 0.0)
+        return Stock.cylinder(numbers[0], numbers[1], numbers[2], centre=(x, y))
+    fail("stock", f"{kind} of {len(numbers)} lengths", "must be box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm")
+
+
+def describe_machining(stock: Stock, cut: CuttingDescription, **values: Any) -> MachiningSetup:
+    """Return the setup of a program; see `MachiningSetup` for the values. The cut's own arc plays no part: the stock says it."""
+    plain = {number: _without_arc(other) for number, other in values.pop("cuts", {}).items()}
+    return MachiningSetup(stock, _without_arc(cut), plain, **values)
+
+
+def planned_limits(drives: DriveDescription) -> JerkLimits:
+    """Return the limits of the set points of a drive file."""
+    return JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
+
+
+def _without_arc(cut: CuttingDescription) -> CuttingDescription:
+    return cut.replaced(immersion=None, entry=None, exit=None, direction="slot")
