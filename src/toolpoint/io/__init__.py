@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from toolpoint.io.point_table import read_places
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
+    from toolpoint.io.program.rewriting import SpeedAndFeed
+    from toolpoint.io.program.rewriting import write as write_program
     from toolpoint.io.servo_data.controller_records import read as read_servo_data
     from toolpoint.io.template_files import list_templates, write_template
     from toolpoint.io.urdf import read_robot
@@ -57,14 +59,59 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
-    "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives",
-    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
+    "SpeedAndFeed",
+    "check_noun_name",
+    "check_pose",
+    "check_writable",
+    "hold_records",
+    "json_schema",
+    "kind_of",
+    "lay_grid",
+    "list_templates",
+    "read_choice",
+    "read_components",
+    "read_datasheet",
+    "read_described_records",
+    "read_drives",
+    "read_frf",
+    "read_geometry",
+    "read_hammer_test",
+    "read_kind",
+    "read_lines",
+    "read_listened",
+    "read_machine",
     "read_machine_at",
-    "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program",
-    "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_surface",
-    "read_test_nouns", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
-    "write_pictures", "write_planned_test", "write_points", "write_tables", "write_template", "write_test", "write_unit",
+    "read_matrices",
+    "read_measured",
+    "read_mesh",
+    "read_modes",
+    "read_path",
+    "read_places",
+    "read_plan",
+    "read_program",
+    "read_record",
+    "read_records",
+    "read_robot",
+    "read_robot_machine",
+    "read_servo_data",
+    "read_shaft",
+    "read_step",
+    "read_surface",
+    "read_test_nouns",
+    "write_cutting",
+    "write_frf",
+    "write_machine",
+    "write_multibody",
+    "write_noun",
+    "write_nouns",
+    "write_pictures",
+    "write_planned_test",
+    "write_points",
+    "write_program",
+    "write_tables",
+    "write_template",
+    "write_test",
+    "write_unit",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -88,6 +135,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "page_tables": ("write_tables",),
     "point_table": ("read_places",),
     "program.gcode": ("read as read_program", "read_path"),
+    "program.rewriting": ("SpeedAndFeed", "write as write_program"),
     "servo_data.controller_records": ("read as read_servo_data",),
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),

@@ -11,7 +11,8 @@ from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.material_removal.moves import Moves, split_moves
-    from toolpoint.material_removal.removal import RemovalSettings, RemovedMaterial, remove_material
+    from toolpoint.material_removal.removal import remove_material
+    from toolpoint.material_removal.removed import RemovalSettings, RemovedMaterial
     from toolpoint.material_removal.stock import Stock
     from toolpoint.material_removal.tool_shape import Holder, MillShape, shape_of_kind
 
@@ -20,7 +21,8 @@ __all__ = ["Holder", "MillShape", "Moves", "RemovalSettings", "RemovedMaterial",
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "moves": ("Moves", "split_moves"),
-    "removal": ("RemovalSettings", "RemovedMaterial", "remove_material"),
+    "removal": ("remove_material",),
+    "removed": ("RemovalSettings", "RemovedMaterial"),
     "stock": ("Stock",),
     "tool_shape": ("Holder", "MillShape", "shape_of_kind"),
 })

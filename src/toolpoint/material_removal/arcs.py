@@ -92,8 +92,8 @@ def reach_at(work, tip, shape, highest):
     radius, margin = shape[4], _REACH_MARGIN * work.spacing
     span = radius + margin
     nx, ny = work.height.shape
-    i0, i1 = int(math.ceil((tip[0] - span - work.x0) / work.spacing)), int(math.floor((tip[0] + span - work.x0) / work.spacing))
-    j0, j1 = int(math.ceil((tip[1] - span - work.y0) / work.spacing)), int(math.floor((tip[1] + span - work.y0) / work.spacing))
+    i0, i1 = math.ceil((tip[0] - span - work.x0) / work.spacing), math.floor((tip[0] + span - work.x0) / work.spacing)
+    j0, j1 = math.ceil((tip[1] - span - work.y0) / work.spacing), math.floor((tip[1] + span - work.y0) / work.spacing)
     reach = 0.0
     for i in range(max(i0, 0), min(i1, nx - 1) + 1):
         for j in range(max(j0, 0), min(j1, ny - 1) + 1):
@@ -113,7 +113,7 @@ def slice_arcs(work, tip, way, edge, limits, arcs):
     first, last = limits[0] + _EDGE_NUDGE, limits[1] - _EDGE_NUDGE
     if last <= first:
         return 0
-    number = max(int(math.ceil((last - first) / SAMPLE_ANGLE)), 8)
+    number = max(math.ceil((last - first) / SAMPLE_ANGLE), 8)
     step, count = (last - first) / number, 0
     before, previous = is_cut(work, tip, way, edge, first), first
     entry = limits[0]

@@ -11,7 +11,7 @@ from numba import njit
 from toolpoint._check import FloatArray
 from toolpoint.material_removal.arcs import MAX_ARCS, tool_arcs
 from toolpoint.material_removal.moves import Moves
-from toolpoint.material_removal.removal import RemovalSettings
+from toolpoint.material_removal.removed import RemovalSettings
 from toolpoint.material_removal.surface import Work, cut_move, touch_move
 
 _PIECES_PER_CALL = 4000  # of one call of the kernel: progress in between, and an interruption

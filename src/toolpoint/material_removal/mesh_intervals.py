@@ -49,10 +49,10 @@ def _cross(triangles, x, y, count, crossings):
         area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
         if area == 0.0:
             continue
-        first = max(int(math.ceil((min(ax, bx, cx) - x[0]) / step_x)), 0)
-        last = min(int(math.floor((max(ax, bx, cx) - x[0]) / step_x)), x.size - 1)
-        lower = max(int(math.ceil((min(ay, by, cy) - y[0]) / step_y)), 0)
-        upper = min(int(math.floor((max(ay, by, cy) - y[0]) / step_y)), y.size - 1)
+        first = max(math.ceil((min(ax, bx, cx) - x[0]) / step_x), 0)
+        last = min(math.floor((max(ax, bx, cx) - x[0]) / step_x), x.size - 1)
+        lower = max(math.ceil((min(ay, by, cy) - y[0]) / step_y), 0)
+        upper = min(math.floor((max(ay, by, cy) - y[0]) / step_y), y.size - 1)
         for i in range(first, last + 1):
             for j in range(lower, upper + 1):
                 u = ((x[i] - ax) * (cy - ay) - (cx - ax) * (y[j] - ay)) / area

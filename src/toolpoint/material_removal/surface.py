@@ -70,7 +70,7 @@ def stock_has(work, x, y, z):
         dx, dy = x - 0.5 * (work.lower[0] + work.upper[0]), y - 0.5 * (work.lower[1] + work.upper[1])
         return dx * dx + dy * dy <= radius * radius
     fx, fy = (x - work.x0) / work.spacing, (y - work.y0) / work.spacing
-    i, j = int(math.floor(fx + 0.5)), int(math.floor(fy + 0.5))
+    i, j = math.floor(fx + 0.5), math.floor(fy + 0.5)
     if i < 0 or j < 0 or i >= work.intervals.shape[0] or j >= work.intervals.shape[1]:
         return False
     for n in range(work.intervals.shape[2]):
@@ -87,7 +87,7 @@ def stock_top(work, x, y):
     if work.kind < 2:
         return work.upper[2] if stock_has(work, x, y, work.upper[2]) else -math.inf
     fx, fy = (x - work.x0) / work.spacing, (y - work.y0) / work.spacing
-    i, j = int(math.floor(fx + 0.5)), int(math.floor(fy + 0.5))
+    i, j = math.floor(fx + 0.5), math.floor(fy + 0.5)
     if i < 0 or j < 0 or i >= work.intervals.shape[0] or j >= work.intervals.shape[1]:
         return -math.inf
     top = -math.inf
@@ -100,8 +100,8 @@ def stock_top(work, x, y):
 @njit(cache=True, nogil=True)
 def _end_between(work, fx, fy, n, end):
     """Return an end of a mesh's interval between four dexels, bilinear where all have it, else the nearest one's."""
-    i, j = int(math.floor(fx)), int(math.floor(fy))
-    near_i, near_j = int(math.floor(fx + 0.5)), int(math.floor(fy + 0.5))
+    i, j = math.floor(fx), math.floor(fy)
+    near_i, near_j = math.floor(fx + 0.5), math.floor(fy + 0.5)
     nearest = work.intervals[near_i, near_j, n, end]
     if i < 0 or j < 0 or i + 1 >= work.intervals.shape[0] or j + 1 >= work.intervals.shape[1]:
         return nearest
@@ -115,8 +115,8 @@ def _end_between(work, fx, fy, n, end):
 @njit(cache=True, nogil=True)
 def cut_height(work, x, y):
     """Return the height (m) to which moves have cut at a place; infinite where none of the owners around did."""
-    i = int(math.floor((x - work.x0) / work.spacing))
-    j = int(math.floor((y - work.y0) / work.spacing))
+    i = math.floor((x - work.x0) / work.spacing)
+    j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
     i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
     j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
@@ -164,10 +164,10 @@ def box_of(work, k, radius, box):
     bulge = row[9] * (1.0 - math.cos(0.5 * row[11])) if row[6] == 1.0 else 0.0
     reach = radius + bulge
     nx, ny = work.height.shape
-    box[0] = max(int(math.ceil((min(row[0], row[3]) - reach - work.x0) / work.spacing)), 0)
-    box[1] = min(int(math.floor((max(row[0], row[3]) + reach - work.x0) / work.spacing)), nx - 1)
-    box[2] = max(int(math.ceil((min(row[1], row[4]) - reach - work.y0) / work.spacing)), 0)
-    box[3] = min(int(math.floor((max(row[1], row[4]) + reach - work.y0) / work.spacing)), ny - 1)
+    box[0] = max(math.ceil((min(row[0], row[3]) - reach - work.x0) / work.spacing), 0)
+    box[1] = min(math.floor((max(row[0], row[3]) + reach - work.x0) / work.spacing), nx - 1)
+    box[2] = max(math.ceil((min(row[1], row[4]) - reach - work.y0) / work.spacing), 0)
+    box[3] = min(math.floor((max(row[1], row[4]) + reach - work.y0) / work.spacing), ny - 1)
 
 
 @njit(cache=True, nogil=True)
@@ -270,8 +270,8 @@ def _cell(work, i, j):
         y = work.y0 + (j - 0.5 + ((n * _LATTICE_STEP) % _LATTICE_SIZE + 0.5) / _LATTICE_SIZE) * work.spacing
         z = cut_height(work, x, y)
         if work.kind == 2:
-            m = min(max(int(math.floor((x - work.x0) / work.spacing + 0.5)), 0), work.height.shape[0] - 1)
-            k = min(max(int(math.floor((y - work.y0) / work.spacing + 0.5)), 0), work.height.shape[1] - 1)
+            m = min(max(math.floor((x - work.x0) / work.spacing + 0.5), 0), work.height.shape[0] - 1)
+            k = min(max(math.floor((y - work.y0) / work.spacing + 0.5), 0), work.height.shape[1] - 1)
             if 0 <= i < work.height.shape[0] and 0 <= j < work.height.shape[1]:
                 taken += column(work, m, k, math.inf, z)
                 kept += column(work, m, k, z, -math.inf)

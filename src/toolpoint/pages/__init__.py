@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
     from toolpoint.pages.cuts.turning import turning_page
     from toolpoint.pages.first_look import first_look_page
-    from toolpoint.pages.machining.program import machining_page
     from toolpoint.pages.machines.campbell import campbell_page
     from toolpoint.pages.machines.demo import demo_page, workspace_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine import machine_page
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
+    from toolpoint.pages.machining.program import machining_page
     from toolpoint.pages.measured.correlation import correlation_page
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page

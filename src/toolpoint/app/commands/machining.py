@@ -13,7 +13,7 @@ from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Naming
-from toolpoint.app.values import AxisPositions, SourceFile
+from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_numbered_file, read_stock
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class ToolAbove:
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
-@command(steps=3)
+@command(steps=3, replace=True)
 def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
               stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|STL")],
               tool: Annotated[tuple[NumberedTool, ...], Help(
@@ -75,6 +75,10 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               drives: Annotated[SourceFile | None, Help("Drive file: feeds are those of the planner within its limits.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
                                              scale=1e-3, minimum=0)] = 0.0,
+              with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
+                                                name="--advice")] = False,
+              write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
+                                                    "implies --advice.")] = None,
               above: ToolAbove, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
@@ -95,7 +99,11 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         planned=None if drives is None else studies.planned_limits(io.read_drives(drives)), **values)
     parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
     text = program.read_text(encoding="utf-8-sig", errors="replace")
-    result = studies.run_program(parsed, setup, known, name=program.name, text=text, progress=run.progress_of_parts())
+    result = studies.run_program(parsed, setup, known, name=program.name, text=text, with_advice=with_advice or
+                                 write is not None, progress=run.progress_of_parts())
+    if result.advice is not None:
+        factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
+        run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))
     run.present(pages.machining_page, result, run.warnings, notes=[*result.doubts, *result.notes])
 
 

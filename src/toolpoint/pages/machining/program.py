@@ -24,7 +24,7 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
                     subtitle=f"{result.setup.stock.words}; {len(result.laid.numbers)} tools")
     cutting = np.flatnonzero(result.blocks.verdict > 0)
     if cutting.size:
-        report = report.with_section("Blocks, worst first", _worst(result), *(advice.words for advice in result.advice))
+        report = report.with_section("Blocks, worst first", _worst(result), *_advice(result))
         report = report.with_section("The path in space", *_views(result))
         report = report.with_section("Over the time of the program", *_course(result))
     report = report.with_section("The whole program", Table(["quantity", "value"], result.figures), *_text(result))
@@ -39,6 +39,10 @@ def _worst(result: MachiningStudy) -> Table:
         text = result.text[line - 1].strip() if 0 < line <= len(result.text) else ""
         rows.append([cells[0], Cell(cells[1], MARK_OF_VERDICT.get(cells[1], "")), *cells[2:], text[:60]])
     return Table([*HEADER, "block"], rows, "The first line is the most doubtful; depth and limit are axial depths at the block's own arc")
+
+
+def _advice(result: MachiningStudy) -> list[str]:
+    return [] if result.advice is None else result.advice.words.split("\n")
 
 
 def _views(result: MachiningStudy) -> list[object]:

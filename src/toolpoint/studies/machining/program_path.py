@@ -16,6 +16,7 @@ from toolpoint.material_removal import Moves, split_moves
 from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
 
 SAFE_HEIGHT = 0.1  # m above the stock, of moves whose height the program does not hold
+_SPEED_PATTERN = re.compile(r"(?<![A-Z#])S\s*=?\s*\d")
 _REFERENCE_PATTERN = re.compile(r"\bG\s*0?(28|30|53)\b")
 
 
@@ -104,7 +105,7 @@ def _raised(path: Path, text: str, height: float) -> Path:
         if not path.rapid[k]:
             is_up = False
             continue
-        if is_up and k == 0 or is_up:
+        if (is_up and k == 0) or is_up:
             start[k, 2] = max(start[k, 2], height)
         climbs = path.end[k, 2] != path.start[k, 2]
         if reference[k]:
@@ -132,6 +133,19 @@ def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, s
     moving = np.where(time > 0, lengths / np.where(time > 0, time, 1.0), path.feed)
     return moving, time + path.dwell, (f"feeds are means of each block by the planner (speed {60e3 * setup.planned.speed:g} "
                                        f"mm/min, {setup.planned.acceleration:g} m/s^2, {setup.planned.jerk:g} m/s^3)")
+
+
+def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:
+    """Return the lines that hold a word S, by the number of the tool that cuts next."""
+    cutting = np.flatnonzero(~laid.path.rapid)
+    lines = dict[int, list[int]]()
+    for number, line in enumerate(text.splitlines(), 1):
+        if not _SPEED_PATTERN.search(re.sub(r"\([^)]*\)|;.*", "", line.upper())):
+            continue
+        following = cutting[laid.path.line[cutting] >= number]
+        if following.size:
+            lines.setdefault(int(laid.tool[following[0]]), []).append(number)
+    return lines
 
 
 def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], length: float) -> list[Doubt]:

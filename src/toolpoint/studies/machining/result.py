@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
+from toolpoint.studies.machining.advice import ProgramAdvice
 from toolpoint.studies.machining.loads import LOAD_COLUMNS
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
@@ -19,6 +20,7 @@ from toolpoint.studies.text_table import text_table
 HEADER = ("line", "verdict", "depth mm", "limit mm", "chatter Hz", "arc °", "force N", "torque N m", "power W", "rev/min", "mm/min")
 WORST_ROWS = 15  # of the table
 VERDICTS = ("air", "stable", "chatters", "not known")
+AIR, STABLE, CHATTERS, UNKNOWN_VERDICT = range(4)  # places in `VERDICTS`
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,6 @@ class BlockTable:
     frequency: FloatArray
     ratio: FloatArray
     verdict: np.ndarray
-    worst_place: np.ndarray
 
     @property
     def order(self) -> np.ndarray:
@@ -68,8 +69,7 @@ class MachiningStudy(NotebookText):
     classes: int
     solutions: int
     text: tuple[str, ...] = ()
-    advice: tuple[Any, ...] = field(default=())
-    spread: str = ""
+    advice: ProgramAdvice | None = None
 
     @property
     def chatter_blocks(self) -> np.ndarray:
@@ -136,9 +136,8 @@ class MachiningStudy(NotebookText):
     def table(self) -> str:
         """Return answer, doubts, figures and the worst blocks as text."""
         lines = [*mark_notes(self.doubts), self.answer, *(f"{name:28s} {value}" for name, value in self.figures)]
-        lines += [self.spread] if self.spread else []
         lines += [text_table("Blocks, worst first", HEADER, self.worst_rows())]
-        lines += [advice.words for advice in self.advice]
+        lines += [self.advice.words] if self.advice is not None else []
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -153,7 +152,7 @@ class MachiningStudy(NotebookText):
                 "removed_m3": self.removed.total_volume, "arc_error_rad": self.error_angle, "engagements": self.classes,
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place), "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "advice": [advice.to_dict() for advice in self.advice], "notes": list(self.notes)}
+                "blocks": blocks, "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return f"MachiningStudy({self.name!r}, {self.blocks.line.size} blocks, {self.chatter_blocks.size} chatter)"

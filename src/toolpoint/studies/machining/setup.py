@@ -12,7 +12,7 @@ from toolpoint.cutting.build import coefficients_of, tool_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.drives.program.jerk_profile import JerkLimits
 from toolpoint.material_removal import Holder, MillShape, Stock
-from toolpoint.material_removal.removal import DEFAULT_SLICES, SPACING_RATIO
+from toolpoint.material_removal.removed import DEFAULT_SLICES, SPACING_RATIO
 
 STEP_RATIO = 1 / 4  # of the tool's radius: longest piece of a move
 MAX_DEXELS_WITHOUT_WORD = 2_000_000  # of a grid where no spacing is given: 60 MB
