@@ -113,6 +113,7 @@ def _change_line(number: int, code: str, modal: _Modal, factors: SpeedAndFeed, *
     old = []
     if (word := _search(_SPEED_WORD, code)) and number in factors.speed:
         value = float(word[2]) * factors.speed[number]
+    if word and number in factors.speed and f"{value:.0f}" != f"{float(word[2]):.0f}":
         code, old = f"{code[:word.start()]}S{word[1]}{value:.0f}{code[word.end():]}", [word[0].strip()]
     word = None if _DWELL.search(code.upper()) else _search(_FEED_WORD, code)
     if word:

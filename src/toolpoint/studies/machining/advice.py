@@ -18,8 +18,8 @@ from toolpoint.studies.machining.setup import MachiningSetup
 
 DEPTH_MARGIN = 0.1  # of the depth: stable speeds are those with so much in hand
 SPEED_RANGE = (0.4, 1.3)  # of the programmed speed, unless the spindle turns less
-SPEED_COUNT = 73  # speeds looked at
-MAX_JUDGED_CLASSES = 60  # by depth; the chosen speed is then checked on all
+SPEED_COUNT = 49  # speeds looked at
+MAX_JUDGED_CLASSES = 30  # by depth; the chosen speed is then checked on all
 LIMIT_FRACTION = 0.9  # of a limit of power, torque or bending that a feed may use
 MAX_FEED_FACTOR, MIN_FEED_FACTOR = 2.0, 0.2  # of the feed per tooth
 MAX_TRIED_SPEEDS = 6  # checked on all engagements, the fastest first
@@ -73,18 +73,19 @@ class ProgramAdvice:
     time_after: float
     power_after: float
     force_after: float
+    unmet: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
         """Advice in words, a line a tool, and the time."""
         lines = [tool.words for tool in self.tools]
         return "\n".join([*lines, f"With these speeds and feeds the program takes {self.time_after:.1f} s in place of {self.time_before:.1f} s; "
-                          f"largest force {self.force_after:.0f} N, largest power {self.power_after:.0f} W."])
+                          f"largest force {self.force_after:.0f} N, largest power {self.power_after:.0f} W.", *self.unmet])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers."""
         return {"tools": [tool.to_dict() for tool in self.tools], "time_before_s": self.time_before, "time_after_s": self.time_after,
-                "power_after_w": self.power_after, "force_after_n": self.force_after}
+                "power_after_w": self.power_after, "force_after_n": self.force_after, "unmet": list(self.unmet)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +140,16 @@ def advise(case: AdviceCase, speed_lines: dict[int, list[int]], progress: Callab
     after = np.where(cutting, moving / written, moving) + laid.path.dwell
     by_line = {line: t.speed / t.programmed for t in tools for line in speed_lines.get(t.tool, []) if t.speed != t.programmed}
     return ProgramAdvice(tuple(tools), by_line, of_line, float(laid.time.sum()), float(after.sum()), float(loads.power.max(initial=0.0)),
-                         float(loads.lateral.max(initial=0.0)))
+                         float(loads.lateral.max(initial=0.0)), _unmet(case, loads))
+
+
+def _unmet(case: AdviceCase, loads: PlaceLoads) -> tuple[str, ...]:
+    """Return the limits that no feed keeps: edge forces do not fall with it."""
+    limits = case.setup.limits
+    return tuple(f"No feed keeps the limit of {what}: {getattr(loads, column).max():.4g} {unit} stay of {limit:.4g} {unit}; take less depth."
+                 for what, column, limit, unit in (("power", "power", limits.power, "W"), ("torque", "peak_torque", limits.torque, "N m"),
+                                                   ("bending", "bending", limits.bending, "N m"))
+                 if getattr(loads, column).max(initial=0.0) > limit)
 
 
 def _advise_tool(case: AdviceCase, number: int) -> tuple[ToolAdvice, float]:

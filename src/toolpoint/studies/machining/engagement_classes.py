@@ -50,9 +50,12 @@ def arcs_of_places(removed: RemovedMaterial) -> PlaceArcs:
         ratio = slice_edges(shape, removed.reach[place[rows]], arcs.shape[1])[..., 2] / shape.radius
         clipped = np.clip(arcs[rows], 0.0, np.pi)
         arcs[rows] = np.arccos(np.cos(clipped) * ratio[..., None, None])
-    with np.errstate(invalid="ignore"):
-        entry, leave = np.nanmin(arcs[..., 0], axis=(1, 2)), np.nanmax(arcs[..., 1], axis=(1, 2))
-        inner_entry, inner_leave = np.nanmax(arcs[:, :, 0, 0], axis=1), np.nanmin(np.nanmax(arcs[..., 1], axis=2), axis=1)
+    # Slices without an arc take no part: infinities of the sign that loses.
+    entries, exits = np.where(np.isnan(arcs[..., 0]), np.inf, arcs[..., 0]), np.where(np.isnan(arcs[..., 1]), -np.inf, arcs[..., 1])
+    entry, leave = entries.min(axis=(1, 2)), exits.max(axis=(1, 2))
+    first_entries, last_exits = entries[:, :, 0], exits.max(axis=2)
+    inner_entry = np.where(np.isfinite(first_entries), first_entries, -np.inf).max(axis=1)
+    inner_leave = np.where(np.isfinite(last_exits), last_exits, np.inf).min(axis=1)
     is_hull = (inner_entry - entry > ARC_STEP) | (leave - inner_leave > ARC_STEP) | (removed.arc_count[place] > 1)
     entry = np.minimum(entry, np.pi - _MIN_ARC)
     leave = np.maximum(np.minimum(leave, np.pi), entry + _MIN_ARC)

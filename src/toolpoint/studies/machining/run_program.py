@@ -76,7 +76,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
-        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice)
+        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 
