@@ -16,13 +16,14 @@ from numba import njit
 from toolpoint.material_removal.envelope import profile
 from toolpoint.material_removal.surface import has_material
 
-SAMPLE_ANGLE = 0.0873  # rad (5 degrees) between samples of a slice: an arc between two of them is missed
+SAMPLE_ANGLE = 0.1048  # rad (6 degrees) between samples of a slice: an arc between two of them is missed
 MAX_ARCS = 3  # of a slice; further ones are joined to the last
 _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
-_ARC_BISECTIONS = 10  # halvings of 5 degrees: 0.005 degrees
+_ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
+_WIDE_MARGIN = 1  # dexels further out, whose owners are asked at the ends of an arc too
 _OUTSIDE = 1e-6  # of the radius: how far outside the tool material is looked for
 _REACH_MARGIN = 1.5  # cells, by which the reach is taken too wide before the slices show where the edge cuts
-_REACH_ROUNDS, _REACH_FRACTION = 4, 0.75  # slices are laid anew, so often at most, where fewer of them cut
+_REACH_ROUNDS, _REACH_BISECTIONS = 2, 6  # slices are laid anew, so often at most, to an end that is bisected, where not all cut
 
 
 @njit(cache=True, nogil=True)
@@ -73,14 +74,14 @@ def chip_range(kappa, level, rise):
 
 
 @njit(cache=True, nogil=True)
-def is_cut(work, tip, way, edge, phi):
-    """Whether there is material just outside the edge (height, kappa, radius) at an angle phi."""
+def is_cut(work, tip, way, edge, phi, margin=0):
+    """Whether there is material just outside the edge (height, kappa, radius) at an angle phi; margin as in `has_material`."""
     s, c = math.sin(phi), math.cos(phi)
     nx, ny = s * way[0] - c * way[1], s * way[1] + c * way[0]
     height, kappa, radius = edge
     gap = _OUTSIDE * (radius + 1e-3)
     r = radius + gap * math.sin(kappa)
-    return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa))
+    return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa), margin)
 
 
 @njit(cache=True, nogil=True)
@@ -131,20 +132,47 @@ def slice_arcs(work, tip, way, edge, limits, arcs):
             if now:
                 entry = 0.5 * (a + b)
             else:
-                count = _keep_arc(arcs, count, entry, 0.5 * (a + b))
+                count = _keep_arc(work, tip, way, edge, (entry, 0.5 * (a + b)), arcs, count)
         before, previous = now, phi
     if before:
-        count = _keep_arc(arcs, count, entry, limits[1])
+        count = _keep_arc(work, tip, way, edge, (entry, limits[1]), arcs, count)
     return count
 
 
 @njit(cache=True, nogil=True)
-def _keep_arc(arcs, count, entry, leave):
+def _keep_arc(work, tip, way, edge, ends, arcs, count):
+    """Write an arc whose ends also the owners of further dexels leave standing; drop one of which they leave nothing."""
+    entry = _checked_end(work, tip, way, edge, ends[0], ends[1])
+    if math.isnan(entry):
+        return count
+    leave = _checked_end(work, tip, way, edge, ends[1], entry)
     if count < arcs.shape[0]:
         arcs[count, 0], arcs[count, 1] = entry, leave
     else:
         arcs[arcs.shape[0] - 1, 1] = leave
     return count + 1
+
+
+@njit(cache=True, nogil=True)
+def _checked_end(work, tip, way, edge, end, other):
+    """Return the end of an arc moved towards its other end to where there is material by a wider look; not a number for none."""
+    width = other - end
+    previous = end + math.copysign(min(_EDGE_NUDGE, 0.25 * abs(width)), width)
+    if is_cut(work, tip, way, edge, previous, _WIDE_MARGIN):
+        return end
+    number = int(math.ceil(abs(width) / SAMPLE_ANGLE)) + 1
+    for k in range(1, number + 1):
+        phi = end + width * k / (number + 1)
+        if is_cut(work, tip, way, edge, phi, _WIDE_MARGIN):
+            for _ in range(_ARC_BISECTIONS):
+                middle = 0.5 * (previous + phi)
+                if is_cut(work, tip, way, edge, middle, _WIDE_MARGIN):
+                    phi = middle
+                else:
+                    previous = middle
+            return 0.5 * (previous + phi)
+        previous = phi
+    return math.nan
 
 
 @njit(cache=True, nogil=True)
@@ -163,16 +191,40 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
     reach = reach_at(work, tip, shape, highest)
     if reach <= 0.0:
         return 0.0, 0
-    slices, most = arcs.shape[0], 0
+    most, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
     for _ in range(_REACH_ROUNDS):
-        arcs[:] = math.nan
-        total, upper = edge_length(reach, shape), 0
-        for k in range(slices):
-            edge = edge_at((k + 0.5) / slices * total, shape)
-            number = slice_arcs(work, tip, way, edge, chip_range(edge[1], level, feed[2]), arcs[k])
-            most = max(most, number)
-            upper = k + 1 if number > 0 else upper
-        if upper == 0 or upper >= _REACH_FRACTION * slices:
+        if upper == 0 or upper == arcs.shape[0]:
             break
-        reach = edge_at(upper / slices * total, shape)[0]
+        reach = _upper_end(work, tip, (way, level, feed[2]), shape, (reach, upper), arcs)
+        most, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
     return (reach if upper > 0 else 0.0), most
+
+
+@njit(cache=True, nogil=True)
+def _lay_slices(work, tip, feed, shape, reach, arcs):
+    """Write the arcs of slices laid over a reach; return the largest number of arcs and that of slices up to the highest cut."""
+    way, level, rise = feed
+    slices, most, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
+    arcs[:] = math.nan
+    for k in range(slices):
+        edge = edge_at((k + 0.5) / slices * total, shape)
+        number = slice_arcs(work, tip, way, edge, chip_range(edge[1], level, rise), arcs[k])
+        most = max(most, number)
+        upper = k + 1 if number > 0 else upper
+    return most, upper
+
+
+@njit(cache=True, nogil=True)
+def _upper_end(work, tip, feed, shape, laid, arcs):
+    """Return the height (m) at which the edge stops to cut, bisected between the highest slice that does and the next."""
+    way, level, rise = feed
+    total, slices = edge_length(laid[0], shape), arcs.shape[0]
+    a, b = (laid[1] - 0.5) / slices * total, (laid[1] + 0.5) / slices * total
+    for _ in range(_REACH_BISECTIONS):
+        middle = 0.5 * (a + b)
+        edge = edge_at(middle, shape)
+        if slice_arcs(work, tip, way, edge, chip_range(edge[1], level, rise), arcs[0]) > 0:
+            a = middle
+        else:
+            b = middle
+    return edge_at(0.5 * (a + b), shape)[0]

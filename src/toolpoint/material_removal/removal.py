@@ -44,7 +44,7 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
     height = np.empty(dexels.intervals.shape[:2])
     begin_heights(dexels.intervals, height)
     joined, final = moves.joined()
-    work = Work(dexels.x, dexels.y, dexels.spacing, height, np.full(height.shape, -1, np.int32), dexels.intervals,
+    work = Work(dexels.x, dexels.y, dexels.spacing, height, *np.full((2, *height.shape), -1, np.int32), dexels.intervals,
                 np.ascontiguousarray(moves.rows), joined, final, np.zeros(1, np.int64),
                 np.array([shape.array for shape in shapes]), stock.kind, np.array(stock.lower), np.array(stock.upper))
     piece, at_start = places_of(moves)

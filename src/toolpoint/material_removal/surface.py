@@ -1,6 +1,6 @@
 """Compiled surface of the work while it is cut: dexels that know which move cut them last, and what lies between them.
 
-A dexel keeps the height of what is left and the piece of a move that made it (its owner; -1 uncut). Between dexels the surface is
+A dexel keeps the height of what is left, the piece of a move that made it (its owner; -1 uncut), and that of the move before. Between dexels the surface is
 the lowest envelope of the owners around, each with its whole move up to now (`joined`): walls and cusps lie where the moves put
 them, not where the grid has its lines, and not where one piece ends. What a move cut without owning a dexel nearby (slivers
 narrower than the spacing) is not seen: the error of an arc that two spacings show.
@@ -35,6 +35,7 @@ class Work(NamedTuple):
     spacing: float
     height: np.ndarray
     owner: np.ndarray
+    before: np.ndarray
     intervals: np.ndarray
     moves: np.ndarray
     joined: np.ndarray
@@ -120,30 +121,44 @@ def cut_height(work, x, y):
     nx, ny = work.owner.shape
     i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
     j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
-    a, b, c, d = move_of(work, i0, j0), move_of(work, i1, j0), move_of(work, i0, j1), move_of(work, i1, j1)
-    if a == b and a == c and a == d:
-        return math.inf if a < 0 else lowest(work.joined, work.shapes, a, x, y)
-    least = math.inf if a < 0 else lowest(work.joined, work.shapes, a, x, y)
-    if b >= 0 and b != a:
-        least = min(least, lowest(work.joined, work.shapes, b, x, y))
-    if c >= 0 and c != a and c != b:
-        least = min(least, lowest(work.joined, work.shapes, c, x, y))
-    if d >= 0 and d != a and d != b and d != c:
-        least = min(least, lowest(work.joined, work.shapes, d, x, y))
+    least = math.inf
+    for m in (i0, i1):
+        for n in (j0, j1):
+            for layer in range(2):
+                k = move_of(work, layer, m, n)
+                if k >= 0:
+                    least = min(least, lowest(work.joined, work.shapes, k, x, y))
     return least
 
 
 @njit(cache=True, nogil=True, inline="always")
-def move_of(work, i, j):
-    """Return the row of `joined` that holds the move which cut a dexel last, as far as it has come; -1 uncut."""
-    k = work.owner[i, j]
+def move_of(work, layer, i, j):
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of the one before it), as far as it has come; -1 none."""
+    k = work.owner[i, j] if layer == 0 else work.before[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
 @njit(cache=True, nogil=True)
-def has_material(work, x, y, z):
-    """Whether there is material at a place now."""
-    return stock_has(work, x, y, z) and z < cut_height(work, x, y)
+def has_material(work, x, y, z, margin):
+    """Whether there is material at a place now: as `cut_height`, ended by the first owner that has cut below it.
+
+    margin : further dexels on each side whose owners are asked: 0 suffices but where three moves meet.
+    """
+    if not stock_has(work, x, y, z):
+        return False
+    i = math.floor((x - work.x0) / work.spacing)
+    j = math.floor((y - work.y0) / work.spacing)
+    nx, ny = work.owner.shape
+    previous = -1
+    for layer in range(2):
+        for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
+            for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
+                k = move_of(work, layer, m, n)
+                if k >= 0 and k != previous:
+                    if lowest(work.joined, work.shapes, k, x, y) <= z:
+                        return False
+                    previous = k
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -194,6 +209,9 @@ def cut_move(work, k, box, place):
                 if before - z > place[0]:
                     place[0], place[1], place[2], place[3] = before - z, x, y, z
                 length += column(work, i, j, before, z)
+                owner = work.owner[i, j]
+                if owner >= 0 and work.final[owner] != work.final[k]:
+                    work.before[i, j] = owner  # a pass above on the same line keeps its walls
                 work.height[i, j], work.owner[i, j] = z, k
     return length * work.spacing * work.spacing, is_near
 
