@@ -1,4 +1,4 @@
-"""A program on a machine: loads by the laws, verdicts of the exact engine, advice that holds, programs written anew, refusals."""
+"""A program on a machine: loads by the laws, verdicts of the engine, advice that holds, programs written anew, refusals."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ def _tip(frequency: float = 900.0) -> Any:
     return studies.modal_dynamics(modes)
 
 
-def _run(text: str, *, dynamics: Any = None, stock: Stock = BLOCK, cut: dict[str, Any] | None = None, **values: Any) -> MachiningStudy:
+def _run(text: str, *, dynamics: Any = None, stock: Stock = BLOCK, cut: dict[str, Any] | None = None,
+         **values: Any) -> MachiningStudy:
     advice = values.pop("with_advice", False)
     described = CuttingDescription.of(**{**CUT, **(cut or {})})
     setup = studies.describe_machining(stock, described, spacing=0.4 * MM, **values)
@@ -60,7 +61,8 @@ def test_loads_of_a_slot_are_those_of_the_force_law(corner_radius: float) -> Non
     """Within 1 % of `rigid_forces` in the middle of a slot, also of bull noses and balls."""
     result = _run(PROGRAM.format(speed=12000, depth=3), cut={"corner_radius": corner_radius})
     described = CuttingDescription.of(**CUT, corner_radius=corner_radius)
-    problem = MillingProblem(tool_of(described), Engagement.slot(), coefficients_of(described), _tip().response, "tool:+x", "tool:+y",
+    problem = MillingProblem(tool_of(described), Engagement.slot(), coefficients_of(described), _tip().response, "tool:+x",
+                             "tool:+y",
                              feed_per_tooth=0.04 / (12000 / 60 * 4))
     exact = rigid_forces(problem, 3 * MM, np.linspace(0, np.pi / 2, 721), slices=400)
     block, k = _line(result, 6), result.laid.moves.block[result.removed.piece]
@@ -87,7 +89,8 @@ def test_verdicts_are_those_of_the_exact_engine() -> None:
     assert arcs is not None and margins is not None
     assert margins.stable.any() and not margins.stable.all()
     for m in range(0, arcs.place.size, 10):
-        problem = MillingProblem(tool_of(described), Engagement(float(arcs.entry[m]), float(arcs.exit[m])), coefficients_of(described),
+        problem = MillingProblem(tool_of(described), Engagement(float(arcs.entry[m]), float(arcs.exit[m])),
+                                 coefficients_of(described),
                                  _tip().response, "tool:+x", "tool:+y", feed_angle=float(arcs.angle[m]))
         chart = stability.chart(problem, np.array([12000.0]), depth_max=1.4 * MM)
         assert bool(chart.stable(arcs.depth[m:m + 1])[0, 0]) is bool(margins.stable[m])
@@ -109,7 +112,7 @@ def test_advice_holds_when_the_written_program_is_run(tmp_path: Path) -> None:
 
 def test_a_limit_of_power_lowers_the_feed() -> None:
     result = _run(PROGRAM.format(speed=12000, depth=3), dynamics=_tip(), with_advice=True, cut=STRAIGHT,
-                  limits=studies.MachineLimits(power=1500.0))
+                  limits=studies.CuttingLimits(power=1500.0))
     assert any(doubt.what == "spindle power" and doubt.grave for doubt in result.doubts)
     assert result.advice is not None and result.advice.power_after <= 1500
 
@@ -129,7 +132,7 @@ def test_a_gouge_is_named_with_its_line() -> None:
     c = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * [0.05, 0.06, 0.0175] + [0, -0.03, -0.02]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     part = np.array([[c[a], c[b], c[d]] for a, b, d, _ in quads] + [[c[a], c[b], c[d]] for a, _, b, d in quads])
-    result = _run(PROGRAM.format(speed=12000, depth=3), part=part)
+    result = _run(PROGRAM.format(speed=12000, depth=3), part=1e3 * part)
     (gouge,) = [doubt for doubt in result.doubts if doubt.what == "gouge"]
     assert "cuts 0.5 mm into the part" in gouge and gouge.grave
 

@@ -1,8 +1,8 @@
 r"""Compiled arcs of cut: over which angles of every slice of the tool there is material just outside it, and a chip to take.
 
-Angles as in a cut: phi clockwise from y, x along the feed; :math:`n = \sin\phi\, u + \cos\phi\, v`. At the axial immersion angle
-kappa the outward normal of the edge is (sin kappa n, -cos kappa); where its share of the feed is above zero a chip is taken. The
-ends of an arc are bisected between samples on either side.
+Angles as in a cut: phi clockwise from y, x along the feed; :math:`n = \sin\phi\, u + \cos\phi\, v`. At the axial immersion
+angle kappa the outward normal of the edge is (sin kappa n, -cos kappa); where its share of the feed is above zero a chip is
+taken. The ends of an arc are bisected between samples on either side.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -155,12 +155,12 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
 
 @njit(cache=True, nogil=True)
 def _checked_end(work, tip, way, edge, end, other):
-    """Return the end of an arc moved towards its other end to where there is material by a wider look; not a number for none."""
+    """Return the end of an arc moved inwards to where there is material by a wider look; not a number for none."""
     width = other - end
     previous = end + math.copysign(min(_EDGE_NUDGE, 0.25 * abs(width)), width)
     if is_cut(work, tip, way, edge, previous, _WIDE_MARGIN):
         return end
-    number = int(math.ceil(abs(width) / SAMPLE_ANGLE)) + 1
+    number = math.ceil(abs(width) / SAMPLE_ANGLE) + 1
     for k in range(1, number + 1):
         phi = end + width * k / (number + 1)
         if is_cut(work, tip, way, edge, phi, _WIDE_MARGIN):
@@ -202,7 +202,7 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
 
 @njit(cache=True, nogil=True)
 def _lay_slices(work, tip, feed, shape, reach, arcs):
-    """Write the arcs of slices laid over a reach; return the largest number of arcs and that of slices up to the highest cut."""
+    """Write the arcs of slices laid over a reach; return the largest number of arcs, and of slices up to the highest cut."""
     way, level, rise = feed
     slices, most, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
     arcs[:] = math.nan

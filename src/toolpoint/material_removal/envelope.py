@@ -1,9 +1,9 @@
 r"""Compiled lower envelope of an end mill along a move: the height to which material is left at a place.
 
 A tool whose profile f(d) is convex in the distance d from its axis leaves, after a straight move from P to Q,
-:math:`E(x, y) = \min_t z(t) + f(d(t))`, t over the part of the move with d(t) <= R. The minimum of a convex function: closed for
-flat ends and balls, by bisection of its slope for bull noses and cones. A level arc has its minimum where the axis is nearest.
-Rows of moves: x0 y0 z0 x1 y1 z1, kind (0 line, 1 arc in XY), centre x y, radius, start angle, sweep, shape.
+:math:`E(x, y) = \min_t z(t) + f(d(t))`, t over the part of the move with d(t) <= R. The minimum of a convex function: closed
+for flat ends and balls, by bisection of its slope for bull noses and cones. A level arc has its minimum where the axis is
+nearest. Rows of moves: x0 y0 z0 x1 y1 z1, kind (0 line, 1 arc in XY), centre x y, radius, start angle, sweep, shape.
 """
 
 # mypy: disable-error-code="no-untyped-def"

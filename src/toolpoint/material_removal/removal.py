@@ -37,28 +37,31 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
     Raises ToolpointError where the path never comes over the stock.
     """
     from toolpoint.material_removal.march import march  # brings the compiler
-    from toolpoint.material_removal.surface import Work, begin_heights, removed_volume
+    from toolpoint.material_removal.surface import Work, begin_heights, measure_volumes
 
     _check_place(moves, stock, shapes)
     dexels = stock.laid_out(settings.spacing)
     height = np.empty(dexels.intervals.shape[:2])
     begin_heights(dexels.intervals, height)
     joined, final = moves.joined()
-    work = Work(dexels.x, dexels.y, dexels.spacing, height, *np.full((2, *height.shape), -1, np.int32), dexels.intervals,
+    owners = np.full((2, *height.shape), -1, np.int32)
+    work = Work(dexels.x, dexels.y, dexels.spacing, height, owners[0], owners[1], dexels.intervals,
                 np.ascontiguousarray(moves.rows), joined, final, np.zeros(1, np.int64),
                 np.array([shape.array for shape in shapes]), stock.kind, np.array(stock.lower), np.array(stock.upper))
     piece, at_start = places_of(moves)
     is_sampled = ~moves.rapid[piece] if sampled is None else sampled
     flutes = np.array([min(shape.flute_length, _MAX_EDGE_HEIGHT) for shape in shapes])
-    result = march(work, moves, (piece, at_start, is_sampled), flutes=flutes, settings=settings, bodies=_bodies(shapes, holders),
+    result = march(work, moves, (piece, at_start, is_sampled), flutes=flutes, settings=settings, bodies=_bodies(shapes,
+            holders),
                    progress=progress)
-    total, left = removed_volume(work)
+    total, left = measure_volumes(work)
     ends = np.where(at_start[:, None], moves.rows[piece, 0:3], moves.rows[piece, 3:6])
     feed = np.where(at_start[:, None], moves.first[piece], moves.last[piece])
     collisions = tuple(Collision(COLLISION_KINDS[kind], int(moves.block[k]), (x, y, z), depth,
                                  holders[int(moves.rows[k, 12])].names[part] if kind else "")
                        for kind, k, part, (depth, x, y, z) in result.contacts)
-    return RemovedMaterial(moves, stock, tuple(shapes), settings, piece, at_start, ends, feed, result.reach, result.arcs, result.arc_count,
+    return RemovedMaterial(moves, stock, tuple(shapes), settings, piece, at_start, ends, feed, result.reach, result.arcs,
+                           result.arc_count,
                            result.volume, total, left, height, work.owner, (dexels.x, dexels.y), collisions)
 
 

@@ -1,4 +1,4 @@
-"""Removed material: volumes of the pieces of a path, their arcs of cut, the work that is left, and contacts that must not be."""
+"""Removed material: volumes of the pieces of a path, their arcs of cut, the work that is left, and collisions."""
 
 from __future__ import annotations
 

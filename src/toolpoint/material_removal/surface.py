@@ -1,9 +1,10 @@
 """Compiled surface of the work while it is cut: dexels that know which move cut them last, and what lies between them.
 
-A dexel keeps the height of what is left, the piece of a move that made it (its owner; -1 uncut), and that of the move before. Between dexels the surface is
-the lowest envelope of the owners around, each with its whole move up to now (`joined`): walls and cusps lie where the moves put
-them, not where the grid has its lines, and not where one piece ends. What a move cut without owning a dexel nearby (slivers
-narrower than the spacing) is not seen: the error of an arc that two spacings show.
+A dexel keeps the height of what is left, the piece of a move that made it (its owner; -1 uncut), and that of the move
+before. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to now
+(`joined`): walls and cusps lie where the moves put them, not where the grid has its lines, and not where one piece ends.
+What a move cut without owning a dexel nearby (slivers narrower than the spacing) is not seen: the error of an arc that two
+spacings show.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -26,8 +27,8 @@ _WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend m
 class Work(NamedTuple):
     """Arrays of the work in a form that kernels read: grid, heights and owners, moves, shapes, stock.
 
-    joined : rows from the beginning of each piece's move to the piece's end; final : last piece of each piece's move; now : (1,)
-    the piece that was cut last.
+    joined : rows from the beginning of each piece's move to the piece's end; final : last piece of each piece's move; now :
+    (1,) the piece that was cut last.
     """
 
     x0: float
@@ -133,7 +134,7 @@ def cut_height(work, x, y):
 
 @njit(cache=True, nogil=True, inline="always")
 def move_of(work, layer, i, j):
-    """Return the row of `joined` of the move that cut a dexel last (layer 1: of the one before it), as far as it has come; -1 none."""
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of the one before), as far as it came; -1 none."""
     k = work.owner[i, j] if layer == 0 else work.before[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
@@ -238,8 +239,8 @@ def touch_move(work, k, body, lift, box, place):
 
 
 @njit(cache=True, nogil=True)
-def removed_volume(work):
-    """Return the volume (m^3) taken away and what is left: cells where owners change are sampled finer on the exact envelopes."""
+def measure_volumes(work):
+    """Return the volumes (m^3) taken away and left: cells with walls are sampled finer on the exact envelopes."""
     nx, ny = work.height.shape
     removed, left = 0.0, 0.0
     for i in range(-1, nx + 1):

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         stock_of,
     )
     from toolpoint.studies.machining.run_program import run_program
-    from toolpoint.studies.machining.setup import MachineLimits, MachiningSetup
+    from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
@@ -92,11 +92,11 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "CuttingLimits",
     "CuttingTest",
     "Dask",
     "DepthLimit",
     "Factor",
-    "MachineLimits",
     "MachiningSetup",
     "Measurement",
     "MillingSetup",
@@ -243,7 +243,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.tried_cuts": ("hear_tried",),
     "machining.described_setup": ("cuts_of_options", "describe_machining", "planned_limits", "stock_of"),
     "machining.run_program": ("run_program",),
-    "machining.setup": ("MachineLimits", "MachiningSetup"),
+    "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
@@ -17,9 +17,7 @@ from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_numbered_file, read_stock
 
 if TYPE_CHECKING:
-    from toolpoint.cutting.description import CuttingDescription
     from toolpoint.machine import Machine
-    from toolpoint.material_removal import Stock
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
@@ -49,10 +47,14 @@ class ProgramDynamics:
             return None
         return Dynamics(Naming(), frf=self.frf, frf_x=self.frf_x, frf_y=self.frf_y, modes=self.modes).read()
 
+    def machine_of(self, source: Machine | ToolDynamics | None) -> Machine | None:
+        """Return the machine among what was read."""
+        return None if self.machine is None else cast("Machine", source)
+
 
 @dataclass(frozen=True)
 class ToolAbove:
-    """What is above the edges, and what must not be passed."""
+    """Bodies above the edges, and limits of spindle and tool."""
 
     stick_out: Annotated[float, Help("From the tip to the holder, mm; bending is taken there.", scale=1e-3, minimum=0)] = 0.0
     holder: Annotated[float, Help("Diameter of the holder, mm: it must not meet the work.", scale=1e-3, minimum=0)] = 0.0
@@ -72,7 +74,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
-              drives: Annotated[SourceFile | None, Help("Drive file: feeds are those of the planner within its limits.")] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's within its limits.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
@@ -82,32 +84,27 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               above: ToolAbove, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
-    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file or the
-    options below; the arcs of cut come from the stock.
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
+    or the options below; the arcs of cut come from the stock.
     """
-    known = dynamics.read()
-    machine = known if dynamics.machine is not None else None
-    described = studies.cuts_of_options(machine, cut)
-    cuts: dict[int, CuttingDescription] = {number: io.read_kind(path, "cut")[1] for number, path in tool}
-    material = _stock(stock)
-    triangles = None if part is None else 1e-3 * io.read_surface(part)
-    limits = studies.MachineLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
-    values = {} if triangles is None else {"part": triangles}
-    setup = studies.describe_machining(
-        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
-        zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits,
-        planned=None if drives is None else studies.planned_limits(io.read_drives(drives)), **values)
+    source = dynamics.read()
+    described = studies.cuts_of_options(dynamics.machine_of(source), cut)
+    cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    part_faces = None if part is None else io.read_surface(part)
+    stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
+    servo = None if drives is None else io.read_drives(drives)
+    material = studies.stock_of(*stock, stock_faces)
     parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
     text = program.read_text(encoding="utf-8-sig", errors="replace")
-    result = studies.run_program(parsed, setup, known, name=program.name, text=text, with_advice=with_advice or
-                                 write is not None, progress=run.progress_of_parts())
+    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
+    setup = studies.describe_machining(
+        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
+        zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
+        planned=None if servo is None else studies.planned_limits(servo))
+    result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
+                                 or write is not None,
+                                 progress=run.progress_of_parts())
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
         run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))
     run.present(pages.machining_page, result, run.warnings, notes=[*result.doubts, *result.notes])
-
-
-def _stock(words: tuple[str, tuple[float, ...]]) -> Stock:
-    """Return the stock of its words, the file of a mesh read."""
-    kind, numbers = words
-    return studies.stock_of(kind, numbers, None if numbers else 1e-3 * io.read_surface(Path(kind)))

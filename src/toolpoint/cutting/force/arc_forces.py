@@ -1,7 +1,7 @@
 r"""Forces of a rigid cutter over arcs that differ from slice to slice: means and peaks over a revolution, compiled.
 
-The chip at the axial immersion angle kappa and angle phi is :math:`h = f (\sin\kappa \sin\phi \, u_l - \cos\kappa \, u_z)` for the
-unit feed with the share u_l across the axis and u_z along it; forces act as in `laws.rigid_forces`.
+The chip at the axial immersion angle kappa and angle phi is :math:`h = f (\sin\kappa \sin\phi \, u_l - \cos\kappa \, u_z)`
+for the unit feed with the share u_l across the axis and u_z along it; forces act as in `laws.rigid_forces`.
 
 Source: Engin, Altintas, Int. J. Machine Tools Manufacture 41 (2001) 2195, in the convention of this package.
 """
@@ -18,7 +18,7 @@ from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.tool import Tool
 
-_ANGLES_PER_PITCH = 30  # of the rotation, of a tool whose teeth are alike
+_ANGLES_PER_TOOTH = 30  # of the rotation, of a tool whose teeth are alike
 _ANGLES_PER_TURN = 180  # of one whose teeth differ
 
 
@@ -26,9 +26,9 @@ _ANGLES_PER_TURN = 180  # of one whose teeth differ
 class ArcForces:
     """Loads of many places, in the frame of the feed (x the feed's way across the axis, z the axis).
 
-    mean : (n, 3) N; lateral : (n,) largest force across the axis, N; axial : (n,) force along the axis of largest size, N, positive
-    away from the work; torque, peak_torque : (n,) mean and largest, N m; bending : (n,) largest moment about a point of the axis,
-    N m; chip : (n,) largest chip thickness, m.
+    mean : (n, 3) N; lateral : (n,) largest force across the axis, N; axial : (n,) force along the axis of largest size, N,
+    positive away from the work; torque, peak_torque : (n,) mean and largest, N m; bending : (n,) largest moment about a
+    point of the axis, N m; chip : (n,) largest chip thickness, m.
     """
 
     mean: FloatArray
@@ -62,7 +62,7 @@ def arc_forces(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, 
     """
     n = len(arcs)
     out = np.zeros((n, 9))
-    number = _ANGLES_PER_PITCH if tool.is_regular else _ANGLES_PER_TURN
+    number = _ANGLES_PER_TOOTH if tool.is_regular else _ANGLES_PER_TURN
     turn = 2 * np.pi / tool.teeth if tool.is_regular else 2 * np.pi
     teeth = np.stack([tool.angles(0.0), 2 * np.tan(tool.helix) / tool.diameter,
                       np.roll(tool.pitch, 1) * tool.teeth / (2 * np.pi)])

@@ -1,4 +1,4 @@
-"""Programs written anew with other speeds and feeds, and nothing else: words S and F in the control's own form, the old ones in comments.
+"""Programs written anew with other words S and F and nothing else, in the control's own form, the old words in comments.
 
 The text that is written is read back first: the moves must be those of the original, the feeds and speeds those asked for.
 """
@@ -50,7 +50,8 @@ class SpeedAndFeed:
 def rewritten(text: str, factors: SpeedAndFeed) -> str:
     """Return the text of a program with its words S and F multiplied, the old words in comments.
 
-    Raises ToolpointError for feeds per revolution or time, constant surface speed, and words S or F that are computed: with the line.
+    Raises ToolpointError for feeds per revolution or time, constant surface speed, and words S or F that are computed: with
+    the line.
     """
     modal, klartext = _Modal(), is_klartext(text)
     has_brackets = not klartext and "(" in text
@@ -102,7 +103,8 @@ def _code_of(line: str) -> tuple[str, str]:
 def _refuse(number: int, code: str) -> None:
     plain = re.sub(r"\([^)]*\)", "", code.upper())
     if match := _REFUSED_WORDS.search(plain):
-        raise ToolpointError(f"program: line {number} has G{match[1]}: feeds per time or revolution and constant surface speed are not "
+        raise ToolpointError(f"program: line {number} has G{match[1]}: feeds per time or revolution and constant surface "
+                             f"speed are not "
                              "written anew; post it with G94 and G97")
     if _ANY_FEED_OR_SPEED.search(plain):
         raise ToolpointError(f"program: line {number} computes its S or F; words that are computed are not written anew")
@@ -152,11 +154,12 @@ def _prove(before: str, after: str, factors: SpeedAndFeed) -> None:
     if not same:
         raise ToolpointError("program: read back, the new one moves otherwise than the original; nothing was written")
     cut = ~a.rapid
-    wanted = a.feed * np.array([factors.feed.get(int(n), 1.0) for n in a.line])
-    wrong = cut & (np.abs(b.feed - wanted) > MAX_FEED_MISMATCH * wanted)
+    meant = a.feed * np.array([factors.feed.get(int(n), 1.0) for n in a.line])
+    wrong = cut & (np.abs(b.feed - meant) > MAX_FEED_MISMATCH * meant)
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise ToolpointError(f"program: read back, line {a.line[k]} has a feed of {60e3 * b.feed[k]:g} mm/min where {60e3 * wanted[k]:g} was "
+        raise ToolpointError(f"program: read back, line {a.line[k]} has a feed of {60e3 * b.feed[k]:g} mm/min where "
+                             f"{60e3 * meant[k]:g} was "
                              "meant; nothing was written")
 
 

@@ -250,8 +250,10 @@ def read_picture_shape(text: str) -> tuple[int, int]:
 
 
 def read_stock(text: str) -> tuple[str, tuple[float, ...]]:
-    """Return kind and lengths (m) of ``box=X1,Y1,Z1,X2,Y2,Z2`` or ``cylinder=DIAMETER,BOTTOM,TOP[,X,Y]`` in mm; of the name of a
-    mesh file the kind is its path."""
+    """Return kind and lengths (m) of ``box=X1,Y1,Z1,X2,Y2,Z2`` or ``cylinder=DIAMETER,BOTTOM,TOP[,X,Y]`` in mm.
+
+    Of the name of a mesh file the kind is its path, and there are no lengths.
+    """
     kind, equals, numbers = text.partition("=")
     if not equals:
         return text, ()

@@ -15,13 +15,14 @@ RIBBON_RATIO = 0.004  # of the stock's size: half width of a ribbon
 
 def path_view(result: MachiningStudy, values: FloatArray, *, name: str, title: str, unit: str) -> ShapeView:
     """Return the cutting pieces coloured by a value of their block, and the surface of the work as it is left."""
-    moves, block = result.laid.moves, result.laid.moves.block
+    block = result.laid.moves.block
     chosen = np.flatnonzero(result.blocks.verdict[block] > 0)
     if chosen.size > MAX_DRAWN_PIECES:
-        even = chosen[np.linspace(0, chosen.size - 1, MAX_DRAWN_PIECES // 2).astype(int)]
+        regular = chosen[np.linspace(0, chosen.size - 1, MAX_DRAWN_PIECES // 2).astype(int)]
         largest = chosen[np.argsort(-values[block[chosen]], kind="stable")[:MAX_DRAWN_PIECES // 2]]
-        chosen = np.unique(np.concatenate([even, largest]))
-    nodes, triangles = _ribbons(moves.rows[chosen], float(np.max(result.setup.stock.upper - result.setup.stock.lower)))
+        chosen = np.unique(np.concatenate([regular, largest]))
+    size = float(np.max(result.setup.stock.upper - result.setup.stock.lower))
+    nodes, triangles = _ribbons(result.laid.moves.rows[chosen], size)
     surface, faces = _surface(result)
     first = len(nodes)
     scene = Scene(np.concatenate([nodes, surface]), np.concatenate([triangles, faces + first]), np.zeros((0, 2), int),
@@ -42,7 +43,7 @@ def _ribbons(rows: FloatArray, size: float) -> tuple[FloatArray, np.ndarray]:
     across = np.where(length > 0, across / np.where(length > 0, length, 1.0), [1.0, 0.0, 0.0]) * RIBBON_RATIO * size
     nodes = np.stack([start - across, start + across, end + across, end - across], axis=1).reshape(-1, 3)
     corner = 4 * np.arange(len(rows))[:, None]
-    return nodes, np.concatenate([corner + [0, 1, 2], corner + [0, 2, 3]])
+    return nodes, np.concatenate([corner + np.array([0, 1, 2]), corner + np.array([0, 2, 3])])
 
 
 def _surface(result: MachiningStudy) -> tuple[FloatArray, np.ndarray]:
@@ -55,4 +56,4 @@ def _surface(result: MachiningStudy) -> tuple[FloatArray, np.ndarray]:
     nodes = np.stack([*np.meshgrid(x, y, indexing="ij"), coarse], axis=-1).reshape(-1, 3)
     n, m = coarse.shape
     corner = (np.arange(n - 1)[:, None] * m + np.arange(m - 1)).reshape(-1, 1)
-    return nodes, np.concatenate([corner + [0, m, m + 1], corner + [0, m + 1, 1]])
+    return nodes, np.concatenate([corner + np.array([0, m, m + 1]), corner + np.array([0, m + 1, 1])])

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint.pages.machining.path_view import path_view
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Cell, Chart, Listing, Report, Table
+from toolpoint.plot import Cell, Chart, Listing, Report, ShapeView, Table
 from toolpoint.plot.figures.machining import course_over_time
 from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
 
@@ -38,16 +38,17 @@ def _worst(result: MachiningStudy) -> Table:
         line = int(cells[0])
         text = result.text[line - 1].strip() if 0 < line <= len(result.text) else ""
         rows.append([cells[0], Cell(cells[1], MARK_OF_VERDICT.get(cells[1], "")), *cells[2:], text[:60]])
-    return Table([*HEADER, "block"], rows, "The first line is the most doubtful; depth and limit are axial depths at the block's own arc")
+    return Table([*HEADER, "block"], rows, "The first line is the most doubtful; depth and limit are axial depths at the "
+                                           "block's own arc")
 
 
 def _advice(result: MachiningStudy) -> list[str]:
     return [] if result.advice is None else result.advice.words.split("\n")
 
 
-def _views(result: MachiningStudy) -> list[object]:
+def _views(result: MachiningStudy) -> list[ShapeView]:
     """Return the path coloured by what it has in hand, where that is known, and by force."""
-    blocks, views = result.blocks, []
+    blocks, views = result.blocks, list[ShapeView]()
     if (blocks.verdict == 1).any() or (blocks.verdict == 2).any():
         ratio = np.where(np.isfinite(blocks.ratio) & (blocks.ratio > 0), blocks.ratio, MAX_SHOWN_RATIO)
         demand = np.where(blocks.verdict > 0, 1 / np.clip(ratio, 1 / MAX_SHOWN_RATIO, MAX_SHOWN_RATIO), 0.0)
@@ -71,6 +72,7 @@ def _text(result: MachiningStudy) -> list[Listing]:
     verdict = dict[int, str]()
     for k in result.blocks.order[::-1].tolist():
         verdict[int(result.blocks.line[k])] = VERDICTS[result.blocks.verdict[k]]
-    shown = [f"{number:6d}  {verdict.get(number, ''):10s} {line}" for number, line in enumerate(result.text[:MAX_LISTED_LINES], 1)]
-    more = [] if len(result.text) <= MAX_LISTED_LINES else [f"... {len(result.text) - MAX_LISTED_LINES} more lines"]
-    return [Listing("The program, with its verdicts", "\n".join([*shown, *more]))]
+    lines = [f"{number:6d}  {verdict.get(number, ''):10s} {line}" for number, line in enumerate(result.text[:MAX_LISTED_LINES],
+            1)]
+    left_out = [] if len(result.text) <= MAX_LISTED_LINES else [f"... {len(result.text) - MAX_LISTED_LINES} more lines"]
+    return [Listing("The program, with its verdicts", "\n".join([*lines, *left_out]))]

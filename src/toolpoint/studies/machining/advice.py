@@ -27,7 +27,7 @@ MAX_TRIED_SPEEDS = 6  # checked on all engagements, the fastest first
 
 @dataclass(frozen=True)
 class ToolAdvice:
-    """Advice for a tool: programmed and advised speed (rev/min), blocks that chatter before and after, least limit over depth after.
+    """Advice for a tool: speeds (rev/min), blocks that chatter before and after, least limit over depth after.
 
     speed is that of the program where none is better.
     """
@@ -49,22 +49,25 @@ class ToolAdvice:
         if self.after == 0:
             hand = f"at least {100 * (self.ratio - 1):.0f} % of depth in hand" if np.isfinite(self.ratio) else \
                 "no limit within four times the depth"
-            return (f"Advice for {name}: {self.speed:.0f} rev/min in place of {self.programmed:.0f}: no block chatters ({self.before} do now), "
+            return (f"Advice for {name}: {self.speed:.0f} rev/min in place of {self.programmed:.0f}: no block chatters "
+                    f"({self.before} do now), "
                     f"{hand}.")
-        return (f"Advice for {name}: no speed from {SPEED_RANGE[0]:g} to {SPEED_RANGE[1]:g} times {self.programmed:.0f} rev/min keeps all blocks "
+        return (f"Advice for {name}: no speed from {SPEED_RANGE[0]:g} to {SPEED_RANGE[1]:g} times {self.programmed:.0f} "
+                f"rev/min keeps all blocks "
                 f"stable; at {self.speed:.0f} rev/min {self.after} chatter ({self.before} do now): depths there must fall to "
                 f"{100 * self.depth_factor:.0f} %, or the tool be stiffer.")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers."""
-        return {"tool": self.tool, "programmed_rpm": self.programmed, "advised_rpm": self.speed, "chatter_blocks_before": self.before,
+        return {"tool": self.tool, "programmed_rpm": self.programmed, "advised_rpm": self.speed,
+                "chatter_blocks_before": self.before,
                 "chatter_blocks_after": self.after, "depth_factor": self.depth_factor,
                 "least_limit_over_depth": self.ratio if np.isfinite(self.ratio) else None}
 
 
 @dataclass(frozen=True, eq=False)
 class ProgramAdvice:
-    """Advice for a whole program: `tools`; factors on the words S and F by line; time before and after, s; largest loads after."""
+    """Advice for a whole program: factors on the words S and F by line; time before and after, s; largest loads after."""
 
     tools: tuple[ToolAdvice, ...]
     speed: dict[int, float]
@@ -79,12 +82,14 @@ class ProgramAdvice:
     def words(self) -> str:
         """Advice in words, a line a tool, and the time."""
         lines = [tool.words for tool in self.tools]
-        return "\n".join([*lines, f"With these speeds and feeds the program takes {self.time_after:.1f} s in place of {self.time_before:.1f} s; "
+        return "\n".join([*lines, f"With these speeds and feeds the program takes {self.time_after:.1f} s in place of "
+                                  f"{self.time_before:.1f} s; "
                           f"largest force {self.force_after:.0f} N, largest power {self.power_after:.0f} W.", *self.unmet])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers."""
-        return {"tools": [tool.to_dict() for tool in self.tools], "time_before_s": self.time_before, "time_after_s": self.time_after,
+        return {"tools": [tool.to_dict() for tool in self.tools], "time_before_s": self.time_before,
+                "time_after_s": self.time_after,
                 "power_after_w": self.power_after, "force_after_n": self.force_after, "unmet": list(self.unmet)}
 
 
@@ -139,15 +144,18 @@ def advise(case: AdviceCase, speed_lines: dict[int, list[int]], progress: Callab
     moving = laid.time - laid.path.dwell
     after = np.where(cutting, moving / written, moving) + laid.path.dwell
     by_line = {line: t.speed / t.programmed for t in tools for line in speed_lines.get(t.tool, []) if t.speed != t.programmed}
-    return ProgramAdvice(tuple(tools), by_line, of_line, float(laid.time.sum()), float(after.sum()), float(loads.power.max(initial=0.0)),
+    return ProgramAdvice(tuple(tools), by_line, of_line, float(laid.time.sum()), float(after.sum()),
+                         float(loads.power.max(initial=0.0)),
                          float(loads.lateral.max(initial=0.0)), _unmet(case, loads))
 
 
 def _unmet(case: AdviceCase, loads: PlaceLoads) -> tuple[str, ...]:
     """Return the limits that no feed keeps: edge forces do not fall with it."""
     limits = case.setup.limits
-    return tuple(f"No feed keeps the limit of {what}: {getattr(loads, column).max():.4g} {unit} stay of {limit:.4g} {unit}; take less depth."
-                 for what, column, limit, unit in (("power", "power", limits.power, "W"), ("torque", "peak_torque", limits.torque, "N m"),
+    return tuple(f"No feed keeps the limit of {what}: {getattr(loads, column).max():.4g} {unit} stay of {limit:.4g} "
+                 f"{unit}; take less depth."
+                 for what, column, limit, unit in (("power", "power", limits.power, "W"), ("torque", "peak_torque",
+                         limits.torque, "N m"),
                                                    ("bending", "bending", limits.bending, "N m"))
                  if getattr(loads, column).max(initial=0.0) > limit)
 
@@ -171,7 +179,8 @@ def _advise_tool(case: AdviceCase, number: int) -> tuple[ToolAdvice, float]:
     best: tuple[ToolAdvice, float] | None = None
     for ratio in tried:
         changed = replace(laid, speed=np.where(laid.tool == number, laid.speed * ratio, laid.speed))
-        margins = place_margins(case.arcs, case.groups(changed), changed, case.removed.piece, solver=case.solver, pose=case.pose)
+        margins = place_margins(case.arcs, case.groups(changed), changed, case.removed.piece, solver=case.solver,
+                                pose=case.pose)
         after, least_after, depth = case.chatters(margins, number)
         advice = ToolAdvice(number, programmed, round(programmed * ratio), before, after, least_after, min(depth, 1.0))
         if best is None or after < best[0].after:

@@ -21,6 +21,7 @@ def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: PlaceLoads,
     place_depth[arcs.place] = arcs.depth
     depth = largest_of_blocks(place_depth, block, count)
     columns = {name: largest_of_blocks(getattr(loads, name), block, count) for name in LOAD_COLUMNS}
+    volume = np.bincount(laid.moves.block, removed.volume, count).astype(float)
     longest = largest_of_blocks(removed.arc_length.max(axis=1, initial=0.0), block, count)
     verdict = np.where(depth > 0, UNKNOWN_VERDICT, AIR)
     limit, error, frequency, ratio = (np.full(count, np.nan) for _ in range(4))
@@ -32,7 +33,8 @@ def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: PlaceLoads,
         depth[judged] = arcs.depth[worst_place]
         is_known = ~np.isnan(margins.limit[worst_place])
         verdict[judged] = np.where(is_known, np.where(margins.stable[worst_place], STABLE, CHATTERS), UNKNOWN_VERDICT)
-    return BlockTable(laid.path.line, np.bincount(laid.moves.block, removed.volume, count), depth, longest, columns, limit, error,
+    return BlockTable(laid.path.line, volume, depth, longest, columns, limit,
+                      error,
                       frequency, ratio, verdict)
 
 

@@ -1,4 +1,4 @@
-"""What must not touch: rapids through stock, holder, part and table, named with line and place; loads beyond limits."""
+"""Contacts that must not be (rapids, holder, part, table) with line and place, and loads beyond their limits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def contact_doubts(removed: RemovedMaterial, laid: ProgramPath) -> list[Doubt]:
     for (what, line), (depth, place) in sorted(deepest.items(), key=lambda entry: -entry[1][0]):
         kinds[what] += 1
         if kinds[what] <= MAX_LISTED_CONTACTS:
-            remedy = "raise the rapid, or place the stock as it is" if "rapid" in what else "a longer stick-out, or another way there"
+            remedy = ("raise the rapid, or place the stock as it is" if "rapid" in what
+                      else "a longer stick-out, or another way there")
             doubts.append(Doubt(what, f"line {line}, {1e3 * depth:.3g} mm deep at {place_words(place)}", remedy, grave=True))
     return [*doubts, *(Doubt(what, f"{number - MAX_LISTED_CONTACTS} more lines", grave=True) for what, number in kinds.items()
                        if number > MAX_LISTED_CONTACTS)]
@@ -51,11 +52,12 @@ def gouge_doubts(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSe
                             f"{1e3 * setup.stock.lower[2]:.4g} mm", "see that neither table nor vice is there"))
     if not len(setup.part):
         return doubts
-    top = _part_top(removed, setup)
-    below = np.where((removed.owner >= 0) & np.isfinite(top), top - removed.height, -1.0)
+    part_height = _part_top(removed, setup)
+    below = np.where((removed.owner >= 0) & np.isfinite(part_height), part_height - removed.height, -1.0)
     if below.max() > GOUGE_TOLERANCE:
         i, j = np.unravel_index(int(below.argmax()), below.shape)
-        place = (removed.origin[0] + i * removed.settings.spacing, removed.origin[1] + j * removed.settings.spacing, float(removed.height[i, j]))
+        place = (removed.origin[0] + i * removed.settings.spacing, removed.origin[1] + j * removed.settings.spacing,
+                 float(removed.height[i, j]))
         line = laid.path.line[laid.moves.block[removed.owner[i, j]]]
         doubts.append(Doubt("gouge", f"line {line} cuts {1e3 * below.max():.3g} mm into the part at {place_words(place)}",
                             "check the offset and the length of the tool", grave=True))
@@ -77,18 +79,21 @@ def _part_top(removed: RemovedMaterial, setup: MachiningSetup) -> np.ndarray:
 def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
     """Return doubts about loads beyond the stated limits, cuts above the edges, thick chips and plunges of flat ends."""
     doubts = []
-    for what, column, limit, unit in (("spindle power", "power", setup.limits.power, "W"), ("spindle torque", "peak_torque", setup.limits.torque, "N m"),
+    for what, column, limit, unit in (("spindle power", "power", setup.limits.power, "W"), ("spindle torque", "peak_torque",
+            setup.limits.torque, "N m"),
                                       ("bending of the tool", "bending", setup.limits.bending, "N m")):
         values = blocks.loads[column]
         if values.max(initial=0.0) > limit:
             k = int(values.argmax())
             doubts.append(Doubt(what, f"{values[k]:.4g} {unit} in line {blocks.line[k]}, the limit is {limit:.4g} {unit} "
-                                f"({int((values > limit).sum())} blocks beyond it)", "a lower feed, or less depth", figure=values[k] / limit - 1,
+                                f"({int((values > limit).sum())} blocks beyond it)", "a lower feed, or less depth",
+                                figure=values[k] / limit - 1,
                                 grave=True))
     fast = laid.speed[blocks.verdict > 0]
     if fast.size and fast.max() > setup.limits.speed:
         k = int(np.argmax(np.where(blocks.verdict > 0, laid.speed, 0.0)))
-        doubts.append(Doubt("spindle speed", f"{laid.speed[k]:g} rev/min in line {blocks.line[k]}, the limit is {setup.limits.speed:g} rev/min", grave=True))
+        doubts.append(Doubt("spindle speed", f"{laid.speed[k]:g} rev/min in line {blocks.line[k]}, the limit is "
+                                             f"{setup.limits.speed:g} rev/min", grave=True))
     doubts += _question_edges(removed, laid, setup)
     return doubts
 
@@ -101,12 +106,14 @@ def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: Machinin
     over = removed.reach > flutes * (1 - 1e-6)
     if over.any():
         k = int(np.argmax(over))
-        doubts.append(Doubt("edges", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: material stands as high as the edges are long, "
+        doubts.append(Doubt("edges", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: material stands as high "
+                                     f"as the edges are long, "
                             f"{1e3 * flutes[k]:g} mm, or higher", "a tool with longer edges, or less depth", grave=True))
     flat = np.array([shape.flat > 1e-6 * shape.radius for shape in removed.shapes])[shape_index]
     plunges = flat & (removed.feed[:, 2] < -MIN_PLUNGE_SLOPE) & (removed.volume[removed.piece] > 0)
     if plunges.any():
         lines = laid.path.line[laid.moves.block[removed.piece[plunges]]]
-        doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line {lines[0]}: the force of its "
+        doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line "
+                                        f"{lines[0]}: the force of its "
                             "centre is not computed", "their loads are too low"))
     return doubts

@@ -16,14 +16,14 @@ from toolpoint.machine import Machine
 from toolpoint.material_removal import Stock
 from toolpoint.studies.machining.setup import MachiningSetup
 
-StockWords = tuple[str, tuple[float, ...]]
+FILE_LENGTH_UNIT = 1e-3  # m: STL files do not say their unit; mm is usual
 
 
 def cuts_of_options(machine: Machine | None, values: Mapping[str, Any]) -> CuttingDescription:
     """Return the cut of a machine file with the given values in place, or that of the values alone.
 
-    Nothing is taken from an example: raises ToolpointError for a diameter, a number of teeth or coefficients that are missing, and
-    for a material that the table does not know.
+    Nothing is taken from an example: raises ToolpointError for a diameter, a number of teeth or coefficients that are
+    missing, and for a material that the table does not know.
     """
     if values.get("material"):
         find_material(values["material"])
@@ -31,30 +31,37 @@ def cuts_of_options(machine: Machine | None, values: Mapping[str, Any]) -> Cutti
     if described is not None:
         return described.with_values(values)
     needed = ["diameter", "teeth", *([] if values.get("material") else ["tangential", "normal"])]
-    missing = [PARAMETERS[key].option for key in needed if key not in values]
-    if missing:
-        raise ToolpointError("cut: " + ", ".join(f"`{name}`" for name in missing) + " missing; give them, or a machine file with "
+    absent = [PARAMETERS[key].option for key in needed if key not in values]
+    if absent:
+        raise ToolpointError("cut: " + ", ".join(f"`{name}`" for name in absent) + " missing; give them, or a machine "
+                                                                                    "file with "
                              "a section 'cutting' (coefficients also by `material`)")
     return CuttingDescription.of(diameter=values["diameter"], teeth=values["teeth"]).with_values(values)
 
 
 def stock_of(kind: str, numbers: tuple[float, ...] = (), triangles: FloatArray | None = None) -> Stock:
     """Return a stock: ``box`` of two corners (6 lengths), ``cylinder`` of diameter, bottom, top and, where not at zero, its
-    centre (3 or 5 lengths), or the mesh of triangles; m."""
+    centre (3 or 5 lengths), m; or the mesh of triangles of a file, mm."""
     if triangles is not None:
-        return Stock.mesh(triangles)
+        return Stock.mesh(FILE_LENGTH_UNIT * triangles)
     if kind == "box" and len(numbers) == 6:
         return Stock.box(np.array(numbers[:3]), np.array(numbers[3:]))
     if kind == "cylinder" and len(numbers) in (3, 5):
         x, y = numbers[3:] if len(numbers) == 5 else (0.0, 0.0)
         return Stock.cylinder(numbers[0], numbers[1], numbers[2], centre=(x, y))
-    fail("stock", f"{kind} of {len(numbers)} lengths", "must be box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm")
+    fail("stock", f"{kind} of {len(numbers)} lengths", "must be box=X1,Y1,Z1,X2,Y2,Z2 or "
+                                                       "cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm")
 
 
 def describe_machining(stock: Stock, cut: CuttingDescription, **values: Any) -> MachiningSetup:
-    """Return the setup of a program; see `MachiningSetup` for the values. The cut's own arc plays no part: the stock says it."""
-    plain = {number: _without_arc(other) for number, other in values.pop("cuts", {}).items()}
-    return MachiningSetup(stock, _without_arc(cut), plain, **values)
+    """Return the setup of a program, with the values of `MachiningSetup`; the cut's own arc plays no part.
+
+    part : triangles of a file, mm.
+    """
+    faces = values.pop("part", None)
+    values |= {} if faces is None else {"part": FILE_LENGTH_UNIT * faces}
+    tools = {number: _without_arc(other) for number, other in values.pop("cuts", {}).items()}
+    return MachiningSetup(stock, _without_arc(cut), tools, **values)
 
 
 def planned_limits(drives: DriveDescription) -> JerkLimits:

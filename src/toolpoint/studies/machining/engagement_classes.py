@@ -35,8 +35,8 @@ class PlaceArcs:
 def arcs_of_places(removed: RemovedMaterial) -> PlaceArcs:
     """Return the arc of every place that cuts.
 
-    The angles of a slice of radius r are taken to the largest radius R as between plane walls, cos phi = (r/R) cos phi_r, which is
-    how the stability problem takes them back. Of a cylinder the depth is the length of edge that cuts.
+    The angles of a slice of radius r are taken to the largest radius R as between plane walls, cos phi = (r/R) cos phi_r,
+    which is how the stability problem takes them back. Of a cylinder the depth is the length of edge that cuts.
     """
     depth = removed.depth
     place = np.flatnonzero(depth > 0)
@@ -51,7 +51,8 @@ def arcs_of_places(removed: RemovedMaterial) -> PlaceArcs:
         clipped = np.clip(arcs[rows], 0.0, np.pi)
         arcs[rows] = np.arccos(np.cos(clipped) * ratio[..., None, None])
     # Slices without an arc take no part: infinities of the sign that loses.
-    entries, exits = np.where(np.isnan(arcs[..., 0]), np.inf, arcs[..., 0]), np.where(np.isnan(arcs[..., 1]), -np.inf, arcs[..., 1])
+    entries, exits = np.where(np.isnan(arcs[..., 0]), np.inf, arcs[..., 0]), np.where(np.isnan(arcs[..., 1]), -np.inf,
+                                                                                      arcs[..., 1])
     entry, leave = entries.min(axis=(1, 2)), exits.max(axis=(1, 2))
     first_entries, last_exits = entries[:, :, 0], exits.max(axis=2)
     inner_entry = np.where(np.isfinite(first_entries), first_entries, -np.inf).max(axis=1)
@@ -63,13 +64,16 @@ def arcs_of_places(removed: RemovedMaterial) -> PlaceArcs:
     cylinder = np.array([shape.corner_radius == 0 for shape in removed.shapes])[shape_index]
     cut_length = removed.reach[place] * has_arc.mean(axis=1)
     feed = removed.feed[place]
-    return PlaceArcs(place, entry, leave, np.where(cylinder, cut_length, depth[place]), np.arctan2(feed[:, 1], feed[:, 0]), is_hull)
+    return PlaceArcs(place, entry, leave, np.where(cylinder, cut_length, depth[place]), np.arctan2(feed[:, 1], feed[:, 0]),
+                     is_hull)
 
 
 @dataclass(frozen=True, eq=False)
 class EngagementClasses:
-    """Groups of places: `group` (m,) of each; per group tool number, entry, exit, direction (rad), speed (rev/min), pose index and
-    the largest depth (m) in it."""
+    """Groups of places: `group` (m,) of each place.
+
+    Of each group: tool number, entry, exit and direction of feed (rad), speed (rev/min), pose index, largest depth (m).
+    """
 
     group: np.ndarray
     tool: np.ndarray
@@ -86,11 +90,12 @@ class EngagementClasses:
         return int(self.tool.size)
 
 
-def group_places(arcs: PlaceArcs, laid: ProgramPath, piece: np.ndarray, *, pose: np.ndarray, isotropic: bool) -> EngagementClasses:
+def group_places(arcs: PlaceArcs, laid: ProgramPath, piece: np.ndarray, *, pose: np.ndarray,
+                 isotropic: bool) -> EngagementClasses:
     """Return the groups of places; arcs are widened to the outer ends of their group: entry down, exit up.
 
-    A direction and its opposite are one group, as the response along a line is the same both ways; where the response is alike in
-    all directions there is one.
+    A direction and its opposite are one group, as the response along a line is the same both ways; where the response is
+    alike in all directions there is one.
     """
     block = laid.moves.block[piece[arcs.place]]
     entry = np.clip(np.floor(arcs.entry / ARC_STEP + 1e-6), 0, None).astype(int)

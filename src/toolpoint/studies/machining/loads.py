@@ -34,7 +34,7 @@ class PlaceLoads:
 def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> PlaceLoads:
     """Return the loads at every place of a removal."""
     block = laid.moves.block[removed.piece]
-    columns = {name: np.zeros(removed.piece.size) for name in (*LOAD_COLUMNS, "feed_per_tooth")}
+    columns: dict[str, FloatArray] = {name: np.zeros(removed.piece.size) for name in (*LOAD_COLUMNS, "feed_per_tooth")}
     shape_index = laid.moves.rows[removed.piece, 12].astype(int)
     for k, number in enumerate(laid.numbers):
         places = np.flatnonzero((shape_index == k) & (removed.reach > 0))

@@ -26,8 +26,9 @@ class Margins:
     """Limits at every place that cuts, (m,), as `PlaceArcs`.
 
     limit : depth of the first loss of stability, m; infinite where none lies within the searched depths; not a number where it
-    could not be computed. error : stated by the engine, m; frequency : of chatter there, Hz; stable : bools; is_own : whether the
-    place was solved with its own arc; grouping : largest change of limit/depth between group and own arc where both are known.
+    could not be computed. error : stated by the engine, m; frequency : of chatter there, Hz; stable : bools; is_own :
+    whether the place was solved with its own arc; grouping : largest change of limit/depth between group and own arc where
+    both are known.
     """
 
     limit: FloatArray
@@ -72,7 +73,7 @@ class StabilitySolver:
 
 
 def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath, piece: np.ndarray, *, solver: StabilitySolver,
-                  pose: np.ndarray, progress: Callable[[int, int], None] = lambda done, total: None) -> Margins:
+                  pose: np.ndarray, progress: Callable[[int, int], None] = lambda finished, total: None) -> Margins:
     """Return the limits of all places: those of their groups, then of the deepest places near a limit with their own arcs."""
     group_limit = np.full((classes.count, 3), np.nan)
     intervals: list[StabilityChart | None] = [None] * classes.count
@@ -88,10 +89,10 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
         progress(k + 1, classes.count)
     values = group_limit[classes.group]
     stable = np.zeros(arcs.place.size, bool)
-    for k, chart in enumerate(intervals):
+    for k, group_chart in enumerate(intervals):
         members = np.flatnonzero(classes.group == k)
-        if chart is not None:
-            stable[members] = chart.stable(arcs.depth[members])[0]
+        if group_chart is not None:
+            stable[members] = group_chart.stable(arcs.depth[members])[0]
     is_own, grouping = _solve_near(arcs, values, stable, laid, piece, solver=solver, pose=pose)
     return Margins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures))
 
@@ -100,25 +101,25 @@ def _solve_near(arcs: PlaceArcs, values: FloatArray, stable: np.ndarray, laid: P
                 solver: StabilitySolver, pose: np.ndarray) -> tuple[np.ndarray, float]:
     """Solve the places near a limit with their own arcs, the most doubtful first; return which, and the largest change."""
     ratio = values[:, 0] / arcs.depth
-    near = np.flatnonzero(np.isfinite(ratio) & (np.abs(ratio - 1) < NEAR_RATIO))
-    near = near[np.argsort(np.abs(ratio[near] - 1))][:MAX_OWN_SOLUTIONS]
+    doubtful = np.flatnonzero(np.isfinite(ratio) & (np.abs(ratio - 1) < NEAR_RATIO))
+    doubtful = doubtful[np.argsort(np.abs(ratio[doubtful] - 1))][:MAX_OWN_SOLUTIONS]
     is_own, grouping = np.zeros(arcs.place.size, bool), 0.0
-    for m in near.tolist():
+    for m in doubtful.tolist():
         block = int(laid.moves.block[piece[arcs.place[m]]])
         try:
             chart = solver.chart(int(laid.tool[block]), int(pose[arcs.place[m]]), (float(arcs.entry[m]), float(arcs.exit[m])),
                                  angle=float(arcs.angle[m]), speeds=laid.speed[block:block + 1], depth=float(arcs.depth[m]))
         except ToolpointError:
             continue
-        before = ratio[m]
         values[m] = _numbers(chart)
         stable[m], is_own[m] = bool(chart.stable(arcs.depth[m:m + 1])[0, 0]), True
         if np.isfinite(values[m, 0]):
-            grouping = max(grouping, abs(values[m, 0] / arcs.depth[m] / before - 1))
+            grouping = max(grouping, abs(values[m, 0] / arcs.depth[m] / ratio[m] - 1))
     return is_own, float(grouping)
 
 
 def _numbers(chart: StabilityChart) -> FloatArray:
     """Return limit, its error and the chatter frequency of a chart of one speed."""
     point = int(chart.limit_points()[0])
-    return np.array([chart.limit[0], chart.error[point] if point >= 0 else 0.0, chart.frequency[point] if point >= 0 else np.nan])
+    return np.array([chart.limit[0], chart.error[point] if point >= 0 else 0.0, chart.frequency[point] if point >= 0
+                     else np.nan])

@@ -21,7 +21,7 @@ _REFERENCE_PATTERN = re.compile(r"\bG\s*0?(28|30|53)\b")
 
 
 class ParsedProgram(Protocol):
-    """What a reader makes of a program: see `io.program`."""
+    """Program as a reader gives it, see `io.program`."""
 
     @property
     def path(self) -> Path:
@@ -40,7 +40,7 @@ class ParsedProgram(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed or left out."""
+        """Remarks on assumptions and words left out."""
         ...
 
 
@@ -70,20 +70,21 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
     cutting = ~path.rapid & (path.lengths > 0)
     numbers = tuple(sorted(set(tool[cutting].tolist()))) or (0,)
     _check_tools(path, tool, cutting, numbers, setup)
-    missing = cutting & (speed <= 0)
-    if missing.any() and not setup.speed:
-        k = int(np.argmax(missing))
+    unset = cutting & (speed <= 0)
+    if unset.any() and not setup.speed:
+        k = int(np.argmax(unset))
         raise ToolpointError(f"program: line {path.line[k]} cuts without a spindle speed; program S before it, or give `speed`")
-    if missing.any():
-        remarks.append(f"the program holds no S before line {path.line[int(np.argmax(missing))]}: {setup.speed:g} rev/min, as given")
+    if unset.any():
+        remarks.append(f"the program holds no S before line {path.line[int(np.argmax(unset))]}: {setup.speed:g} "
+                       f"rev/min, as given")
     speed = np.where(speed > 0, speed, setup.speed)
     feed, time, words = _feeds(path, setup)
     shapes = {number: setup.shape_of(number) for number in numbers}
     step = STEP_RATIO * min(shape.radius for shape in shapes.values())
     index = np.searchsorted(numbers, np.clip(tool, numbers[0], numbers[-1]))
-    moves = split_moves(path.start, path.end, step, kind=path.kind, center=path.center, sweep=path.sweep, plane=path.plane,
+    pieces = split_moves(path.start, path.end, step, kind=path.kind, center=path.center, sweep=path.sweep, plane=path.plane,
                         rapid=path.rapid, shape=np.minimum(index, len(numbers) - 1))
-    return ProgramPath(path, moves, speed, tool, numbers, feed, time, (*remarks, words))
+    return ProgramPath(path, pieces, speed, tool, numbers, feed, time, (*remarks, words))
 
 
 def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tuple[int, ...], setup: MachiningSetup) -> None:
@@ -91,7 +92,8 @@ def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tup
     unknown = [number for number in numbers if number not in setup.cuts]
     if len(numbers) > 1 and len(unknown) > (1 if setup.cuts else 0):
         lines = ", ".join(f"T{n} from line {path.line[int(np.argmax(cutting & (tool == n)))]}" for n in unknown)
-        raise ToolpointError(f"tools: the program cuts with {len(numbers)} tools and {len(setup.cuts)} are given by number; give "
+        raise ToolpointError(f"tools: the program cuts with {len(numbers)} tools and {len(setup.cuts)} are given by "
+                             f"number; give "
                              f"the others by number too: {lines}")
 
 
@@ -118,7 +120,8 @@ def _raised(path: Path, text: str, height: float) -> Path:
     for k in range(1, path.count):
         if not np.array_equal(start[k], end[k - 1]):
             start[k] = end[k - 1]
-    return Path(path.kind, start, end, path.center, path.sweep, path.plane, path.feed, path.stop, path.line, path.rapid, path.dwell)
+    return Path(path.kind, start, end, path.center, path.sweep, path.plane, path.feed, path.stop, path.line, path.rapid,
+                path.dwell)
 
 
 def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, str]:
@@ -158,12 +161,12 @@ def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[s
         places = np.concatenate([path.start[:, k], path.end[:, k]]) + zero.get(letter, 0.0)
         cut = ~np.concatenate([path.rapid, path.rapid])
         line = np.concatenate([path.line, path.line])
-        beyond = np.maximum(lower - places, places - upper)
-        beyond[~cut] = -1.0
-        worst = int(np.argmax(beyond))
-        if beyond[worst] > 1e-9:
+        excess = np.where(cut, np.maximum(lower - places, places - upper), -1.0)
+        k_worst = int(np.argmax(excess))
+        if excess[k_worst] > 1e-9:
             tool = f", the tool {1e3 * length:g} mm long" if letter == "Z" and length else ""
-            doubts.append(Doubt(f"travel of {letter}", f"line {line[worst]} goes to {1e3 * places[worst]:.4g} mm, {1e3 * beyond[worst]:.4g} "
+            doubts.append(Doubt(f"travel of {letter}", f"line {line[k_worst]} goes to {1e3 * places[k_worst]:.4g} mm, "
+                                                       f"{1e3 * excess[k_worst]:.4g} "
                                 f"mm beyond {1e3 * lower:g} .. {1e3 * upper:g} mm{tool}",
                                 "place the part otherwise with `zero`", grave=True))
     return doubts

@@ -19,7 +19,8 @@ from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.text_table import text_table
 
-HEADER = ("line", "verdict", "depth mm", "limit mm", "chatter Hz", "arc °", "force N", "torque N m", "power W", "rev/min", "mm/min")
+HEADER = ("line", "verdict", "depth mm", "limit mm", "chatter Hz", "arc °", "force N", "torque N m", "power W", "rev/min",
+          "mm/min")
 WORST_ROWS = 15  # of the table
 VERDICTS = ("air", "stable", "chatters", "not known")
 AIR, STABLE, CHATTERS, UNKNOWN_VERDICT = range(4)  # places in `VERDICTS`
@@ -29,8 +30,8 @@ AIR, STABLE, CHATTERS, UNKNOWN_VERDICT = range(4)  # places in `VERDICTS`
 class BlockTable:
     """Quantities of every segment of the program, (n,).
 
-    volume : m^3; depth, arc : largest of its places, m and rad; `loads` by the names of `loads.LOAD_COLUMNS`, the largest; limit
-    (m), error, frequency (Hz): of the place with the least limit over its depth, `ratio`; verdict : index of `VERDICTS`.
+    volume : m^3; depth, arc : largest of its places, m and rad; `loads` by the names of `loads.LOAD_COLUMNS`, the largest;
+    limit (m), error, frequency (Hz): of the place with the least limit over its depth, `ratio`; verdict : index of `VERDICTS`.
     """
 
     line: np.ndarray
@@ -83,7 +84,7 @@ class MachiningStudy(NotebookText):
 
     @property
     def answer(self) -> str:
-        """What comes of the program, in a sentence."""
+        """Sentence on the whole program: its worst block, and its largest loads."""
         cutting = int((self.blocks.verdict > 0).sum())
         if not cutting:
             return "No block of the program cuts: the tool meets no material."
@@ -98,8 +99,8 @@ class MachiningStudy(NotebookText):
         elif unknown == cutting:
             main = f"stability is not known for its {cutting} cutting blocks"
         else:
-            least = np.nanmin(np.where(self.blocks.verdict == 1, self.blocks.ratio, np.inf))
-            margin = f"at least {100 * (least - 1):.0f} % of depth in hand" if np.isfinite(least) else \
+            least_hand = np.nanmin(np.where(self.blocks.verdict == 1, self.blocks.ratio, np.inf))
+            margin = f"at least {100 * (least_hand - 1):.0f} % of depth in hand" if np.isfinite(least_hand) else \
                 "no limit within four times their depth"
             main = f"all {cutting - unknown} cutting blocks that were judged are stable, {margin}"
         force = self.blocks.loads["lateral"]
@@ -148,13 +149,15 @@ class MachiningStudy(NotebookText):
         """Return plain numbers, SI: every block that cuts, and what the whole program came to; None where not known."""
         b = self.blocks
         blocks = [{"line": int(b.line[k]), "verdict": VERDICTS[b.verdict[k]], "depth_m": float(b.depth[k]),
-                   "limit_m": _number(b.limit[k]), "limit_error_m": _number(b.error[k]), "chatter_frequency_hz": _number(b.frequency[k]),
+                   "limit_m": _number(b.limit[k]), "limit_error_m": _number(b.error[k]),
+                   "chatter_frequency_hz": _number(b.frequency[k]),
                    "arc_rad": float(b.arc[k]), "volume_m3": float(b.volume[k]), "speed_rpm": float(self.laid.speed[k]),
                    "feed_m_s": float(self.laid.feed[k]), **{name: float(b.loads[name][k]) for name in LOAD_COLUMNS}}
                   for k in np.flatnonzero(b.verdict > 0)]
         return {"answer": self.answer, "doubts": list(self.doubts), "time_s": float(self.laid.time.sum()),
                 "removed_m3": self.removed.total_volume, "arc_error_rad": self.error_angle, "engagements": self.classes,
-                "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place), "depth_m": c.depth}
+                "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
+                                "depth_m": c.depth}
                                for c in self.removed.collisions],
                 "blocks": blocks, "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 

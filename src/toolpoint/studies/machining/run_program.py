@@ -72,7 +72,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
         doubts += travel_doubts(laid.path, axes, dict(setup.zero), setup.stick_out)
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
-    contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid, setup)]
+    contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
+            setup)]
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
@@ -112,7 +113,8 @@ def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetu
     chosen = cutting[np.linspace(0, cutting.size - 1, min(MAX_SAMPLED_PLACES, cutting.size)).astype(int)]
     is_sampled = np.zeros(removed.piece.size, bool)
     is_sampled[chosen] = True
-    coarse = remove_material(laid.moves, setup.stock, removed.shapes, RemovalSettings(2 * removed.settings.spacing, setup.slices),
+    coarse = remove_material(laid.moves, setup.stock, removed.shapes, RemovalSettings(2 * removed.settings.spacing,
+                                                                                      setup.slices),
                              sampled=is_sampled)
     # Slices of the two may lie at other heights: means over the height of the finer are compared.
     fine_mean = removed.arc_length[chosen].mean(axis=1)
@@ -125,11 +127,13 @@ def _margin_doubts(margins: Margins, arcs: PlaceArcs) -> list[Doubt]:
     doubts = [Doubt("stability", f"not computed for some engagements: {reason}") for reason in margins.failures[:3]]
     hull_fraction = float(arcs.is_hull.mean())
     if hull_fraction > MIN_DOUBTED_HULL_FRACTION:
-        doubts.append(Doubt("stability", f"at {100 * hull_fraction:.0f} % of the places the arc differs along the axis or is in "
+        doubts.append(Doubt("stability", f"at {100 * hull_fraction:.0f} % of the places the arc differs along the axis or "
+                                         f"is in "
                             "several pieces; one arc over all of them was solved", "look at those blocks in time domain",
                             figure=hull_fraction))
     if margins.grouping > MIN_DOUBTED_GROUPING:
-        doubts.append(Doubt("stability", f"grouping engagements changed limits by up to {100 * margins.grouping:.0f} % where blocks "
+        doubts.append(Doubt("stability", f"grouping engagements changed limits by up to {100 * margins.grouping:.0f} % "
+                                         f"where blocks "
                             "were solved by themselves", "blocks with more in hand than that are judged well",
                             figure=margins.grouping))
     return doubts
@@ -138,9 +142,11 @@ def _margin_doubts(margins: Margins, arcs: PlaceArcs) -> list[Doubt]:
 def _assumptions(study: MachiningStudy) -> list[str]:
     """Return what the result rests on."""
     settings = study.removed.settings
-    return [f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of the tool; "
+    return [f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of "
+            f"the tool; "
             "rapids go straight.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
-            "Limits are those of groups of 4° of the arc and 15° of the feed, near a limit those of each block's own arc; positions "
+            "Limits are those of groups of 4° of the arc and 15° of the feed, near a limit those of each block's own arc; "
+            "positions "
             f"within {1e3 * POSE_STEP:g} mm are one pose.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]

@@ -19,8 +19,8 @@ MAX_DEXELS_WITHOUT_WORD = 2_000_000  # of a grid where no spacing is given: 60 M
 
 
 @dataclass(frozen=True)
-class MachineLimits:
-    """What must not be passed, infinite where not given: spindle power (W) and torque (N m), bending of the tool (N m)."""
+class CuttingLimits:
+    """Limits, infinite where not given: spindle power (W), torque (N m), speed (rev/min); bending of the tool (N m)."""
 
     power: float = float("inf")
     torque: float = float("inf")
@@ -30,7 +30,7 @@ class MachineLimits:
     def __post_init__(self) -> None:
         for name in ("power", "torque", "bending", "speed"):
             if not getattr(self, name) > 0:
-                fail(f"MachineLimits.{name}", f"{getattr(self, name):g}", "must be above zero")
+                fail(f"CuttingLimits.{name}", f"{getattr(self, name):g}", "must be above zero")
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class MachiningSetup:
     speed: float = 0.0
     spacing: float = 0.0
     slices: int = DEFAULT_SLICES
-    limits: MachineLimits = MachineLimits()
+    limits: CuttingLimits = CuttingLimits()
     part: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     planned: JerkLimits | None = None
 
@@ -81,7 +81,8 @@ class MachiningSetup:
             tool_of(cut), coefficients_of(cut)  # faults of a cut are told before any work
             flute = cut.tool.flute_length
             if self.stick_out and flute and self.stick_out < flute:
-                fail("stick_out", f"{1e3 * self.stick_out:g} mm", f"must be at least the {1e3 * flute:g} mm of the edges of tool "
+                fail("stick_out", f"{1e3 * self.stick_out:g} mm", f"must be at least the {1e3 * flute:g} mm of the edges "
+                                                                  f"of tool "
                      f"{number}", remedy="it is measured from the tip to the holder")
 
     def cut_of(self, number: int) -> CuttingDescription:
