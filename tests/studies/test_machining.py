@@ -101,7 +101,7 @@ def test_advice_holds_when_the_written_program_is_run(tmp_path: Path) -> None:
     text = PROGRAM.format(speed=12000, depth=0.45)
     result = _run(text, dynamics=_tip(), with_advice=True, cut=STRAIGHT)
     assert result.chatter_blocks.size and result.advice is not None
-    assert result.advice.tools[0].after == 0
+    assert result.advice.tools[0].chatter_after == 0
     path = io.write_program(text, SpeedAndFeed(result.advice.speed, result.advice.feed), tmp_path / "new.nc")
     written = path.read_text()
     assert "(was S12000)" in written

@@ -22,7 +22,7 @@ Contact = tuple[int, int, int, tuple[float, float, float, float]]
 
 
 @dataclass(eq=False)
-class March:
+class RemovalMarch:
     """Arrays that the pieces fill: reach, arcs and their number of every place, the volume of every piece, contacts."""
 
     reach: FloatArray
@@ -34,11 +34,11 @@ class March:
 
 def march(work: Work, moves: Moves, places: tuple[np.ndarray, np.ndarray, np.ndarray], *, flutes: FloatArray,
           settings: RemovalSettings, bodies: Sequence[Sequence[tuple[float, FloatArray]]],
-          progress: Callable[[int, int], None] | None) -> March:
+          progress: Callable[[int, int], None] | None) -> RemovalMarch:
     """Return what the pieces took and met, in their order."""
     piece, at_start, is_sampled = places
     n = piece.size
-    result = March(np.zeros(n), np.full((n, settings.slices, MAX_ARCS, 2), np.nan, np.float32), np.zeros(n, np.int32),
+    result = RemovalMarch(np.zeros(n), np.full((n, settings.slices, MAX_ARCS, 2), np.nan, np.float32), np.zeros(n, np.int32),
                    np.zeros(moves.count), [])
     touched = np.zeros((moves.count, 4))
     first_place = np.searchsorted(piece, np.arange(moves.count + 1))

@@ -28,7 +28,7 @@ class Stock:
 
     Examples
     --------
-    >>> Stock.box((0, 0, -0.01), (0.1, 0.05, 0)).volume
+    >>> round(Stock.box((0, 0, -0.01), (0.1, 0.05, 0)).volume, 9)
     5e-05
     """
 

@@ -100,7 +100,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     setup = studies.describe_machining(
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        planned=None if servo is None else studies.planned_limits(servo))
+        planned=None if servo is None else studies.limits_of_drives(servo))
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
                                  progress=run.progress_of_parts())

@@ -7,13 +7,13 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
-from toolpoint.studies.machining.loads import LOAD_COLUMNS, PlaceLoads, largest_of_blocks
-from toolpoint.studies.machining.margins import Margins
+from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads, largest_of_blocks
+from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.result import AIR, CHATTERS, STABLE, UNKNOWN_VERDICT, BlockTable
 
 
-def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: PlaceLoads, *, arcs: PlaceArcs, margins: Margins | None
+def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: CutLoads, *, arcs: PlaceArcs, margins: PlaceMargins | None
                  ) -> BlockTable:
     """Return the table of the segments of a program."""
     count, block = laid.path.count, laid.moves.block[removed.piece]
@@ -38,7 +38,7 @@ def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: PlaceLoads,
                       frequency, ratio, verdict)
 
 
-def limit_over_depth(margins: Margins, arcs: PlaceArcs) -> FloatArray:
+def limit_over_depth(margins: PlaceMargins, arcs: PlaceArcs) -> FloatArray:
     """Return the limit over the depth of every place: below 1 where it chatters, also in a stable band above a first limit."""
     ratio = margins.limit / arcs.depth
     return np.asarray(np.where(margins.stable, np.maximum(ratio, 1.0), np.minimum(ratio, 1.0)))

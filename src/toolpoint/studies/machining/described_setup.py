@@ -24,6 +24,11 @@ def cuts_of_options(machine: Machine | None, values: Mapping[str, Any]) -> Cutti
 
     Nothing is taken from an example: raises ToolpointError for a diameter, a number of teeth or coefficients that are
     missing, and for a material that the table does not know.
+
+    Examples
+    --------
+    >>> cuts_of_options(None, {"diameter": 0.01, "teeth": 4, "tangential": 8e8, "normal": 3e8}).tool.teeth
+    4
     """
     if values.get("material"):
         find_material(values["material"])
@@ -41,7 +46,13 @@ def cuts_of_options(machine: Machine | None, values: Mapping[str, Any]) -> Cutti
 
 def stock_of(kind: str, numbers: tuple[float, ...] = (), triangles: FloatArray | None = None) -> Stock:
     """Return a stock: ``box`` of two corners (6 lengths), ``cylinder`` of diameter, bottom, top and, where not at zero, its
-    centre (3 or 5 lengths), m; or the mesh of triangles of a file, mm."""
+    centre (3 or 5 lengths), m; or the mesh of triangles of a file, mm.
+
+    Examples
+    --------
+    >>> stock_of("cylinder", (0.04, -0.01, 0.0)).words
+    'cylinder 40 x 40 x 10 mm, top at z 0 mm'
+    """
     if triangles is not None:
         return Stock.mesh(FILE_LENGTH_UNIT * triangles)
     if kind == "box" and len(numbers) == 6:
@@ -57,6 +68,12 @@ def describe_machining(stock: Stock, cut: CuttingDescription, **values: Any) -> 
     """Return the setup of a program, with the values of `MachiningSetup`; the cut's own arc plays no part.
 
     part : triangles of a file, mm.
+
+    Examples
+    --------
+    >>> cut = cuts_of_options(None, {"diameter": 0.01, "teeth": 4, "tangential": 8e8, "normal": 3e8})
+    >>> describe_machining(stock_of("cylinder", (0.04, -0.01, 0.0)), cut, speed=9000.0).shape_of(1).kind
+    'cylindrical'
     """
     faces = values.pop("part", None)
     values |= {} if faces is None else {"part": FILE_LENGTH_UNIT * faces}
@@ -64,8 +81,17 @@ def describe_machining(stock: Stock, cut: CuttingDescription, **values: Any) -> 
     return MachiningSetup(stock, _without_arc(cut), tools, **values)
 
 
-def planned_limits(drives: DriveDescription) -> JerkLimits:
-    """Return the limits of the set points of a drive file."""
+def limits_of_drives(drives: DriveDescription) -> JerkLimits:
+    """Return the limits of the set points of a drive file.
+
+    Examples
+    --------
+    Give them as `planned` of the setup: ``describe_machining(stock, cut, planned=limits_of_drives(drives))``.
+
+    >>> from toolpoint.drives.description import LimitsDescription
+    >>> LimitsDescription(speed=0.5, acceleration=3.0, jerk=100.0).speed
+    0.5
+    """
     return JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
 
 

@@ -17,7 +17,7 @@ LOAD_COLUMNS = ("lateral", "axial", "torque", "peak_torque", "power", "bending",
 
 
 @dataclass(frozen=True, eq=False)
-class PlaceLoads:
+class CutLoads:
     """Loads at every place, (n,): lateral and axial force (N), mean and largest torque (N m), power (W), bending moment at the
     holder (N m), largest chip (m); feed per tooth (m)."""
 
@@ -31,7 +31,7 @@ class PlaceLoads:
     feed_per_tooth: FloatArray
 
 
-def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> PlaceLoads:
+def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> CutLoads:
     """Return the loads at every place of a removal."""
     block = laid.moves.block[removed.piece]
     columns: dict[str, FloatArray] = {name: np.zeros(removed.piece.size) for name in (*LOAD_COLUMNS, "feed_per_tooth")}
@@ -50,7 +50,7 @@ def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSet
         forces = arc_forces(tool, coefficients_of(cut), removed.arcs[places], slice_edges(shape, removed.reach[places],
                             removed.arcs.shape[1]), feed=feed, direction=direction, lever=lever)
         _put(columns, places, forces, speed, feed)
-    return PlaceLoads(**columns)
+    return CutLoads(**columns)
 
 
 def _put(columns: dict[str, FloatArray], places: np.ndarray, forces: ArcForces, speed: FloatArray, feed: FloatArray) -> None:

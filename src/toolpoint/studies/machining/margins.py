@@ -22,7 +22,7 @@ MAX_OWN_SOLUTIONS = 400  # of blocks near their limit
 
 
 @dataclass(frozen=True, eq=False)
-class Margins:
+class PlaceMargins:
     """Limits at every place that cuts, (m,), as `PlaceArcs`.
 
     limit : depth of the first loss of stability, m; infinite where none lies within the searched depths; not a number where it
@@ -73,7 +73,7 @@ class StabilitySolver:
 
 
 def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath, piece: np.ndarray, *, solver: StabilitySolver,
-                  pose: np.ndarray, progress: Callable[[int, int], None] = lambda finished, total: None) -> Margins:
+                  pose: np.ndarray, progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
     """Return the limits of all places: those of their groups, then of the deepest places near a limit with their own arcs."""
     group_limit = np.full((classes.count, 3), np.nan)
     intervals: list[StabilityChart | None] = [None] * classes.count
@@ -94,7 +94,7 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
         if group_chart is not None:
             stable[members] = group_chart.stable(arcs.depth[members])[0]
     is_own, grouping = _solve_near(arcs, values, stable, laid, piece, solver=solver, pose=pose)
-    return Margins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures))
+    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures))
 
 
 def _solve_near(arcs: PlaceArcs, values: FloatArray, stable: np.ndarray, laid: ProgramPath, piece: np.ndarray, *,

@@ -14,7 +14,7 @@ from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.advice import ProgramAdvice
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.loads import LOAD_COLUMNS
-from toolpoint.studies.machining.margins import Margins
+from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.text_table import text_table
@@ -74,7 +74,7 @@ class MachiningStudy(NotebookText):
     text: tuple[str, ...] = ()
     advice: ProgramAdvice | None = None
     arcs: PlaceArcs | None = None
-    margins: Margins | None = None
+    margins: PlaceMargins | None = None
 
     @property
     def chatter_blocks(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.loads import place_loads
-from toolpoint.studies.machining.margins import Margins, StabilitySolver, place_margins
+from toolpoint.studies.machining.margins import PlaceMargins, StabilitySolver, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
@@ -47,6 +47,19 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     progress : function of name, finished and total
 
     Raises ToolpointError for a stock that no cut meets, cuts without spindle speed, tools that are not given.
+
+    Examples
+    --------
+    The force and power of a slot, its stability unknown:
+
+    >>> from toolpoint.cutting.description import CuttingDescription
+    >>> from toolpoint.io.program.gcode import parse
+    >>> from toolpoint.material_removal import Stock
+    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\nX60", start=(-0.02, 0.025, 0.1))
+    >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    >>> result = run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=5e-4))
+    >>> round(1e9 * result.removed.total_volume)
+    800
     """
     laid = lay_program(program, setup, text)
     shapes = [setup.shape_of(number) for number in laid.numbers]
@@ -122,7 +135,7 @@ def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetu
     return float(np.quantile(np.abs(fine_mean - coarse_mean), 0.95))
 
 
-def _margin_doubts(margins: Margins, arcs: PlaceArcs) -> list[Doubt]:
+def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
     """Return doubts about limits: hulls of arcs, grouping, and cuts that could not be solved."""
     doubts = [Doubt("stability", f"not computed for some engagements: {reason}") for reason in margins.failures[:3]]
     hull_fraction = float(arcs.is_hull.mean())

@@ -20,7 +20,13 @@ MAX_DEXELS_WITHOUT_WORD = 2_000_000  # of a grid where no spacing is given: 60 M
 
 @dataclass(frozen=True)
 class CuttingLimits:
-    """Limits, infinite where not given: spindle power (W), torque (N m), speed (rev/min); bending of the tool (N m)."""
+    """Limits, infinite where not given: spindle power (W), torque (N m), speed (rev/min); bending of the tool (N m).
+
+    Examples
+    --------
+    >>> CuttingLimits(power=5e3).torque
+    inf
+    """
 
     power: float = float("inf")
     torque: float = float("inf")
@@ -58,6 +64,13 @@ class MachiningSetup:
         Triangles of the part that must not be cut into, m; none where empty.
     planned : JerkLimits, optional
         Of the set points: speed, acceleration and jerk along the path; with them feeds are those of the planner.
+
+    Examples
+    --------
+    >>> stock = Stock.box((0, 0, -0.01), (0.1, 0.05, 0))
+    >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    >>> MachiningSetup(stock, cut).shape_of(1).radius
+    0.005
     """
 
     stock: Stock
