@@ -72,7 +72,8 @@ def main() -> None:
         start = time.perf_counter()
         begin(folder, 1).wait()
         unchanged = time.perf_counter() - start
-    print(f"{given.kills} kills ({hit} of a process that was running): same bytes in {alike} of {runs} finished runs; a run with "
+    print(f"{given.kills} kills ({hit} of a process that was running): same bytes in {alike} of {runs} finished runs; a run "
+          f"with "
           f"nothing to do takes {unchanged:.2f} s")
 
 

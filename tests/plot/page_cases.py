@@ -131,6 +131,18 @@ def head_beside_its_source() -> Report:
 
 
 @case
+def program_on_a_machine() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import machining_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+
+    program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
+    cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
+    setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.05, 0)), cut, spacing=5e-4)
+    return machining_page(run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program))
+
+
+@case
 def campbell() -> Report:
     from toolpoint.io import read_machine
     from toolpoint.pages import campbell_page

@@ -23,6 +23,7 @@ _COMMANDS_OF_MODULE = {
     "drives": ("drive", "servo-data"),
     "files": ("new", "samples", "check", "convert", "schema", "doctor", "completion"),
     "listening": ("listen",),
+    "machining": ("machining",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "compare", "sensitivity"),
     "operation": ("operational",),
@@ -46,6 +47,7 @@ COMMANDS_OF_QUESTION = {
     "A model and its test: where they differ, what to change": ("correlate", "compare", "sensitivity", "update", "screen",
                                                                "improve"),
     "A controller: contours, friction, loops": ("drive", "servo-data"),
+    "An NC program, block by block": ("machining",),
     "A robot that mills": ("robot", "reach", "region", "accuracy"),
     "A video of the machine": ("video",),
 }

@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.spring_ways import spring_ways
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
+    from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
+    from toolpoint.studies.machining.run_program import run_program
+    from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
@@ -91,10 +94,12 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "CuttingLimits",
     "CuttingTest",
     "Dask",
     "DepthLimit",
     "Factor",
+    "MachiningSetup",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -127,6 +132,8 @@ __all__ = [
     "compare_with_test",
     "core_count",
     "cut_on",
+    "cuts_of_options",
+    "describe_machining",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -137,6 +144,7 @@ __all__ = [
     "improve_machine",
     "judge_servo_data",
     "lay_path",
+    "limits_of_drives",
     "line",
     "list_points",
     "listen",
@@ -170,6 +178,7 @@ __all__ = [
     "response_dynamics",
     "run_drives",
     "run_plan",
+    "run_program",
     "run_robot_demo",
     "screen",
     "search_regions",
@@ -182,6 +191,7 @@ __all__ = [
     "solve_modes",
     "spring_ways",
     "square",
+    "stock_of",
     "structure_of",
     "study_base_reactions",
     "study_datasheet",
@@ -255,6 +265,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.spring_ways": ("spring_ways",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
+    "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
+    "machining.run_program": ("run_program",),
+    "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),

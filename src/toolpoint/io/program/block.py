@@ -171,6 +171,8 @@ class BlockReader:
             state.system = groups["system"]
         if "system" in groups and state.system != 500 and state.system not in state.offsets:
             state.remarks.note(number, f"offset G{state.system:g} is not in the program and is zero")
+        if "T" in numbers or "M6" in numbers:
+            state.segments.call_tool(numbers.get("T"), change="M6" in numbers)
         self._feeds(number, groups, numbers)
 
     def _feeds(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:

@@ -127,6 +127,7 @@ class ControlModes:
     def _line(self, number: int, end: list[float], feed: float, *, rapid: bool, stop: bool) -> None:
         if len(self.segments.rows) >= MOST_SEGMENTS:
             raise OverflowError
+        self.segments.speed = self.speed
         self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
         self.position = end
 
@@ -153,6 +154,7 @@ class ControlModes:
             a, b = PLANES[self.plane]
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
+            self.segments.speed = self.speed
             self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
         self.position = end
 

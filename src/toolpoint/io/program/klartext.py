@@ -158,6 +158,9 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
         for i, value in _axes(reader, re.sub(r"CYCL DEF 7\.\d", "", line))[0].items():
             state.shift[i] = value if f"I{'XYZ'[i]}" not in line else state.shift[i] + value
     elif match := _STILL.match(line):
+        if call := re.match(r"TOOL CALL\s+(\d+)?(?:.*?\bS\s*([\d.]+))?", line):
+            state.segments.call_tool(float(call[1]) if call[1] else None, change=True)
+            state.speed = float(call[2]) if call[2] else state.speed
         state.remarks.without_motion(number, re.sub(r"\s+", " ", match[1]))
     else:
         raise ExpressionFault(f"{line.split()[0]} is not in the subset of Klartext")
