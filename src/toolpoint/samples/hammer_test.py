@@ -14,7 +14,7 @@ from toolpoint.studies.machines.virtual_test import Imperfections, MeasuringPoin
 from toolpoint.vibration import Dof, Modes
 
 _POINT_COUNT, _MACHINE_DAMPING_RATIO = 30, 0.03
-DOUBLE_HIT_RECORD, WEAK_HIT_RECORD = 7, 19  # one blow each
+_SAMPLE_DOUBLE_HIT, _SAMPLE_WEAK_HIT = 7, 19  # one blow each
 # Components as a tester sees them: mass, kg; centre and size of a box, m; and the bodies of the machine that ride on each.
 _PARTS = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81), ("base", "saddle", "table")),
          "column": (2805, (0, 1.869, 0.355), (0.94, 0.99, 2.469), ("column", "head")),
@@ -31,8 +31,8 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
     struck = _driving_point(modes)
     (folder / "records").mkdir()
     for number, name in enumerate(points.places, start=1):
-        faults = Imperfections(noise=0.01, double_hits=(1,) if number == DOUBLE_HIT_RECORD else (),
-                               weak_hits=(2,) if number == WEAK_HIT_RECORD else ())
+        faults = Imperfections(noise=0.01, double_hits=(1,) if number == _SAMPLE_DOUBLE_HIT else (),
+                               weak_hits=(2,) if number == _SAMPLE_WEAK_HIT else ())
         record = hammer_records(modes, struck, [f"{name}:+{way}" for way in "xyz"], rng=rng, imperfections=faults)
         io.write_noun(record, folder / "records" / f"point_{number:02d}.uff")
     rows = [f"{name},{x:.5f},{y:.5f},{z:.5f}" for name, (x, y, z) in points.coordinates.items()]
@@ -42,7 +42,7 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
     return [f"A published machining centre of three bodies with modes at {listed} Hz, {100 * _MACHINE_DAMPING_RATIO:g} % of "
             f"damping "
             f"each, struck at {struck}; three blows a point, noise 1 %.",
-            f"In record {DOUBLE_HIT_RECORD} a blow is double, in record {WEAK_HIT_RECORD} one is weak."], [
+            f"In record {_SAMPLE_DOUBLE_HIT} a blow is double, in record {_SAMPLE_WEAK_HIT} one is weak."], [
         "toolpoint frf records/*.uff --save test.h5",
         "toolpoint identify test.h5 --geometry points.csv -m modes.h5",
         "toolpoint joints test.h5 --geometry points.csv --components parts.yaml --machine found.yaml",

@@ -16,7 +16,7 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.yaml.description_schema import file_schema
-from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.io.yaml.machine_schema import CuttingModel
 from toolpoint.io.yaml.part import Part
@@ -31,7 +31,6 @@ from toolpoint.machine.description.project_plan import (
     TriedCut,
 )
 
-VERSION = 1
 SOURCE_KEYS = ("test", "records", "responses", "modes")
 
 
@@ -148,7 +147,7 @@ class TriedFile(Part):
 def read(path: str | Path) -> ProjectDescription:
     """Return the project of a YAML file, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
-    document.check_version(VERSION)
+    document.check_version(FILE_VERSION)
     # A section whose entries are all comments is none.
     document.data = {key: entry for key, entry in document.data.items() if entry is not None}
     part: ProjectFile | None = validate(ProjectFile, document.data, (), document=document)
@@ -162,7 +161,7 @@ def read(path: str | Path) -> ProjectDescription:
 def read_tried(path: str | Path) -> tuple[TriedCut, ...]:
     """Return the cuts of a YAML file that were tried, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
-    document.check_version(VERSION)
+    document.check_version(FILE_VERSION)
     part: TriedFile | None = validate(TriedFile, document.data, (), document=document)
     if document.faults or part is None:
         raise FileFaults(str(path), document.text, document.faults)

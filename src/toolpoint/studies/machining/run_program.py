@@ -55,7 +55,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     >>> from toolpoint.cutting.description import CuttingDescription
     >>> from toolpoint.io.program.gcode import parse
     >>> from toolpoint.material_removal import Stock
-    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\nX60", start=(-0.02, 0.025, 0.1))
+    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\\nX60", start=(-0.02, 0.025, 0.1))
     >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
     >>> result = run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=5e-4))
     >>> round(1e9 * result.removed.total_volume)
