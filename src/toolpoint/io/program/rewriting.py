@@ -101,12 +101,12 @@ def _code_of(line: str) -> tuple[str, str]:
 
 
 def _refuse(number: int, code: str) -> None:
-    plain = re.sub(r"\([^)]*\)", "", code.upper())
-    if match := _REFUSED_WORDS.search(plain):
+    code = re.sub(r"\([^)]*\)", "", code.upper())
+    if match := _REFUSED_WORDS.search(code):
         raise ToolpointError(f"program: line {number} has G{match[1]}: feeds per time or revolution and constant surface "
                              f"speed are not "
                              "written anew; post it with G94 and G97")
-    if _ANY_FEED_OR_SPEED.search(plain):
+    if _ANY_FEED_OR_SPEED.search(code):
         raise ToolpointError(f"program: line {number} computes its S or F; words that are computed are not written anew")
 
 
@@ -146,12 +146,12 @@ def _inserted(code: str, word: str, klartext: bool) -> str:
     return f"{code.rstrip()} {word}" if place is None else f"{code[:place.start()]} {word}{code[place.start():]}"
 
 
-def _prove(before: str, after: str, factors: SpeedAndFeed) -> None:
+def _prove(start_column: str, after: str, factors: SpeedAndFeed) -> None:
     """Refuse a text that, read back, moves otherwise, or has other speeds and feeds than asked for."""
-    a, b = _read(before), _read(after)
-    same = a.kind.shape == b.kind.shape and all(np.array_equal(getattr(a, name), getattr(b, name)) for name in (
+    a, b = _read(start_column), _read(after)
+    is_same = a.kind.shape == b.kind.shape and all(np.array_equal(getattr(a, name), getattr(b, name)) for name in (
         "kind", "start", "end", "center", "sweep", "plane", "rapid", "stop", "line", "dwell", "tool"))
-    if not same:
+    if not is_same:
         raise ToolpointError("program: read back, the new one moves otherwise than the original; nothing was written")
     cut = ~a.rapid
     meant = a.feed * np.array([factors.feed.get(int(n), 1.0) for n in a.line])

@@ -1,4 +1,4 @@
-"""What a program moves, as plain arrays; and the list that a reader fills segment by segment."""
+"""Moves of a program as plain arrays, and the list that a reader fills segment by segment."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Remarks:
     """Faults and notes while a program is read: the same words in many lines are one, with the number of lines."""
 
     faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    still: dict[str, set[int]] = field(default_factory=dict)
+    without_motion_words: dict[str, set[int]] = field(default_factory=dict)
     notes: dict[str, set[int]] = field(default_factory=dict)
 
     def fault(self, number: int, column: int, message: str) -> None:
@@ -68,7 +68,7 @@ class Remarks:
 
     def without_motion(self, number: int, word: str) -> None:
         """Keep a word that moves nothing."""
-        self.still.setdefault(word, set()).add(number)
+        self.without_motion_words.setdefault(word, set()).add(number)
 
     def note(self, number: int, message: str) -> None:
         """Keep what was assumed or left out."""
@@ -79,16 +79,16 @@ class Remarks:
         faults = []
         for message, places in self.faults.items():
             lines = len({number for number, _ in places})
-            more = f" (in {lines} lines)" if lines > 1 else ""
-            faults.append(Fault(*places[0], "", message + more))
+            count_words = f" (in {lines} lines)" if lines > 1 else ""
+            faults.append(Fault(*places[0], "", message + count_words))
         return sorted(faults, key=lambda f: f.line)[:100]
 
     def note_list(self) -> tuple[str, ...]:
         """Return the notes; all words without motion in one."""
         notes = [f"{message} ({_lines(numbers)})" for message, numbers in self.notes.items()]
-        if self.still:
+        if self.without_motion_words:
             words = ", ".join(f"{word} in {len(numbers)} line" + "s" * (len(numbers) > 1)
-                              for word, numbers in self.still.items())
+                              for word, numbers in self.without_motion_words.items())
             notes.append(f"words without motion are passed over: {words}")
         return tuple(notes)
 
