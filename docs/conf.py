@@ -23,7 +23,8 @@ myst_heading_anchors = 3
 html_theme = "pydata_sphinx_theme"
 html_title = "toolpoint"
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": True,
-                      "secondary_sidebar_items": {"**": ["page-toc"], "sources/**": []}}  # tables need the width
+                      "secondary_sidebar_items": {  # the tables of the sources need the width
+                          "**": ["page-toc"], **{f"sources/{name}": [] for name in sources_beside.NAMES}}}
 html_show_sourcelink = False
 autodoc_typehints = "none"
 autosummary_generate = True
