@@ -51,14 +51,14 @@ class BisectorSteps(NotebookText):
 
     def passes(self) -> FloatArray:
         """Return how far every axis passes the package's joint, m."""
-        away = np.array([self.position - axis.point for axis in self.axes])
+        offset = np.array([self.position - axis.point for axis in self.axes])
         along = np.array([axis.direction for axis in self.axes])
-        return np.asarray(np.linalg.norm(away - (away * along).sum(axis=1)[:, None] * along, axis=1))
+        return np.asarray(np.linalg.norm(offset - (offset * along).sum(axis=1)[:, None] * along, axis=1))
 
     def misses(self) -> FloatArray:
         """Return how far both meeting places lie from the package's joint, m, across the directions that it leaves open."""
-        away = self.meeting - self.position
-        return np.asarray(np.linalg.norm(away - away @ self.undetermined.T @ self.undetermined, axis=1))
+        offset = self.meeting - self.position
+        return np.asarray(np.linalg.norm(offset - offset @ self.undetermined.T @ self.undetermined, axis=1))
 
     def rows(self) -> list[list[str]]:
         """Return a row for every mode and two for the meeting places."""
