@@ -22,7 +22,9 @@ myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 html_theme = "pydata_sphinx_theme"
 html_title = "toolpoint"
-html_theme_options = {"show_toc_level": 2, "navigation_with_keys": True, "secondary_sidebar_items": ["page-toc"]}
+html_theme_options = {"show_toc_level": 2, "navigation_with_keys": True,
+                      "secondary_sidebar_items": {  # the tables of the sources need the width
+                          "**": ["page-toc"], **{f"sources/{name}": [] for name in sources_beside.NAMES}}}
 html_show_sourcelink = False
 autodoc_typehints = "none"
 autosummary_generate = True

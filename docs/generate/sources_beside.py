@@ -1,7 +1,8 @@
 """The pages "The five sources": every numbered table and figure and every conclusion of each, with our numbers beside theirs.
 
 Rows are data (`docs/sources/NAME.yaml`); numbers are those that the examples of the source computed, kept in
-`docs/sources/numbers.yaml` by `python benchmarks/sources.py --write`. A row names numbers in braces: ``{first_hz:.2f} Hz``.
+`docs/sources/numbers.yaml` by `python benchmarks/sources.py --write`. A row names numbers in braces: ``{first_hz:.2f} Hz``, and
+what follows from them behind a sign of equality: ``{=100 * (first_hz / 29 - 1):+.1f} %``.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ NAMES = ("vertical_machining_centre", "vibration_thesis", "parallel_head", "vide
 STATES = {"reproduced": "reproduced", "partly": "partly", "not reproduced": "not reproduced", "not published": "not published",
           "nothing to compute": "a drawing, photograph or explanation: nothing to compute"}
 FIELDS = ("item", "shows", "theirs", "ours", "difference", "rests", "how", "state", "reason")
-HEADING = ("what", "shows", "theirs", "ours", "difference", "what it rests on, how much it matters, for how many values drawn",
-           "is")
+HEADING = ("what it shows, and how it stands", "theirs", "ours, and the difference",
+           "what it rests on, and for how many values drawn; what is missing")
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,21 @@ def rows(name: str) -> Iterator[tuple[str, SourceRow]]:
     """Yield every row of a source with the title of its section, numbers put in."""
     for section in read_source(name)["sections"]:
         for row in section["rows"]:
-            cells = {key: str(row.get(key, "")).format(**numbers().get(name, {})) for key in FIELDS}
+            cells = {key: _filled(str(row.get(key, "")), numbers().get(name, {})) for key in FIELDS}
             yield section["title"], SourceRow(tuple(expand(row["item"])), cells)
+
+
+def _filled(text: str, kept: dict[str, float]) -> str:
+    """Return a cell with its numbers, and with what follows from them, put in."""
+    computed = re.sub(r"\{=([^:{}]+):([^{}]+)\}", lambda match: format(_value(match[1], kept), match[2]), text)
+    return computed.format(**kept)
+
+
+def _value(expression: str, kept: dict[str, float]) -> float:
+    """Return the value of sums, products and quotients of kept numbers; nothing else can be written."""
+    if not re.fullmatch(r"[\w .+*/()-]+", expression):
+        raise ValueError(f"{expression!r} is no arithmetic of kept numbers")
+    return float(eval(expression, {"__builtins__": {}}, dict(kept)))
 
 
 def expand(item: str) -> list[str]:
@@ -111,24 +125,23 @@ def _tables(name: str) -> str:
         if section != title:
             title = section
             lines += ["", f"## {title}", "", "| " + " | ".join(HEADING) + " |", "|---" * len(HEADING) + "|"]
-        lines.append("| " + " | ".join(_cell(cell) for cell in _page_cells(name, row)) + " |")
+        lines.append("| " + " | ".join(_cell(cell) for cell in _page_cells(row)) + " |")
     return "\n".join([*lines, "", "## Count", "", count_words(name) + ".", ""])
 
 
-def _page_cells(name: str, row: SourceRow) -> list[str]:
-    item = read_source_words(row)
+def _page_cells(row: SourceRow) -> list[str]:
+    """Return four cells of a page: seven would be too narrow to read."""
     cells = row.cells
     ours = cells["ours"] + (f" ({cells['how']})" if cells["how"] else "")
-    state = f"**{row.state}**" + (f": {cells['reason']}" if cells["reason"] else "")
-    return [item, cells["shows"], cells["theirs"], ours, cells["difference"], cells["rests"], state]
+    difference = f"<br>*difference*: {cells['difference']}" if cells["difference"] else ""
+    grounds = [cells["rests"], f"*{row.state}*: {cells['reason']}" if cells["reason"] else ""]
+    return [f"**{row_words(row)}**: {cells['shows']}<br>**{row.state}**", cells["theirs"], ours + difference,
+            "<br>".join(filter(None, grounds))]
 
 
-def read_source_words(row: SourceRow) -> str:
-    """Return the items of a row in words: a run by its ends."""
-    if len(row.items) == 1:
-        return row.items[0]
-    kind = row.items[0].partition(" ")[0]
-    return f"{kind}s {row.items[0].partition(' ')[2]} to {row.items[-1].partition(' ')[2]} ({len(row.items)})"
+def row_words(row: SourceRow) -> str:
+    """Return the items of a row in words, with their number where they are several."""
+    return row.cells["item"] + (f" ({len(row.items)})" if len(row.items) > 1 else "")
 
 
 def _cell(text: str) -> str:

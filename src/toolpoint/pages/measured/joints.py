@@ -14,6 +14,7 @@ from toolpoint.studies.measured.machine_check import HEADER
 
 HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness (95 %)",
                     "loss factor (95 %)", "status"]
+HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passes the joint above, mm"]
 
 
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
@@ -26,6 +27,12 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
         joint_views(geometry.points, components.points, joints.joints),
         "Crosses: joints; lines: their free directions; dots: measured points by component."),
         *([Notes(result.joints.notes, "note")] if result.joints.notes else []))
+    rows = [row for steps in result.steps() for row in steps.rows()]
+    report = report.with_section(
+        "The source's steps", Table(HEADER_OF_STEPS, rows, "Each component against the one before it, whose motion is undone; "
+                                    "axes by perpendicular bisectors"),
+        "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
+        "weigh every mode by its uncertainty.")
     scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))

@@ -18,6 +18,7 @@ from toolpoint.machine.assembly.joint_terms import joint_matrices
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.components import Components
 from toolpoint.machine.pose.placement import place_machine
+from toolpoint.studies.measured.bisector_steps import BisectorSteps, retrace_steps
 from toolpoint.studies.measured.component_places import place_test
 from toolpoint.studies.measured.joint_machine import component_masses, describe_fit, layouts_of, machine_of
 from toolpoint.studies.measured.law_spread import cover_rivals
@@ -54,6 +55,10 @@ class JointStudy(NotebookText):
         lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
         checked = self.checked.doubts if self.checked else ()
         return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *self.law_doubts, *lines, *checked]))
+
+    def steps(self) -> tuple[BisectorSteps, ...]:
+        """Return the steps of the method's first source at every joint, beside these joints."""
+        return retrace_steps(self.joints, self.modes, self.geometry, self.components)
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""

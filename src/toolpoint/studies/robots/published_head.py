@@ -35,8 +35,7 @@ class PublishedHead(NotebookText):
 
     report : at the described poses; planes : frequencies over tilt and azimuth at `PLANE_HEIGHTS`; responses : by ``theta_y``
     and ``theta_x`` over `PUBLISHED_TILTS` at 750 mm; home : response along u at 550 mm, m/N, over `lines`, Hz; moving :
-    frequencies
-    of the modes that move the tool along u there.
+    frequencies of the modes that move the tool along u there.
     """
 
     report: MachineReport
