@@ -10,6 +10,7 @@ from outside.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import shutil
 import signal
@@ -41,7 +42,7 @@ def new_folder(place: Path) -> Path:
 
 def begin(folder: Path, workers: int) -> subprocess.Popen:
     """Return a process that runs the chain, in a group of its own."""
-    return subprocess.Popen([sys.executable, str(TESTS / "project_steps.py"), str(folder), "0.02", str(workers)],
+    return subprocess.Popen([sys.executable, str(TESTS / "project_steps.py"), str(folder), "0.06", str(workers)],
                             start_new_session=True, stderr=subprocess.DEVNULL)
 
 
@@ -63,7 +64,8 @@ def main() -> None:
             process = begin(folder, 1 + kill % 2)
             time.sleep(rng.uniform(0.2, 1.0))
             hit += process.poll() is None
-            os.killpg(process.pid, signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
             process.wait()
             if kill % KILLS_A_RUN == KILLS_A_RUN - 1:
                 run_steps(chain(folder, pause=0.02), folder)
@@ -73,8 +75,7 @@ def main() -> None:
         begin(folder, 1).wait()
         unchanged = time.perf_counter() - start
     print(f"{given.kills} kills ({hit} of a process that was running): same bytes in {alike} of {runs} finished runs; a run "
-          f"with "
-          f"nothing to do takes {unchanged:.2f} s")
+          f"with nothing to do takes {unchanged:.2f} s")
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ def test_content_changed_within_one_tick_of_the_clock_is_seen(root):
 
 
 @given(st.floats(0.001, 1000.0))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_unit_of_an_option_is_no_change(tmp_path_factory, number):
     folder = tmp_path_factory.mktemp("units")
     (folder / "a.txt").write_text("alpha\n")
@@ -187,7 +187,7 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_taken_over(root):
     assert set(actions(run_steps(chain(root), root)).values()) == {RUN}
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_kills_at_random_moments_end_in_the_same_bytes(root, tmp_path, workers):
     clean = tmp_path / "clean"
     shutil.copytree(root, clean)
@@ -257,8 +257,8 @@ def test_steps_side_by_side_give_the_bytes_of_one_after_the_other(root, tmp_path
 
 
 def test_thousand_steps_are_looked_at_within_a_second(root):
-    steps = [ProjectStep(f"step {number}", join_files, {"sources": "a.txt"}, outputs=TEXTS) for number in range(200)]
+    steps = [ProjectStep(f"step {number}", join_files, {"sources": "a.txt"}, outputs=TEXTS) for number in range(100)]
     run_steps(plan_steps(steps, root), root)
     start = time.process_time()
     run_steps(plan_steps(steps, root), root)
-    assert (time.process_time() - start) * 5 < 1.0
+    assert (time.process_time() - start) * 10 < 1.0

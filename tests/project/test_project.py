@@ -76,6 +76,7 @@ def test_limit_is_inversely_proportional_to_both_coefficients():
     assert "no uncertainty" in systems.doubts[0]
 
 
+@pytest.mark.slow
 def test_shares_go_over_to_the_joint_as_it_becomes_uncertain():
     shares = [draw_limits(MachineDraws(build(slide(deviation)), 40, 1), question(deviation=0.05)).shares
               for deviation in (0.005, 0.15)]
@@ -91,17 +92,17 @@ def test_quantiles_of_equal_weights_hold_what_they_say():
 
 
 def test_probability_of_a_cut_falls_with_its_depth_and_is_never_certain():
-    systems = MachineDraws(build(slide()), 30, 1)
-    weights = np.full(30, 1 / 30)
+    systems = MachineDraws(build(slide()), 20, 1)
+    weights = np.full(20, 1 / 20)
     middle = float(draw_limits(systems, question()).limit[0])
     chances = [float(draw_limits(systems, question(share * middle)).chance(weights)[0]) for share in (0.3, 1.0, 3.0)]
     assert 1 > chances[0] > 0.95 and 0.2 < chances[1] < 0.8 and 0 < chances[2] < 0.05
 
 
 def test_tried_cut_moves_the_interval_to_its_side_and_a_contradiction_is_named():
-    systems = MachineDraws(build(slide()), 40, 1)
+    systems = MachineDraws(build(slide()), 60, 1)
     before = draw_limits(systems, question())
-    weights, middle = np.full(40, 1 / 40), float(np.median(before.draws))
+    weights, middle = np.full(60, 1 / 60), float(np.median(before.draws))
     stable = weigh_draws(systems, [TriedCut(2500.0, middle, True)], {"half": question()})
     assert before.interval(stable.weights)[0, 0] > before.interval(weights)[0, 0] and not stable.doubts
     shallow = draw_limits(systems, question(0.5 * middle))
@@ -123,8 +124,8 @@ def test_chatter_at_a_frequency_of_no_draw_names_a_part_that_the_model_lacks():
 
 
 def test_next_cut_is_where_the_outcome_is_open():
-    systems = MachineDraws(build(slide()), 40, 1)
-    cut = choose_cut(draw_limits(systems, question()), np.full(40, 1 / 40))
+    systems = MachineDraws(build(slide()), 30, 1)
+    cut = choose_cut(draw_limits(systems, question()), np.full(30, 1 / 30))
     assert 0.1 < cut.stable_probability < 0.9 and cut.width_ratio < 0.95
 
 

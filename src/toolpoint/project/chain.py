@@ -20,8 +20,7 @@ from toolpoint.machine.description.project_plan import (
     ProjectDescription,
     ProjectTest,
 )
-from toolpoint.project.engine.step import ProjectStep, result_path
-from toolpoint.project.steps import answering, measuring, modelling
+from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
@@ -76,17 +75,17 @@ class _ChainBuilder:
         if test.of != STRUCTURE:
             return None
         options = {"band": test.band, "sensor_mass": test.sensor_mass, "whole_band": bool(test.responses)}
-        return self._add("modes", f"modes/{name}", measuring.find_modes, {"responses": responses}, options=options,
+        return self._add("modes", f"modes/{name}", _late("measuring", "find_modes"), {"responses": responses}, options=options,
                          outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=("identify", responses))
 
     def _responses(self, name: str, test: ProjectTest) -> str:
         settings = {"struck": test.struck, "pattern": test.pattern}
         if test.responses:
             files = self._files(f"tests.{name}.responses", test.responses)
-            return self._add("responses", f"responses/{name}", measuring.gather_responses, {"responses": files},
+            return self._add("responses", f"responses/{name}", _late("measuring", "gather_responses"), {"responses": files},
                              options=settings, outputs=("responses.h5",), words=f"responses of {name}")
-        return self._add("responses", f"responses/{name}", measuring.make_responses, self._record_inputs(name, test),
-                         options={} if test.test else {**settings, "channels": test.channels},
+        return self._add("responses", f"responses/{name}", _late("measuring", "make_responses"),
+                         self._record_inputs(name, test), options={} if test.test else {**settings, "channels": test.channels},
                          outputs=("responses.h5", "hits.json"), words=f"hits and responses of {name}",
                          command=("frf", test.test) if test.test else ())
 
@@ -118,7 +117,7 @@ class _ChainBuilder:
         structural = [name for name in left if project.tests[name].of == STRUCTURE]
         if machine is None and structural and project.components and project.geometry:
             first = structural[0]
-            machine = self._add("joints", "joints", modelling.find_joints, {
+            machine = self._add("joints", "joints", _late("modelling", "find_joints"), {
                 "modes": left[first], "geometry": project.geometry, "components": project.components}, options={},
                 outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}", command=(
                     "joints", left.pop(first), "--geometry", project.geometry, "--components", project.components))
@@ -126,13 +125,13 @@ class _ChainBuilder:
         if machine is not None and structural and project.machine is not None:
             inputs = {"machine": machine, "modes": tuple(left[name] for name in structural)}
             poses = [dict(project.tests[name].pose) for name in structural]
-            machine = self._add("update", "update", modelling.update_model, inputs, options={"poses": poses},
+            machine = self._add("update", "update", _late("modelling", "update_model"), inputs, options={"poses": poses},
                                 outputs=("machine.yaml", "update.json"), words=f"machine updated to {', '.join(structural)}")
         elif machine is not None and structural:
             self.missing.append(f"tests {', '.join(structural)} lie beside the machine that {next(iter(modes))} gave: the "
                                 "chain does not use them yet; toolpoint update does")
         if machine is not None:
-            self._add("machine", "machine", modelling.look_at_machine, {"machine": machine}, options={},
+            self._add("machine", "machine", _late("modelling", "look_at_machine"), {"machine": machine}, options={},
                       outputs=("machine.json",), words="machine in words", command=("report", machine))
         return machine
 
@@ -153,7 +152,7 @@ class _ChainBuilder:
             else:
                 inputs |= {f"{key}_{way}": entry for key, entry in self._record_inputs(name, test).items()}
         for cut_name, cut in self.project.cuts.items():
-            self._add("tip", f"tip/{cut_name}", measuring.judge_tip, inputs,
+            self._add("tip", f"tip/{cut_name}", _late("measuring", "judge_tip"), inputs,
                       options={"values": flat_values(cut.cut), "tests": settings}, outputs=("tap.json",),
                       words=f"verdict on the tap, and speeds for the cut {cut_name}")
         return {f"tip_{of[-1]}": result_path(f"responses/{name}", "responses.h5") for of, name in tests.items()}
@@ -167,7 +166,7 @@ class _ChainBuilder:
             return
         weights: dict[str, str] = {}
         if (self.root / TRIED_FILE).is_file():
-            weights["weights"] = self._add("tried", "tried", answering.weigh_tried, {**source, "tried": TRIED_FILE},
+            weights["weights"] = self._add("tried", "tried", _late("answering", "weigh_tried"), {**source, "tried": TRIED_FILE},
                                            options={"cuts": cuts, **draws}, outputs=("weights.json",),
                                            words="weights of the draws by the cuts that were tried")
         # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
@@ -176,16 +175,16 @@ class _ChainBuilder:
         goals = {name: _plain(goal) for name, goal in project.goals.items()}
         for name, goal in goals.items():
             inputs = {**source, **weights, **looks[goal["cut"]]}
-            self._add("limits", f"limits/{name}", answering.limit_goal, inputs, options={
+            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), inputs, options={
                 "name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal, **draws},
                 outputs=("limits.json",), words=f"limit and probability of the goal {name}")
         if "machine" in source and goals and machine is not None:
             changes = {name: _plain(change) for name, change in project.changes.items()}
-            self._add("changes", "changes", answering.rank_changes, {"machine": machine}, options={
+            self._add("changes", "changes", _late("answering", "rank_changes"), {"machine": machine}, options={
                 "cuts": cuts, "goals": goals, "changes": changes, **draws}, outputs=("changes.json",), words="changes, ranked")
             if machine.startswith("results/"):  # its numbers were identified or updated, and have a covariance
                 poses = list(dict.fromkeys(tuple(sorted(pose.items())) for pose in project.workspace))
-                self._add("next", "next", answering.choose_test, {"machine": machine}, options={
+                self._add("next", "next", _late("answering", "choose_test"), {"machine": machine}, options={
                     "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
                     outputs=("next.json",), words="the test that would narrow the answer most")
 
@@ -194,7 +193,7 @@ class _ChainBuilder:
             if self.project.servo is None:
                 self.missing.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
                 continue
-            self._add("contour", f"contour/{name}", modelling.follow_circle, {"servo": self.project.servo},
+            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), {"servo": self.project.servo},
                       options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
                           "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
 
@@ -218,6 +217,10 @@ class _ChainBuilder:
                                 "joint to stiffen")
         if source and not (self.root / TRIED_FILE).is_file():
             self.missing.append("a cut that was tried (toolpoint tried) narrows the intervals")
+
+
+def _late(module: str, name: str) -> LateWork:
+    return LateWork(f"toolpoint.project.steps.{module}", name)
 
 
 def _cut_options(cut: ProjectCut) -> dict[str, Any]:

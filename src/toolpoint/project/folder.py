@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
+import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +22,11 @@ from toolpoint.project.chain import TRIED_FILE, ProjectChain, build_chain
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.engine.run import Listener, RunResult, run_steps
-from toolpoint.project.limits.drawn_limits import DrawnLimits, draw_limits
-from toolpoint.project.limits.systems import MachineDraws
 from toolpoint.project.results import ProjectResults, gather_results
-from toolpoint.project.steps.answering import question_of
 from toolpoint.project.steps.plain_files import read_json
+
+if TYPE_CHECKING:
+    from toolpoint.project.limits.drawn_limits import DrawnLimits
 
 PROJECT_FILE, RESULT_FILE = "project.yaml", "results/project.json"
 TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line may be mended or removed by hand.\n"
@@ -106,6 +109,10 @@ class Project:
         speeds : rev/min; 12 over the range of the cut where left out
         draws : int; those of the project where left out
         """
+        from toolpoint.project.limits.drawn_limits import draw_limits
+        from toolpoint.project.limits.systems import MachineDraws
+        from toolpoint.project.steps.answering import question_of
+
         project = self.description
         name = cut or next(iter(project.cuts), "")
         if name not in project.cuts:
@@ -127,9 +134,5 @@ class Project:
 
 def _versions() -> dict[str, str]:
     """Return the versions of what computes, for the records."""
-    import platform
-
-    import scipy
-
     return {"toolpoint": toolpoint.__version__, "python": platform.python_version(), "numpy": np.__version__,
-            "scipy": scipy.__version__}
+            "scipy": importlib.metadata.version("scipy")}

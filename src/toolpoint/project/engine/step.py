@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -24,6 +25,19 @@ class StepOutcome:
 
 
 @dataclass(frozen=True)
+class LateWork:
+    """A module-level function by the names of its module and itself, loaded when a step runs: a look at steps loads none."""
+
+    module: str
+    name: str
+
+    def __call__(self, **arguments: Any) -> StepOutcome:
+        """Call the function."""
+        outcome: StepOutcome = getattr(importlib.import_module(self.module), self.name)(**arguments)
+        return outcome
+
+
+@dataclass(frozen=True)
 class ProjectStep:
     """Step of a project.
 
@@ -32,7 +46,8 @@ class ProjectStep:
     name : str
         Also the name of its folder of results; slashes make folders in folders.
     work : function
-        Module-level function, called with the inputs and options by name and `folder`, where it writes its outputs.
+        Module-level function (or `LateWork`), called with the inputs and options by name and `folder`, where it writes its
+        outputs.
     inputs : mapping of names to paths
         Files of the user or outputs of other steps, relative to the project; several of one input as a tuple.
     options : mapping of names to plain data
