@@ -17,7 +17,7 @@ from toolpoint.studies.machining.setup import MachiningSetup
 
 SEARCHED_DEPTH_RATIO = 4.0  # of a group's depth, up to which a limit is looked for
 MIN_SEARCHED_DEPTH = 5e-5  # m
-NEAR_RATIO = 0.3  # of the depth: blocks whose limit is nearer than that are solved with their own arcs
+NEAR_RATIO = 0.3  # of the depth: places with a boundary nearer than that are solved with their own arcs
 MAX_OWN_SOLUTIONS = 400  # of blocks near their limit
 
 
@@ -39,6 +39,7 @@ class PlaceMargins:
     grouping: float
     solutions: int
     failures: tuple[str, ...] = ()
+    unsolved: int = 0
 
 
 @dataclass(eq=False)
@@ -76,7 +77,7 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
                   pose: np.ndarray, progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
     """Return the limits of all places: those of their groups, then of the deepest places near a limit with their own arcs."""
     group_limit = np.full((classes.count, 3), np.nan)
-    intervals: list[StabilityChart | None] = [None] * classes.count
+    charts: list[StabilityChart | None] = [None] * classes.count
     failures = dict[str, None]()
     for k in range(classes.count):
         try:
@@ -85,26 +86,45 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
         except ToolpointError as error:
             failures[str(error)] = None
             continue
-        group_limit[k], intervals[k] = _numbers(chart), chart
+        group_limit[k], charts[k] = _numbers(chart), chart
         progress(k + 1, classes.count)
     values = group_limit[classes.group]
-    stable = np.zeros(arcs.place.size, bool)
-    for k, group_chart in enumerate(intervals):
-        members = np.flatnonzero(classes.group == k)
-        if group_chart is not None:
-            stable[members] = group_chart.stable(arcs.depth[members])[0]
-    is_own, grouping = _solve_near(arcs, values, stable, laid, piece, solver=solver, pose=pose)
-    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures))
+    stable, gap = _judge_members(arcs.depth, classes.group, charts)
+    is_own, grouping, unsolved = _solve_near(arcs, values, stable, laid, piece, solver=solver, pose=pose, gap=gap)
+    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures),
+                        unsolved)
+
+
+def _judge_members(depth: FloatArray, group: np.ndarray, charts: Sequence[StabilityChart | None]) -> tuple[np.ndarray,
+        FloatArray]:
+    """Return whether places are stable by the chart of their group, and how far (of their depth) its nearest boundary is.
+
+    All boundaries count: a place may lie in a stable band above the first limit.
+    """
+    stable, gap = np.zeros(depth.size, bool), np.full(depth.size, np.inf)
+    order = np.argsort(group, kind="stable")
+    ends = np.searchsorted(group[order], np.arange(len(charts) + 1))
+    for k, chart in enumerate(charts):
+        members = order[ends[k]:ends[k + 1]]
+        if chart is None:
+            continue
+        stable[members] = chart.stable(depth[members])[0]
+        if chart.depth.size:
+            gap[members] = np.abs(chart.depth[:, None] / depth[members] - 1).min(axis=0)
+    return stable, gap
 
 
 def _solve_near(arcs: PlaceArcs, values: FloatArray, stable: np.ndarray, laid: ProgramPath, piece: np.ndarray, *,
-                solver: StabilitySolver, pose: np.ndarray) -> tuple[np.ndarray, float]:
-    """Solve the places near a limit with their own arcs, the most doubtful first; return which, and the largest change."""
+                solver: StabilitySolver, pose: np.ndarray, gap: FloatArray) -> tuple[np.ndarray, float, int]:
+    """Solve the places near a boundary with their own arcs, the nearest first.
+
+    Return which were solved, the largest change of limit over depth, and how many near ones were left to their group.
+    """
     ratio = values[:, 0] / arcs.depth
-    doubtful = np.flatnonzero(np.isfinite(ratio) & (np.abs(ratio - 1) < NEAR_RATIO))
-    doubtful = doubtful[np.argsort(np.abs(ratio[doubtful] - 1))][:MAX_OWN_SOLUTIONS]
+    doubtful = np.flatnonzero(gap < NEAR_RATIO)
+    chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
     is_own, grouping = np.zeros(arcs.place.size, bool), 0.0
-    for m in doubtful.tolist():
+    for m in chosen.tolist():
         block = int(laid.moves.block[piece[arcs.place[m]]])
         try:
             chart = solver.chart(int(laid.tool[block]), int(pose[arcs.place[m]]), (float(arcs.entry[m]), float(arcs.exit[m])),
@@ -113,9 +133,9 @@ def _solve_near(arcs: PlaceArcs, values: FloatArray, stable: np.ndarray, laid: P
             continue
         values[m] = _numbers(chart)
         stable[m], is_own[m] = bool(chart.stable(arcs.depth[m:m + 1])[0, 0]), True
-        if np.isfinite(values[m, 0]):
+        if np.isfinite(values[m, 0]) and np.isfinite(ratio[m]) and ratio[m] > 0:
             grouping = max(grouping, abs(values[m, 0] / arcs.depth[m] / ratio[m] - 1))
-    return is_own, float(grouping)
+    return is_own, float(grouping), int(doubtful.size - chosen.size)
 
 
 def _numbers(chart: StabilityChart) -> FloatArray:

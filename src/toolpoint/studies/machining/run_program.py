@@ -17,7 +17,7 @@ from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.loads import place_loads
-from toolpoint.studies.machining.margins import PlaceMargins, StabilitySolver, place_margins
+from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, StabilitySolver, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
@@ -55,7 +55,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     >>> from toolpoint.cutting.description import CuttingDescription
     >>> from toolpoint.io.program.gcode import parse
     >>> from toolpoint.material_removal import Stock
-    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\nX60", start=(-0.02, 0.025, 0.1))
+    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\\nX60", start=(-0.02, 0.025, 0.1))
     >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
     >>> result = run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=5e-4))
     >>> round(1e9 * result.removed.total_volume)
@@ -144,6 +144,10 @@ def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
                                          f"is in "
                             "several pieces; one arc over all of them was solved", "look at those blocks in time domain",
                             figure=hull_fraction))
+    if margins.unsolved:
+        doubts.append(Doubt("stability", f"{margins.unsolved} places within {100 * NEAR_RATIO:g} % of a limit were judged "
+                                         f"by their group of "
+                            "engagements, not by their own arc", "judge a part of the program"))
     if margins.grouping > MIN_DOUBTED_GROUPING:
         doubts.append(Doubt("stability", f"grouping engagements changed limits by up to {100 * margins.grouping:.0f} % "
                                          f"where blocks "
