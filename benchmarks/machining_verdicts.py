@@ -60,7 +60,8 @@ def main() -> None:
         for k in np.unique(block):
             m = int(rng.choice(np.flatnonzero(block == k)))
             problem = MillingProblem(tool_of(cut), Engagement(float(arcs.entry[m]), float(arcs.exit[m])),
-                                     coefficients_of(setup.cut), dynamics.response, "tip:+x", "tip:+y", feed_angle=float(arcs.angle[m]))
+                                     coefficients_of(setup.cut), dynamics.response, "tip:+x", "tip:+y",
+                                     feed_angle=float(arcs.angle[m]))
             chart = stability.chart(problem, result.laid.speed[k:k + 1], depth_max=max(4 * float(arcs.depth[m]), 1e-3))
             same = bool(chart.stable(arcs.depth[m:m + 1])[0, 0]) == bool(margins.stable[m])
             judged, agreed = judged + 1, agreed + same

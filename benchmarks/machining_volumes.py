@@ -1,4 +1,4 @@
-"""Removed volume of random programs of a flat end mill against the exact solid, by a mesh library's boolean (manifold3d, Apache-2.0).
+"""Removed volume of random programs of a flat end mill against the exact solid, by a boolean of manifold3d (Apache-2.0).
 
     python benchmarks/machining_volumes.py [--programs 10] [--seed 1]
 
@@ -8,6 +8,7 @@ The last line is the figure: the largest relative difference, and what two spaci
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def exact_volume(points: np.ndarray, radius: float, lower: np.ndarray, upper: np
     ring = size * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     height = scale * (upper[2] - lower[2]) + 10
     solids = []
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         level = scale * min(a[2], b[2])
         corners = np.concatenate([ring + scale * a[:2], ring + scale * b[:2]])
         solids.append(Manifold.hull_points(np.concatenate([np.column_stack([corners, np.full(len(corners), z)])
