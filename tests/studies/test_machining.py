@@ -46,17 +46,17 @@ def _tip(frequency: float = 900.0) -> Any:
 
 def _run(text: str, *, dynamics: Any = None, stock: Stock = BLOCK, cut: dict[str, Any] | None = None,
          **values: Any) -> MachiningStudy:
-    advice = values.pop("with_advice", False)
+    advice, folder = values.pop("with_advice", False), values.pop("folder", None)
     described = CuttingDescription.of(**{**CUT, **(cut or {})})
     setup = studies.describe_machining(stock, described, spacing=0.4 * MM, **values)
-    return studies.run_program(parse(text, start=(0, 0, 0.2)), setup, dynamics, text=text, with_advice=advice)
+    return studies.run_program(parse(text, start=(0, 0, 0.2)), setup, dynamics, text=text, with_advice=advice, folder=folder)
 
 
 def _line(result: MachiningStudy, line: int) -> int:
     return int(np.flatnonzero(result.blocks.line == line)[0])
 
 
-@pytest.mark.parametrize("corner_radius", [0.0, 0.002, 0.005])
+@pytest.mark.parametrize("corner_radius", [0.0, 0.005])
 def test_loads_of_a_slot_are_those_of_the_force_law(corner_radius: float) -> None:
     """Within 1 % of `rigid_forces` in the middle of a slot, also of bull noses and balls."""
     result = _run(PROGRAM.format(speed=12000, depth=3), cut={"corner_radius": corner_radius})
@@ -96,6 +96,7 @@ def test_verdicts_are_those_of_the_exact_engine() -> None:
         assert bool(chart.stable(arcs.depth[m:m + 1])[0, 0]) is bool(margins.stable[m])
 
 
+@pytest.mark.slow
 def test_advice_holds_when_the_written_program_is_run(tmp_path: Path) -> None:
     """The program that is written is stable at every block, moves as before, and its old words stand in comments."""
     text = PROGRAM.format(speed=12000, depth=0.45)
@@ -110,6 +111,7 @@ def test_advice_holds_when_the_written_program_is_run(tmp_path: Path) -> None:
     assert again.blocks.loads["lateral"].max() <= 1.01 * result.blocks.loads["lateral"].max()
 
 
+@pytest.mark.slow
 def test_a_limit_of_power_lowers_the_feed() -> None:
     result = _run(PROGRAM.format(speed=12000, depth=3), dynamics=_tip(), with_advice=True, cut=STRAIGHT,
                   limits=studies.CuttingLimits(power=1500.0))
@@ -173,3 +175,13 @@ def test_only_words_s_and_f_change() -> None:
     assert [("F50" in line, "F100" in line.split("(")[0].split(";")[0]) for line in lines[2:]] == [
         (False, True), (True, False), (False, False), (False, False), (False, True)]
     assert np.allclose(parse(new, feed=1.0).feed * 60e3, [100, 50, 50, 100])
+
+
+def test_an_interrupted_run_goes_on_with_what_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second run of the same program solves nothing anew, and says the same."""
+    from toolpoint.studies.machining.solver import StabilitySolver
+
+    text = "S12000 G1 F2400 X-10 Y7 Z-0.4\nX20\n"
+    first = _run(text, dynamics=_tip(), cut=STRAIGHT, folder=tmp_path)
+    monkeypatch.setattr(StabilitySolver, "chart", lambda *_, **__: pytest.fail("solved anew"))
+    assert _run(text, dynamics=_tip(), cut=STRAIGHT, folder=tmp_path).table() == first.table()

@@ -12,7 +12,7 @@ from toolpoint.app.cut_options import CutValues
 from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
-from toolpoint.app.options import Naming
+from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_numbered_file, read_stock
 
@@ -81,7 +81,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                                 name="--advice")] = False,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              above: ToolAbove, cut: CutValues) -> None:
+              folder: Folder = None, above: ToolAbove, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
     PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
@@ -103,6 +103,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         planned=None if servo is None else studies.limits_of_drives(servo))
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
+                                 folder=folder,
                                  progress=run.progress_of_parts())
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)

@@ -12,9 +12,10 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import EngagementClasses, PlaceArcs, group_places
 from toolpoint.studies.machining.loads import CutLoads, largest_of_blocks, place_loads
-from toolpoint.studies.machining.margins import PlaceMargins, StabilitySolver, place_margins
+from toolpoint.studies.machining.margins import PlaceMargins, place_margins
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
 
 HAND_MARGIN = 0.1  # of the depth: stable speeds are those with so much in hand
 SPEED_RANGE = (0.4, 1.3)  # of the programmed speed, unless the spindle turns less

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.cutting import Engagement, MillingProblem, StabilityChart, WarmStart, stability
-from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
-from toolpoint.studies.machines.tool_point import milling_problem
+from toolpoint._check import FloatArray
+from toolpoint.studies.execute import Outcome, execute
 from toolpoint.studies.machining.engagement_classes import EngagementClasses, PlaceArcs
 from toolpoint.studies.machining.program_path import ProgramPath
-from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
 
-SEARCHED_DEPTH_RATIO = 4.0  # of a group's depth, up to which a limit is looked for
-MIN_SEARCHED_DEPTH = 5e-5  # m
-NEAR_RATIO = 0.3  # of the depth: blocks whose limit is nearer than that are solved with their own arcs
+NEAR_RATIO = 0.3  # of the depth: places with a boundary nearer than that are solved with their own arcs
 MAX_OWN_SOLUTIONS = 400  # of blocks near their limit
 
 
@@ -39,87 +36,68 @@ class PlaceMargins:
     grouping: float
     solutions: int
     failures: tuple[str, ...] = ()
-
-
-@dataclass(eq=False)
-class StabilitySolver:
-    """Solver of single cuts: the problem of each tool and pose is kept, and what one solution leaves for the next."""
-
-    setup: MachiningSetup
-    dynamics: Sequence[ToolDynamics]
-
-    def __post_init__(self) -> None:
-        self._problems: dict[tuple[int, int], MillingProblem] = {}
-        self._memories: dict[tuple[int, float, float], WarmStart] = {}
-        self.solutions = 0
-
-    def problem(self, tool: int, pose: int) -> MillingProblem:
-        """Return the milling problem of a tool at a pose."""
-        if (tool, pose) not in self._problems:
-            dynamics = self.dynamics[pose]
-            problem = milling_problem(self.setup.cut_of(tool), dynamics.response, dynamics.x, y=dynamics.y)
-            if dynamics.at_speed is not None:
-                problem = problem.changed(dynamics=dynamics.at_speed)
-            self._problems[tool, pose] = problem
-        return self._problems[tool, pose]
-
-    def chart(self, tool: int, pose: int, arc: tuple[float, float], *, angle: float, speeds: FloatArray, depth: float
-              ) -> StabilityChart:
-        """Return the chart of a cut up to several times its depth."""
-        problem = self.problem(tool, pose).changed(engagement=Engagement(*arc), feed_angle=angle)
-        self.solutions += len(speeds)
-        deepest = max(SEARCHED_DEPTH_RATIO * depth, MIN_SEARCHED_DEPTH)
-        return stability.chart(problem, speeds, depth_max=deepest)
+    unsolved: int = 0
 
 
 def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath, piece: np.ndarray, *, solver: StabilitySolver,
-                  pose: np.ndarray, progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
-    """Return the limits of all places: those of their groups, then of the deepest places near a limit with their own arcs."""
-    group_limit = np.full((classes.count, 3), np.nan)
-    intervals: list[StabilityChart | None] = [None] * classes.count
-    failures = dict[str, None]()
-    for k in range(classes.count):
-        try:
-            chart = solver.chart(int(classes.tool[k]), int(classes.pose[k]), (classes.entry[k], classes.exit[k]),
-                                 angle=float(classes.angle[k]), speeds=classes.speed[k:k + 1], depth=float(classes.depth[k]))
-        except ToolpointError as error:
-            failures[str(error)] = None
-            continue
-        group_limit[k], intervals[k] = _numbers(chart), chart
-        progress(k + 1, classes.count)
-    values = group_limit[classes.group]
-    stable = np.zeros(arcs.place.size, bool)
-    for k, group_chart in enumerate(intervals):
-        members = np.flatnonzero(classes.group == k)
-        if group_chart is not None:
-            stable[members] = group_chart.stable(arcs.depth[members])[0]
-    is_own, grouping = _solve_near(arcs, values, stable, laid, piece, solver=solver, pose=pose)
-    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, solver.solutions, tuple(failures))
+                  pose: np.ndarray, folder: Path | None = None,
+                  progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
+    """Return the limits of all places: those of their groups, then of the places near a limit with their own arcs.
 
-
-def _solve_near(arcs: PlaceArcs, values: FloatArray, stable: np.ndarray, laid: ProgramPath, piece: np.ndarray, *,
-                solver: StabilitySolver, pose: np.ndarray) -> tuple[np.ndarray, float]:
-    """Solve the places near a limit with their own arcs, the most doubtful first; return which, and the largest change."""
-    ratio = values[:, 0] / arcs.depth
-    doubtful = np.flatnonzero(np.isfinite(ratio) & (np.abs(ratio - 1) < NEAR_RATIO))
-    doubtful = doubtful[np.argsort(np.abs(ratio[doubtful] - 1))][:MAX_OWN_SOLUTIONS]
+    folder : where solved cuts are kept, and found again after an interruption.
+    """
+    points = np.stack([classes.tool, classes.pose, classes.entry, classes.exit, classes.angle, classes.speed, classes.depth],
+                      axis=1)
+    groups = execute(solver, points.tolist(), folder=None if folder is None else folder / "groups", progress=progress).outcomes
+    values = np.array([_numbers(outcome) for outcome in groups])[classes.group]
+    stable, gap = _judge_members(arcs.depth, classes.group, groups)
+    # The nearest to a boundary first.
+    doubtful = np.flatnonzero(gap < NEAR_RATIO)
+    chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
+    block = laid.moves.block[piece[arcs.place[chosen]]]
+    own_points = np.stack([laid.tool[block], pose[arcs.place[chosen]], arcs.entry[chosen], arcs.exit[chosen],
+                           arcs.angle[chosen],
+                           laid.speed[block], arcs.depth[chosen]], axis=1).tolist()
+    own = execute(solver, own_points, folder=None if folder is None else folder / "near",
+                  progress=progress).outcomes if own_points else ()
     is_own, grouping = np.zeros(arcs.place.size, bool), 0.0
-    for m in doubtful.tolist():
-        block = int(laid.moves.block[piece[arcs.place[m]]])
-        try:
-            chart = solver.chart(int(laid.tool[block]), int(pose[arcs.place[m]]), (float(arcs.entry[m]), float(arcs.exit[m])),
-                                 angle=float(arcs.angle[m]), speeds=laid.speed[block:block + 1], depth=float(arcs.depth[m]))
-        except ToolpointError:
+    for m, outcome in zip(chosen.tolist(), own, strict=True):
+        if outcome.values is None:
             continue
-        values[m] = _numbers(chart)
-        stable[m], is_own[m] = bool(chart.stable(arcs.depth[m:m + 1])[0, 0]), True
-        if np.isfinite(values[m, 0]):
-            grouping = max(grouping, abs(values[m, 0] / arcs.depth[m] / ratio[m] - 1))
-    return is_own, float(grouping)
+        group_limit, values[m], is_own[m] = values[m, 0], _numbers(outcome), True
+        stable[m] = bool(_is_inside(outcome.values["intervals"], arcs.depth[m:m + 1])[0])
+        if np.isfinite(values[m, 0]) and np.isfinite(group_limit) and group_limit > 0:
+            grouping = max(grouping, abs(float(values[m, 0] / group_limit) - 1))
+    failures = dict.fromkeys(outcome.failure for outcome in groups if outcome.values is None)
+    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, len(groups) + len(own),
+                        tuple(failures),
+                        int(doubtful.size - chosen.size))
 
 
-def _numbers(chart: StabilityChart) -> FloatArray:
-    """Return limit, its error and the chatter frequency of a chart of one speed."""
-    point = int(chart.limit_points()[0])
-    return np.array([chart.limit[0], chart.error[point] if point >= 0 else 0.0, chart.frequency[point] if point >= 0
-                     else np.nan])
+def _judge_members(depth: FloatArray, group: np.ndarray, groups: Sequence[Outcome]) -> tuple[np.ndarray, FloatArray]:
+    """Return whether places are stable by the solution of their group, and how far (of their depth) its nearest boundary is.
+
+    All boundaries count: a place may lie in a stable band above the first limit.
+    """
+    stable, gap = np.zeros(depth.size, bool), np.full(depth.size, np.inf)
+    order = np.argsort(group, kind="stable")
+    ends = np.searchsorted(group[order], np.arange(len(groups) + 1))
+    for k, outcome in enumerate(groups):
+        members = order[ends[k]:ends[k + 1]]
+        if outcome.values is None:
+            continue
+        stable[members] = _is_inside(outcome.values["intervals"], depth[members])
+        if outcome.values["boundaries"].size:
+            gap[members] = np.abs(outcome.values["boundaries"][:, None] / depth[members] - 1).min(axis=0)
+    return stable, gap
+
+
+def _is_inside(intervals: FloatArray, depth: FloatArray) -> np.ndarray:
+    """Return whether depths lie in one of the stable intervals (not a number where there is none)."""
+    return np.asarray(((intervals[:, :1] <= depth) & (depth <= intervals[:, 1:])).any(axis=0))
+
+
+def _numbers(outcome: Outcome) -> FloatArray:
+    """Return limit, its error and the chatter frequency of a solved cut; not a number where it failed."""
+    values = outcome.values
+    return np.full(3, np.nan) if values is None else np.array([float(values[name]) for name in ("limit", "error", "frequency")])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.loads import place_loads
-from toolpoint.studies.machining.margins import PlaceMargins, StabilitySolver, place_margins
+from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 MAX_SAMPLED_PLACES = 3000  # at which the arcs are computed at twice the spacing too
@@ -29,7 +31,7 @@ NamedProgress = Callable[..., None]
 
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
-                name: str = "program", text: str = "", with_advice: bool = False,
+                name: str = "program", text: str = "", with_advice: bool = False, folder: Path | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -44,6 +46,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         Of the program, for the result.
     with_advice : bool
         Also which speeds and feeds to change.
+    folder : path, optional
+        Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
 
     Raises ToolpointError for a stock that no cut meets, cuts without spindle speed, tools that are not given.
@@ -74,7 +78,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         isotropic = poses[0].y == "same"
         groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
         classes, solver = groups.count, StabilitySolver(setup, poses)
-        margins = place_margins(arcs, groups, laid, removed.piece, solver=solver, pose=pose,
+        margins = place_margins(arcs, groups, laid, removed.piece, solver=solver, pose=pose, folder=folder,
                                 progress=lambda finished, total: progress("distinct engagements", finished, total))
         doubts += _margin_doubts(margins, arcs)
         if with_advice:
@@ -144,6 +148,10 @@ def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
                                          f"is in "
                             "several pieces; one arc over all of them was solved", "look at those blocks in time domain",
                             figure=hull_fraction))
+    if margins.unsolved:
+        doubts.append(Doubt("stability", f"{margins.unsolved} places within {100 * NEAR_RATIO:g} % of a limit were judged "
+                                         f"by their group of "
+                            "engagements, not by their own arc", "judge a part of the program"))
     if margins.grouping > MIN_DOUBTED_GROUPING:
         doubts.append(Doubt("stability", f"grouping engagements changed limits by up to {100 * margins.grouping:.0f} % "
                                          f"where blocks "
