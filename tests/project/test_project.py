@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from toolpoint import io
 from toolpoint._check import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.machine import build
+from toolpoint.machine import assemble, build
 from toolpoint.machine.description import (
     BodyDescription,
     IdentifiedDescription,
@@ -28,6 +29,7 @@ from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuesti
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import MachineDraws, coefficient_factors
 from toolpoint.project.limits.tried_cuts import weigh_draws
+from toolpoint.vibration import Modes, eigen
 
 CUT = CuttingDescription.of(diameter=0.05, teeth=4, immersion=0.5, tangential=8e8, normal=3e8, speeds=(800.0, 4000.0))
 PROJECT = """toolpoint: 1
@@ -219,3 +221,30 @@ def test_moved_project_has_nothing_to_do(folder, tmp_path):
     events = []
     Project.open(tmp_path / "elsewhere").run(listen=events.append)
     assert {event.decision.action for event in events} == {"fresh"}
+
+
+def test_a_later_test_that_differs_is_named_and_doubted_down_to_the_answer(folder):
+    """A second test of the same pose, its springs along x a fifth softer: changed, and every later answer says so."""
+    for name, stiffness in (("new", 4e7), ("old", 4e7), ("worn", 3.2e7)):
+        description = slide(0.0)
+        joint = replace(description.joints["slide"], stiffness={"x": stiffness, "y": 9e7})
+        machine = build(replace(description, joints={"slide": joint}))
+        modes = eigen.solve_undamped(assemble(machine, outputs=["tip:+x", "tip:+y"]))
+        variance = np.array([np.diag([(1e-4 * f) ** 2, 1e-6]) for f in modes.frequency])
+        io.write_nouns(Modes(modes.frequency, np.full(2, 0.02), modes.shape, modes.dofs, covariance=variance),
+                       folder / f"{name}.h5")
+    text = (folder / "project.yaml").read_text()
+    tests = "tests:\n  new: {modes: new.h5, date: 2026-01-10}\n  worn: {modes: worn.h5, date: 2026-11-02}\n"
+    (folder / "project.yaml").write_text(text + tests)
+    results = Project.open(folder).run(["limits/rough"])
+    drift = json.loads((folder / "results/drift/drift.json").read_text())
+    assert drift["changed"] and drift["parts"][0]["part"] == "joint slide"
+    assert any("it has changed between the tests new and worn" in doubt for doubt in results.doubts)
+    records = {file.stem.split("-")[0]: json.loads(file.read_text()) for file in (folder / ".toolpoint/steps").iterdir()}
+    for step in ("update", "machine", "limits_rough"):
+        assert any(doubt["step"] == "drift" and "has changed" in doubt["why"] for doubt in records[step]["doubts"]), step
+
+    (folder / "project.yaml").write_text(text + tests.replace("worn.h5", "old.h5"))
+    results = Project.open(folder).run(["drift"])
+    assert not json.loads((folder / "results/drift/drift.json").read_text())["changed"]
+    assert not any("it has changed" in doubt for doubt in results.doubts)

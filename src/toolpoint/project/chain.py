@@ -24,7 +24,8 @@ from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "update": 2, "machine": 1, "tip": 1, "tried": 1, "limits": 4,
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 1,
+                 "limits": 4,
                  "changes": 2, "next": 1, "contour": 1}
 
 
@@ -114,7 +115,9 @@ class _ChainBuilder:
     def _machine(self, modes: Mapping[str, str]) -> str | None:
         """Add the steps to a machine file; return its place, None where the parts give none."""
         project, machine, left = self.project, self.project.machine, dict(modes)
+        # Tests stand in the order of their dates: the file is refused otherwise.
         structural = [name for name in left if project.tests[name].of == STRUCTURE]
+        drift: dict[str, str] = {}
         if machine is None and structural and project.components and project.geometry:
             first = structural[0]
             machine = self._add("joints", "joints", _late("modelling", "find_joints"), {
@@ -122,18 +125,33 @@ class _ChainBuilder:
                 outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}", command=(
                     "joints", left.pop(first), "--geometry", project.geometry, "--components", project.components))
             structural.remove(first)
+            drift = self._drift(first, structural, modes, machine)
         if machine is not None and structural and project.machine is not None:
-            inputs = {"machine": machine, "modes": tuple(left[name] for name in structural)}
+            drift = self._drift(structural[0], structural[1:], modes, machine)
+            inputs = {"machine": machine, "modes": tuple(left[name] for name in structural), **drift}
             poses = [dict(project.tests[name].pose) for name in structural]
             machine = self._add("update", "update", _late("modelling", "update_model"), inputs, options={"poses": poses},
                                 outputs=("machine.yaml", "update.json"), words=f"machine updated to {', '.join(structural)}")
-        elif machine is not None and structural:
-            self.missing.append(f"tests {', '.join(structural)} lie beside the machine that {next(iter(modes))} gave: the "
-                                "chain does not use them yet; toolpoint update does")
+        elif machine is not None and structural and not drift:
+            self.missing.append(f"tests {', '.join(structural)} are at other poses than that of the machine: the chain does "
+                                f"not "
+                                "use them yet; toolpoint update does")
         if machine is not None:
-            self._add("machine", "machine", _late("modelling", "look_at_machine"), {"machine": machine}, options={},
+            self._add("machine", "machine", _late("modelling", "look_at_machine"), {"machine": machine, **drift}, options={},
                       outputs=("machine.json",), words="machine in words", command=("report", machine))
         return machine
+
+    def _drift(self, first: str, others: Sequence[str], modes: Mapping[str, str], machine: str) -> dict[str, str]:
+        """Add the comparison of later tests at the pose of the first one; return its place as an input, nothing without any."""
+        tests = self.project.tests
+        later_tests = [name for name in others if dict(tests[name].pose) == dict(tests[first].pose)]
+        if not later_tests:
+            return {}
+        command = ["drift", *(modes[name] for name in later_tests), "--baseline", modes[first], "--machine", machine]
+        return {"drift": self._add("drift", "drift", _late("comparing", "judge_drift"), {
+            "baseline": modes[first], "tests": tuple(modes[name] for name in later_tests), "machine": machine}, options={
+                "names": [first, *later_tests], "pose": dict(tests[first].pose)}, outputs=("drift.json",),
+            words=f"whether the machine changed after {first}", command=command)}
 
     def _tip(self) -> dict[str, str]:
         """Add the verdict on the tests of a tip; return the responses of the tip that limits rest on."""

@@ -33,8 +33,12 @@ def find_joints(folder: Path, modes: Path, geometry: Path, components: Path) -> 
     return StepOutcome(result.status, result.doubts)
 
 
-def update_model(folder: Path, machine: Path, modes: Sequence[Path], poses: Sequence[Mapping[str, float]]) -> StepOutcome:
-    """Write the machine file that agrees with measured modes at their poses (machine.yaml, update.json)."""
+def update_model(folder: Path, machine: Path, modes: Sequence[Path], poses: Sequence[Mapping[str, float]],
+                 drift: Path | None = None) -> StepOutcome:
+    """Write the machine file that agrees with measured modes at their poses (machine.yaml, update.json).
+
+    drift : of the tests, whose doubts this step inherits.
+    """
     built = io.read_machine_at(machine, *poses)
     measured = studies.pair_measurements([io.read_modes(path) for path in modes], [], poses)
     result = studies.update_machine(built, measured, what=", ".join(path.parent.name for path in modes))
@@ -57,8 +61,11 @@ def _identified_numbers(result: MeasuredUpdate) -> IdentifiedDescription | None:
     return IdentifiedDescription(fit.free, rows, "update to measured modes")
 
 
-def look_at_machine(folder: Path, machine: Path) -> StepOutcome:
-    """Write what a machine file says and what looks odd in it (machine.json)."""
+def look_at_machine(folder: Path, machine: Path, drift: Path | None = None) -> StepOutcome:
+    """Write what a machine file says and what looks odd in it (machine.json).
+
+    drift : of its tests, whose doubts this step and all that rest on it inherit.
+    """
     built = io.read_machine(machine)
     result = studies.check_machine(built, ())
     identified = built.description.identified
