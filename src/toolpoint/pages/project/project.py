@@ -19,7 +19,7 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
     answers = "\n\n".join(result.answers) or "No goal has an answer yet."
     report = Report(str(data["project"]), answers, subtitle="Project: from records to advice").with_doubts(*result.doubts)
     if result.next_steps:
-        report = report.with_section("What to do next", Notes(list(result.next_steps), "assumed"))
+        report = report.with_section("What to do next", Notes(list(result.next_steps), "note", "In this order"))
     if data["goals"]:
         report = report.with_section("Limits of the goals", _limits(data["goals"]), _sources(data["goals"]))
     if data["contours"]:
