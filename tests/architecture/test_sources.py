@@ -15,7 +15,7 @@ from generate import sources_beside  # noqa: E402
 
 NUMBER = re.compile(r"\d")
 # Examples that the default tests recompute whole; the others take minutes.
-QUICK = ("milling_robot_changes",)
+QUICK = ("milling_robot_changes", "vibration_thesis_drive")
 
 
 @pytest.fixture(params=sources_beside.NAMES)
@@ -74,6 +74,10 @@ def test_examples_are_short():
         assert lines and max(lines.values()) <= 60, lines
 
 
+def _kept(example):
+    return sources_beside.numbers()[next(each for each in sources_beside.NAMES if example.startswith(each))]
+
+
 def _differences(example, kept, draws):
     computed = runpy.run_path(str(ROOT / "examples" / f"source_{example}.py"))["main"](draws)
     return {key: (value, kept.get(key)) for key, value in computed.items()
@@ -82,7 +86,7 @@ def _differences(example, kept, draws):
 
 @pytest.mark.parametrize("example", QUICK)
 def test_kept_numbers_are_those_of_the_example(example):
-    assert _differences(example, sources_beside.numbers()["milling_robot"], 200) == {}
+    assert _differences(example, _kept(example), 200) == {}
 
 
 @pytest.mark.slow
@@ -90,5 +94,4 @@ def test_kept_numbers_are_those_of_the_example(example):
     path.stem.removeprefix("source_") for each in sources_beside.NAMES for path in sources_beside.examples_of(each)))
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_kept_numbers_are_those_of_every_example(example):
-    name = next(each for each in sources_beside.NAMES if example.startswith(each))
-    assert _differences(example, sources_beside.numbers()[name], 200) == {}
+    assert _differences(example, _kept(example), 200) == {}

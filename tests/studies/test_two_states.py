@@ -97,7 +97,7 @@ def test_states_of_two_kinds_and_without_a_common_point_are_refused(tmp_path):
     with pytest.raises(ToolpointError, match="must be two of a kind"):
         compare_two_states(("a", read_machine(FILE)), ("b", (modes(rng), None)), rng=rng)
     (tmp_path / "test.h5").write_bytes(b"")
-    with pytest.raises(ToolpointError, match="`correlate` puts a test beside a machine"):
+    with pytest.raises(ToolpointError, match="the command correlate puts a test beside a machine"):
         read_two_states(FILE, tmp_path / "test.h5")
     other = Modes([20.0], 0.02, [[1.0]], ["99:+x"])
     with pytest.raises(ToolpointError, match="both states must be seen at the same points"):

@@ -25,8 +25,8 @@ def read_two_states(older: Path, newer: Path, *, pose: Mapping[str, float] | Non
     """
     kinds = [path.suffix.lower() in _MACHINE_SUFFIXES for path in (older, newer)]
     if kinds[0] != kinds[1]:
-        raise ToolpointError(f"{older.name}, {newer.name}: a machine file and a test; must be two of a kind: `correlate` "
-                             "puts a test beside a machine")
+        raise ToolpointError(f"{older.name}, {newer.name}: a machine file and a test; must be two of a kind "
+                             "(the command correlate puts a test beside a machine)")
     first, second = _names(older, newer)
     if kinds[0]:
         return (first, read_machine_at(older, pose)), (second, read_machine_at(newer, pose))
