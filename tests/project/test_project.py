@@ -219,3 +219,17 @@ def test_moved_project_has_nothing_to_do(folder, tmp_path):
     events = []
     Project.open(tmp_path / "elsewhere").run(listen=events.append)
     assert {event.decision.action for event in events} == {"fresh"}
+
+
+def test_record_of_another_pose_is_refused(tmp_path):
+    """The joints are those of the pose that the component file tells; a project that tells another is refused."""
+    from toolpoint.project.demo import _component_text, demo_machine
+    from toolpoint.project.steps.modelling import find_joints
+    from toolpoint.studies.machines.virtual_test import surface_points
+
+    points = surface_points(demo_machine(), 24, np.random.default_rng(0))
+    (tmp_path / "components.yaml").write_text(_component_text(demo_machine(), points))
+    with pytest.raises(ToolpointError, match=r"X at 0\.2; the component file says at_test 0"):
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"X": 0.2})
+    with pytest.raises(ToolpointError, match="must be an axis of the component file: X, Z"):
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"B": 0.2})
