@@ -248,3 +248,17 @@ def test_a_later_test_that_differs_is_named_and_doubted_down_to_the_answer(folde
     results = Project.open(folder).run(["drift"])
     assert not json.loads((folder / "results/drift/drift.json").read_text())["changed"]
     assert not any("it has changed" in doubt for doubt in results.doubts)
+
+
+def test_record_of_another_pose_is_refused(tmp_path):
+    """The joints are those of the pose that the component file tells; a project that tells another is refused."""
+    from toolpoint.project.demo import _component_text, demo_machine
+    from toolpoint.project.steps.modelling import find_joints
+    from toolpoint.studies.machines.virtual_test import surface_points
+
+    points = surface_points(demo_machine(), 24, np.random.default_rng(0))
+    (tmp_path / "components.yaml").write_text(_component_text(demo_machine(), points))
+    with pytest.raises(ToolpointError, match=r"X at 0\.2; the component file says at_test 0"):
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"X": 0.2})
+    with pytest.raises(ToolpointError, match="must be an axis of the component file: X, Z"):
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"B": 0.2})

@@ -24,9 +24,8 @@ from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 1,
-                 "limits": 4,
-                 "changes": 2, "next": 1, "contour": 1}
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 2,
+                 "limits": 5, "changes": 2, "next": 1, "contour": 1}
 
 
 @dataclass(frozen=True)
@@ -55,10 +54,11 @@ class _ChainBuilder:
         """Return the steps in the order of their making."""
         modes = {name: path for name, test in self.project.tests.items() if (path := self._modes_of(name, test))}
         machine = self._machine(modes)
-        source = self._tip() or ({} if machine is None else {"machine": machine})
-        self._answers(source, machine)
+        tip = self._tip()
+        sources = ({"tip": tip} if tip else {}) | ({} if machine is None else {"machine": {"machine": machine}})
+        self._answers(sources, machine)
         self._contours()
-        self._say_missing(machine, source)
+        self._say_missing(sources)
         return self._steps
 
     def _add(self, kind: str, name: str, work: Any, inputs: Mapping[str, Any], *, options: Mapping[str, Any],
@@ -121,7 +121,8 @@ class _ChainBuilder:
         if machine is None and structural and project.components and project.geometry:
             first = structural[0]
             machine = self._add("joints", "joints", _late("modelling", "find_joints"), {
-                "modes": left[first], "geometry": project.geometry, "components": project.components}, options={},
+                "modes": left[first], "geometry": project.geometry, "components": project.components},
+                options={"pose": dict(project.tests[first].pose)},
                 outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}", command=(
                     "joints", left.pop(first), "--geometry", project.geometry, "--components", project.components))
             structural.remove(first)
@@ -175,36 +176,64 @@ class _ChainBuilder:
                       words=f"verdict on the tap, and speeds for the cut {cut_name}")
         return {f"tip_{of[-1]}": result_path(f"responses/{name}", "responses.h5") for of, name in tests.items()}
 
-    def _answers(self, source: Mapping[str, str], machine: str | None) -> None:
-        """Add the steps from the machine or the tip to the answers of the goals."""
+    def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> None:
+        """Add the steps from the machine and the tip to the answers of the goals."""
         project = self.project
         cuts = {name: _cut_options(cut) for name, cut in project.cuts.items()}
-        draws = {"draws": project.draws, "seed": project.seed}
-        if not source or not cuts:
-            return
-        weights: dict[str, str] = {}
-        if (self.root / TRIED_FILE).is_file():
-            weights["weights"] = self._add("tried", "tried", _late("answering", "weigh_tried"), {**source, "tried": TRIED_FILE},
-                                           options={"cuts": cuts, **draws}, outputs=("weights.json",),
-                                           words="weights of the draws by the cuts that were tried")
-        # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
-        looks = {name: {"checked": result_path("machine", "machine.json")} if "machine" in source else
-                 {"verdict": result_path(f"tip/{name}", "tap.json")} for name in cuts}
         goals = {name: _plain(goal) for name, goal in project.goals.items()}
+        if not sources or not cuts:
+            return
+        kinds = {name: self._source_of(goal["pose"], sources) for name, goal in goals.items()}
+        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(kinds.values())}, cuts)
         for name, goal in goals.items():
-            inputs = {**source, **weights, **looks[goal["cut"]]}
-            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), inputs, options={
-                "name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal, **draws},
-                outputs=("limits.json",), words=f"limit and probability of the goal {name}")
-        if "machine" in source and goals and machine is not None:
-            changes = {name: _plain(change) for name, change in project.changes.items()}
-            self._add("changes", "changes", _late("answering", "rank_changes"), {"machine": machine}, options={
-                "cuts": cuts, "goals": goals, "changes": changes, **draws}, outputs=("changes.json",), words="changes, ranked")
-            if machine.startswith("results/"):  # its numbers were identified or updated, and have a covariance
-                poses = list(dict.fromkeys(tuple(sorted(pose.items())) for pose in project.workspace))
-                self._add("next", "next", _late("answering", "choose_test"), {"machine": machine}, options={
-                    "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
-                    outputs=("next.json",), words="the test that would narrow the answer most")
+            kind = kinds[name]
+            # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
+            look = {"checked": result_path("machine", "machine.json")} if kind == "machine" else {
+                "verdict": result_path(f"tip/{goal['cut']}", "tap.json")}
+            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), {**sources[kind], **weights[kind], **look},
+                      options={"name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal,
+                               "struck_pose": self._struck_pose, **self._draws}, outputs=("limits.json",),
+                      words=f"limit and probability of the goal {name}")
+        if machine is not None and goals:
+            self._advice(machine, cuts, goals)
+
+    @property
+    def _draws(self) -> dict[str, Any]:
+        return {"draws": self.project.draws, "seed": self.project.seed}
+
+    @property
+    def _struck_pose(self) -> dict[str, float]:
+        """Pose at which the tip was struck."""
+        return next((dict(test.pose) for test in self.project.tests.values() if test.of == TIP_X), {})
+
+    def _source_of(self, pose: Mapping[str, float], sources: Mapping[str, Any]) -> str:
+        """Return what the limits at a pose are computed from: the tip where it was struck there, otherwise the machine."""
+        if "machine" not in sources or ("tip" in sources and (not pose or dict(pose) == self._struck_pose)):
+            return "tip"
+        return "machine"
+
+    def _tried(self, sources: Mapping[str, Mapping[str, str]], cuts: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+        """Add the steps that weigh the draws of every source by the tried cuts; return the places of the weights."""
+        if not (self.root / TRIED_FILE).is_file():
+            return {kind: {} for kind in sources}
+        has_poses = any(goal.pose for goal in self.project.goals.values())
+        return {kind: {"weights": self._add(
+            "tried", f"tried/{kind}", _late("answering", "weigh_tried"), {**source, "tried": TRIED_FILE},
+            options={"cuts": cuts, "has_poses": has_poses, **self._draws}, outputs=("weights.json",),
+            words=f"weights of the draws of the {kind} by the cuts that were tried")} for kind, source in sources.items()}
+
+    def _advice(self, machine: str, cuts: Mapping[str, Any], goals: Mapping[str, Any]) -> None:
+        """Add the steps that rank changes and measurements."""
+        changes = {name: _plain(change) for name, change in self.project.changes.items()}
+        inputs = {"machine": machine, "checked": result_path("machine", "machine.json")}
+        self._add("changes", "changes", _late("answering", "rank_changes"), inputs, options={
+            "cuts": cuts, "goals": goals, "changes": changes, **self._draws}, outputs=("changes.json",),
+            words="changes, ranked")
+        if machine.startswith("results/"):  # its numbers were identified or updated, and have a covariance
+            poses = list(dict.fromkeys(tuple(sorted(pose.items())) for pose in self.project.workspace))
+            self._add("next", "next", _late("answering", "choose_test"), inputs, options={
+                "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
+                outputs=("next.json",), words="the test that would narrow the answer most")
 
     def _contours(self) -> None:
         for name, goal in self.project.contours.items():
@@ -215,10 +244,10 @@ class _ChainBuilder:
                       options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
                           "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
 
-    def _say_missing(self, machine: str | None, source: Mapping[str, str]) -> None:
+    def _say_missing(self, sources: Mapping[str, Any]) -> None:
         """Say what one part more would give."""
         project = self.project
-        if not source:
+        if not sources:
             absent = [key for key in ("components", "geometry") if getattr(project, key) is None]
             if any(test.of == STRUCTURE for test in project.tests.values()) and absent:
                 self.missing.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits at "
@@ -230,10 +259,10 @@ class _ChainBuilder:
             self.missing.append("a cut (cuts: tool and material) gives depth limits")
         elif not project.goals:
             self.missing.append("a goal (goals: a cut at a speed and depth) gives its limit, and the chance that it is stable")
-        if source and "machine" not in source and machine is None:
+        if "tip" in sources and "machine" not in sources:
             self.missing.append("a test of the structure with components and geometry gives limits at other poses, and which "
                                 "joint to stiffen")
-        if source and not (self.root / TRIED_FILE).is_file():
+        if sources and not (self.root / TRIED_FILE).is_file():
             self.missing.append("a cut that was tried (toolpoint tried) narrows the intervals")
 
 

@@ -73,7 +73,8 @@ class Project:
         result = self._run_steps(steps, workers, overwrite, listen)
         results = gather_results(self.description.name, self.folder, self.chain.steps, run=result,
                                  missing=self.chain.missing, version=toolpoint.__version__)
-        write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
+        if not steps:  # of some steps alone it would lose the answers of the others
+            write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
         return results
 
     def _run_steps(self, steps: Sequence[str], workers: int, overwrite: bool, listen: Listener) -> RunResult:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from toolpoint._doubt import Doubt
-from toolpoint.project.engine.content import ContentCache, exists
+from toolpoint.project.engine.content import ContentCache
 from toolpoint.project.engine.decision import KEEP, REPEAT, RUN, STOP, Decision, decide
 from toolpoint.project.engine.drafts import remove_drafts, remove_tree
 from toolpoint.project.engine.lock import hold_lock
@@ -99,7 +99,7 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
 
 @dataclass(frozen=True)
 class _Task:
-    """A step that runs: with the steps' outputs that are there as inputs, its key, why it runs, and where it writes."""
+    """A step that runs: its key, why it runs, where it writes, and when it began."""
 
     step: ProjectStep
     parts: KeyParts
@@ -137,7 +137,6 @@ class _StepRun:
         if stopped := self._stop_reason(step):
             self._end_without_work(step, Decision(step.name, STOP, stopped))
             return
-        step = self._with_present_inputs(step)
         inherited = self._inherited(step.name)
         parts = KeyParts(step.version, {path: self.cache.digest(path) for path in step.input_paths},
                          normalise_options(step.options), tuple(f"{entry.step}: {entry.doubt}" for entry in inherited))
@@ -159,8 +158,6 @@ class _StepRun:
 
     def _stop_reason(self, step: ProjectStep) -> str:
         """Return why a step cannot follow what it rests on, nothing where it can."""
-        if step.gathers:
-            return ""
         for source in self.plan.sources[step.name]:
             end = self.ends[source]
             if end.failed or end.decision.action == STOP:
@@ -168,18 +165,6 @@ class _StepRun:
             if grave := [entry for entry in self.doubts[source] if entry.doubt.grave]:
                 return f"rests on {source}, which cannot be believed: {grave[0].doubt} (mend it in {grave[0].step})"
         return ""
-
-    def _with_present_inputs(self, step: ProjectStep) -> ProjectStep:
-        """Return a step that gathers what there is without the inputs that were not made."""
-        if not step.gathers:
-            return step
-        # Results of an earlier run lie where a step failed or was stopped today.
-        gone = {path for other in self.plan.steps if other.name in self.plan.sources[step.name]
-                and (self.ends[other.name].failed or self.ends[other.name].decision.action == STOP)
-                for path in other.output_paths}
-        kept = {name: tuple(path for path in ((entry,) if isinstance(entry, str) else entry)
-                            if path not in gone and exists(self.root, path)) for name, entry in step.inputs.items()}
-        return replace(step, inputs=kept)
 
     def _inherited(self, name: str) -> tuple[TracedDoubt, ...]:
         """Return the doubts of all that a step rests on, each once."""

@@ -60,8 +60,6 @@ class ProjectStep:
         What the step does.
     command : str
         Command that shows the same by itself, with its own page.
-    gathers : bool
-        Whether it runs with those of its inputs that are there, whatever became of the steps that make the others.
     """
 
     name: str
@@ -72,7 +70,6 @@ class ProjectStep:
     version: int = 1
     words: str = ""
     command: str = ""
-    gathers: bool = False
 
     @property
     def place(self) -> str:

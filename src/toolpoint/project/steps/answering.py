@@ -26,9 +26,9 @@ from toolpoint.project.steps.plain_files import read_json, write_json
 MAX_NEXT_POINTS = 12  # measured points among the candidates of the next test
 
 
-def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], draws: int, seed: int, machine: Path | None = None,
-                tip_x: Path | None = None, tip_y: Path | None = None) -> StepOutcome:
-    """Write the weights of the draws after the tried cuts (weights.json)."""
+def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], has_poses: bool, draws: int, seed: int,
+                machine: Path | None = None, tip_x: Path | None = None, tip_y: Path | None = None) -> StepOutcome:
+    """Write the weights of the draws after the tried cuts (weights.json); has_poses : whether goals are asked at poses."""
     systems = _systems(machine, tip_x, tip_y, draws=draws, seed=seed)
     questions = {name: _question(name, entry, 1.0, {}) for name, entry in cuts.items()}
     cuts_made = io.read_tried(tried)
@@ -38,15 +38,20 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], draws: in
         "cuts": [{"speed_rpm": cut.speed, "depth_m": cut.depth, "stable": cut.stable, "frequency_hz": cut.frequency,
                   "share_of_draws": share} for cut, share in zip(cuts_made, result.likelihoods, strict=True)]})
     words = f"{len(cuts_made)} tried cuts; the draws count as {result.effective:.0f} of {draws}"
-    return StepOutcome(words, result.doubts)
+    placeless = [cut for cut in cuts_made if not cut.pose] if has_poses and machine is not None else []
+    doubts = [Doubt("tried cuts", f"{len(placeless)} of {len(cuts_made)} without a pose, taken at the reference pose of the "
+                    "machine", "write the pose beside them in tried.yaml")] if placeless else []
+    return StepOutcome(words, (*result.doubts, *doubts))
 
 
-def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any], draws: int,
-               seed: int, machine: Path | None = None, tip_x: Path | None = None, tip_y: Path | None = None,
-               weights: Path | None = None, verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
+def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any],
+               struck_pose: Mapping[str, float], draws: int, seed: int, machine: Path | None = None,
+               tip_x: Path | None = None, tip_y: Path | None = None, weights: Path | None = None,
+               verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
     """Write the limit of a goal's cut at its speed and pose with its interval, and P(stable) (limits.json).
 
-    verdict, checked : what the limit rests on besides: the verdict on the tap, the look at the machine.
+    verdict, checked : what the limit rests on besides: the verdict on the tap, the look at the machine; struck_pose : at which
+    the tip was struck.
     """
     systems = _systems(machine, tip_x, tip_y, draws=draws, seed=seed)
     question = _question(cut_name, cut, goal["speed"], goal["pose"], goal["depth"])
@@ -57,7 +62,11 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     better = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
     data["better_speed"] = None if better is None else better.to_dict()
     write_json(folder / "limits.json", data)
-    return StepOutcome(_limit_words(data), (*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal)))
+    doubts = [*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal)]
+    if tip_x is not None and goal["pose"] and dict(goal["pose"]) != dict(struck_pose):
+        doubts.append(Doubt("pose of the goal", "the tip was struck at another pose; its response is taken for this one too",
+                            "strike it at the pose of the goal, or add a test of the structure (components, geometry)"))
+    return StepOutcome(_limit_words(data), tuple(doubts))
 
 
 def _systems(machine: Path | None, tip_x: Path | None, tip_y: Path | None, *, draws: int, seed: int) -> DrawnSystems:
@@ -112,9 +121,12 @@ def _limit_words(data: Mapping[str, Any]) -> str:
             f"{100 * data['stable_probability']:.0f} %; the limit there is {limit}, 95 % interval {ends}")
 
 
-def rank_changes(folder: Path, machine: Path, *, cuts: Mapping[str, Any], goals: Mapping[str, Any], changes: Mapping[str, Any],
-                 draws: int, seed: int) -> StepOutcome:
-    """Write what each change would do to the limits of the goals, best first (changes.json)."""
+def rank_changes(folder: Path, machine: Path, checked: Path, *, cuts: Mapping[str, Any], goals: Mapping[str, Any],
+                 changes: Mapping[str, Any], draws: int, seed: int) -> StepOutcome:
+    """Write what each change would do to the limits of the goals, best first (changes.json).
+
+    checked : the look at the machine, whose doubts are those of the advice.
+    """
     systems = MachineDraws(io.read_machine(machine), draws, seed)
     questions = {name: _question(goal["cut"], cuts[goal["cut"]], goal["speed"], goal["pose"], goal["depth"])
                  for name, goal in goals.items()}
@@ -125,8 +137,9 @@ def rank_changes(folder: Path, machine: Path, *, cuts: Mapping[str, Any], goals:
     return StepOutcome(words)
 
 
-def choose_test(folder: Path, machine: Path, *, pose: Mapping[str, float], poses: Sequence[Mapping[str, float]]) -> StepOutcome:
-    """Write which measurement would narrow the tool's compliance at a pose most (next.json)."""
+def choose_test(folder: Path, machine: Path, checked: Path, *, pose: Mapping[str, float],
+                poses: Sequence[Mapping[str, float]]) -> StepOutcome:
+    """Write which measurement would narrow the tool's compliance at a pose most (next.json); checked as in `rank_changes`."""
     built = io.read_machine(machine)
     names = [name for name in built.description.points if name not in (built.description.tool, built.description.table)]
     step = max(len(names) // MAX_NEXT_POINTS, 1)

@@ -10,21 +10,33 @@ from typing import Any
 import numpy as np
 
 from toolpoint import io, studies
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
 from toolpoint.machine.description import IdentifiedDescription
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 from toolpoint.studies.measured.measured_update import MeasuredUpdate
 
+POSE_TOLERANCE = 1e-6  # m or rad, between the pose of a test in two files
 _EXACT_NUMBERS_DOUBT = Doubt(
     "interval of the limits", "masses, damping and all numbers that the update did not move count as exact",
     "identify the machine from its test (components, geometry) where their uncertainty matters")
 
 
-def find_joints(folder: Path, modes: Path, geometry: Path, components: Path) -> StepOutcome:
-    """Write the joints of a machine (joints.json) and the machine of them (machine.yaml), read back and run beside its test."""
-    result = studies.study_joints(io.read_modes(modes), io.read_geometry(geometry), io.read_components(components))
+def find_joints(folder: Path, modes: Path, geometry: Path, components: Path, *, pose: Mapping[str, float]) -> StepOutcome:
+    """Write the joints of a machine (joints.json) and the machine of them (machine.yaml), read back and run beside its test.
+
+    Raises ToolpointError where the test was made at another pose than the component file says.
+    """
+    described = io.read_components(components)
+    for axis, position in pose.items():
+        if axis not in described.axes:
+            fail("pose of the test", axis, f"must be an axis of the component file: {', '.join(described.axes) or 'none'}")
+        at_test = described.axes[axis].at_reference
+        if abs(at_test - position) > POSE_TOLERANCE:
+            fail("pose of the test", f"{axis} at {position:g}", f"the component file says at_test {at_test:g}",
+                 remedy="a record of another pose? mend the pose in project.yaml, or at_test in the component file")
+    result = studies.study_joints(io.read_modes(modes), io.read_geometry(geometry), described)
     if result.machine is None:
         raise ToolpointError(f"joints were found, a machine was not: {result.no_machine_reason}")
     io.write_machine(result.machine, folder / "machine.yaml")
