@@ -199,4 +199,5 @@ def test_a_rigid_flange_is_six_motions():
 
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
-    assert all(path.name in text for path in FOLDER.glob("*.py"))
+    # Those of the five sources are run and held to their kept numbers in tests/architecture/test_sources.py.
+    assert all(path.name in text or path.stem.startswith("source_") for path in FOLDER.glob("*.py"))
