@@ -207,7 +207,8 @@ def test_a_tried_cut_narrows_the_answer_of_a_project():
 
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
-    assert all(path.name in text for path in FOLDER.glob("*.py"))
+    # Those of the five sources are run and held to their kept numbers in tests/architecture/test_sources.py.
+    assert all(path.name in text or path.stem.startswith("source_") for path in FOLDER.glob("*.py"))
 
 
 def test_which_joint_loosened():

@@ -22,7 +22,7 @@ def demo():
 
     screening = SimpleNamespace(design=SimpleNamespace(labels=LABELS), metrics=names, metric=metric, loads="errors: the cut")
     planned = SimpleNamespace(screening=screening, plan=SimpleNamespace(square=SimpleNamespace(sides=(1, 2))))
-    return RobotDemo(*[None] * 7, planned)
+    return RobotDemo(*[None] * 7, planned, None)
 
 
 def test_the_largest_effect_is_named_first_and_beside_the_sources(demo):

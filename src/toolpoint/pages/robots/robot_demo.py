@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.pages.robots.accuracy import accuracy_page
 from toolpoint.pages.robots.places import place_page
@@ -13,6 +15,9 @@ from toolpoint.pages.robots.screening import screening_page
 from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.figures.machines.pose_map import frequency_curves
 from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo
+from toolpoint.studies.screening.source_figures import SourceFigures
+
+_DRAWN_LINE_STEP = 8  # lines of a response from one that is drawn to the next: 2 Hz
 
 
 def answer_of(result: RobotDemo) -> str:
@@ -51,4 +56,17 @@ def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequen
                 SPEEDS, limit, axis="spindle speed", unit="rev/min", names=["limit"], quantity="Stable depth, mm")),
                 f"In the middle of the source's region; {result.chart.method}, first loss of stability alone; none is drawn "
                 "where no depth charted has it.")
+    report = report.with_section("The source's figures 34 to 37 and 41",
+                                 Notes(result.figures.words(), "note", "Numbers of both"), *_source_charts(result.figures))
     return with_remarks(report, list(warnings))
+
+
+def _source_charts(figures: SourceFigures) -> list[Chart | str]:
+    """Return real parts, zero-order limit and forces of a tooth."""
+    real, limit = 1e6 * figures.real[::_DRAWN_LINE_STEP], 1e3 * figures.limit[:, None]
+    return [Chart(frequency_curves(figures.lines[::_DRAWN_LINE_STEP], real, axis="frequency", unit="Hz", names=["x", "y", "z"],
+                                   quantity="Real part, µm/N")),
+            Chart(frequency_curves(figures.speeds, limit, axis="spindle speed", unit="rev/min", names=["zero order, z"],
+                                   quantity="Depth, mm"), "One direction alone, modes below 150 Hz left out, as the source."),
+            Chart(frequency_curves(np.degrees(figures.angle), figures.force, axis="turn of a tooth", unit="°",
+                                   names=["along the feed", "across it"], quantity="Force, N for a millimetre"))]

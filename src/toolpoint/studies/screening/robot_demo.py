@@ -23,6 +23,7 @@ from toolpoint.studies.robots.datasheet_study import DatasheetStudy
 from toolpoint.studies.robots.place_map import PlaceMap, PlaceQuantity, map_places, place_grid
 from toolpoint.studies.robots.regions import EvenSegment, RegionSearch, plane_directions, search_regions
 from toolpoint.studies.screening.planned import PlannedScreening, run_plan
+from toolpoint.studies.screening.source_figures import SourceFigures, compute_source_figures
 
 GRID_STEP, GRID_SPAN = 0.05, ((-0.2, 0.7), (-0.3, 0.7))  # m, of the map over x and z
 SOURCE_SEGMENT = ((0.49, 0.0, 0.16), (0.49, 0.0, 0.36))  # the source's region, m
@@ -67,6 +68,7 @@ class RobotDemo(NotebookText):
     chart: StabilityChart
     accuracy: MillingAccuracy
     screening: PlannedScreening
+    figures: SourceFigures
 
     def findings(self) -> list[str]:
         """Return the source's conclusions on the mean position error, each with its numbers, those here and their distance."""
@@ -127,13 +129,13 @@ class RobotDemo(NotebookText):
         depths_text = ", ".join(f"{s:.0f}: {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
                                 for s, v in list(zip(SPEEDS, limit, strict=True))[::8])
         return "\n".join([self.map.table(), self.search.table(), *self.region_lines(),
-                          f"stable depth by rev/min: {depths_text}",
+                          f"stable depth by rev/min: {depths_text}", *self.figures.words(),
                           self.accuracy.table(), self.screening.table(), *self.findings()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return all results as plain data."""
         return {"map": self.map.to_dict(), "search": self.search.to_dict(), "accuracy": self.accuracy.to_dict(),
-                "screening": self.screening.to_dict(), "findings": self.findings()}
+                "screening": self.screening.to_dict(), "findings": self.findings(), "figures": self.figures.to_dict()}
 
 
 def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *, all_sides: bool = False,
@@ -162,7 +164,7 @@ def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *
                                                                                       spacing=SHORT_RUN_SPACING))
     screening = run_plan(used, machine, folder=folder, progress=progress)
     return RobotDemo(datasheet, place_map, search, at_source, straight_wrist(machine, STRAIGHT_WRIST_PLACES), chart, accuracy,
-                     screening)
+                     screening, compute_source_figures(machine, pose))
 
 
 def straight_wrist(machine: Machine, places: FloatArray) -> FloatArray:
