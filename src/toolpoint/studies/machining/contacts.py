@@ -110,7 +110,9 @@ def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: Machinin
                                      f"as the edges are long, "
                             f"{1e3 * flutes[k]:g} mm, or higher", "a tool with longer edges, or less depth", grave=True))
     flat = np.array([shape.flat > 1e-6 * shape.radius for shape in removed.shapes])[shape_index]
-    plunges = flat & (removed.feed[:, 2] < -MIN_PLUNGE_SLOPE) & (removed.volume[removed.piece] > 0)
+    goes_down = removed.feed[:, 2] < -MIN_PLUNGE_SLOPE
+    # Rapids are told by themselves.
+    plunges = ~laid.moves.rapid[removed.piece] & flat & goes_down & (removed.volume[removed.piece] > 0)
     if plunges.any():
         lines = laid.path.line[laid.moves.block[removed.piece[plunges]]]
         doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line "
