@@ -175,7 +175,7 @@ def _assumptions(study: MachiningStudy) -> list[str]:
             "rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner than the spacing, may be "
             "missed.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
-            "Limits are those of groups of 4° of the arc and 15° of the feed, near a limit those of each block's own arc; "
+            "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "
             "positions "
             f"within {1e3 * POSE_STEP:g} mm are one pose.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]
