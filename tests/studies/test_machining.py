@@ -15,6 +15,15 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.io.program.gcode import parse
 from toolpoint.io.program.rewriting import SpeedAndFeed, rewritten
+from toolpoint.machine import build
+from toolpoint.machine.description import (
+    BodyDescription,
+    IdentifiedDescription,
+    InertiaDescription,
+    JointDescription,
+    MachineDescription,
+    PointDescription,
+)
 from toolpoint.material_removal import Stock
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.vibration import Modes
@@ -185,3 +194,17 @@ def test_an_interrupted_run_goes_on_with_what_is_kept(tmp_path: Path, monkeypatc
     first = _run(text, dynamics=_tip(), cut=STRAIGHT, folder=tmp_path)
     monkeypatch.setattr(StabilitySolver, "chart", lambda *_, **__: pytest.fail("solved anew"))
     assert _run(text, dynamics=_tip(), cut=STRAIGHT, folder=tmp_path).table() == first.table()
+
+
+def test_the_interval_of_the_machines_numbers_reaches_the_block() -> None:
+    """A head on identified springs: the limit of the block nearest to it has an interval about the limit itself."""
+    stiffness, share = 3e7, 0.01
+    joint = JointDescription("ground", "head", stiffness={"x": stiffness, "y": stiffness}, loss_factor=0.04)
+    head = BodyDescription(1.0, inertia=InertiaDescription(1e-3, 1e-3, 1e-3))
+    identified = IdentifiedDescription(("joints.slide.stiffness.x",), ((float((share * stiffness) ** 2),),))
+    machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")},
+                                       tool="tip",
+                                       identified=identified))
+    result = _run("S7000 G1 F2400 X-10 Y7 Z-2\nX20\n", dynamics=machine, cut=STRAIGHT)
+    (note,) = [note for note in result.notes if "95 % interval of the least limit" in note]
+    assert note.startswith("line 2, the block nearest to its limit") and "joint slide" in note

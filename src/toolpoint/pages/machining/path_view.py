@@ -10,7 +10,7 @@ from toolpoint.studies.machining.result import MachiningStudy
 
 MAX_DRAWN_PIECES = 8000  # of the path: the page stays below its size; those of the largest values are kept
 SURFACE_CELLS = 70  # along the longer side
-RIBBON_RATIO = 0.004  # of the stock's size: half width of a ribbon
+RIBBON_RATIO = 0.006  # of the stock's size: half width of a ribbon
 RIBBON_LIFT_RATIO = 0.006  # of the stock's size: above the floor that the tool leaves, which would hide it
 
 
@@ -44,6 +44,7 @@ def _ribbons(rows: FloatArray, size: float) -> tuple[FloatArray, np.ndarray]:
     length = np.linalg.norm(across, axis=1, keepdims=True)
     across = np.where(length > 0, across / np.where(length > 0, length, 1.0), [1.0, 0.0, 0.0]) * RIBBON_RATIO * size
     nodes = np.stack([start - across, start + across, end + across, end - across], axis=1).reshape(-1, 3)
+    nodes[:, 2] += RIBBON_RATIO * size  # over the floor that the tool leaves, or the two would flicker
     corner = 4 * np.arange(len(rows))[:, None]
     return nodes, np.concatenate([corner + np.array([0, 1, 2]), corner + np.array([0, 2, 3])])
 

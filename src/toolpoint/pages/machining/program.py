@@ -21,7 +21,7 @@ MAX_SHOWN_RATIO = 4.0  # of limit over depth: more in hand is one colour
 def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a program."""
     report = Report(f"Program on a machine: {result.name}", result.answer,
-                    subtitle=f"{result.setup.stock.words}; {len(result.laid.numbers)} tools")
+                    subtitle=f"{result.setup.stock.words}; tool {', '.join(map(str, result.laid.numbers))}")
     cutting = np.flatnonzero(result.blocks.verdict > 0)
     if cutting.size:
         report = report.with_section("Blocks, worst first", _worst(result), *_advice(result))

@@ -14,6 +14,7 @@ from toolpoint.studies.machining.setup import MachiningSetup
 
 GOUGE_TOLERANCE = 2e-5  # m, below the part's surface
 MAX_LISTED_CONTACTS = 3  # of each kind, by name
+MAX_UNKNOWN_EDGE_RATIO = 2.0  # of the diameter: deeper cuts are doubted where no length of the edges is given
 MIN_PLUNGE_SLOPE = 0.5  # of the unit feed along the axis: from it on a flat end cuts with its centre
 
 
@@ -98,6 +99,10 @@ def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPa
     return doubts
 
 
+def _diameters(removed: RemovedMaterial, shape_index: np.ndarray) -> np.ndarray:
+    return np.array([shape.diameter for shape in removed.shapes])[shape_index]
+
+
 def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
     """Doubt cuts that stand higher than the edges, and plunges of flat ends, whose forces are not in the law."""
     doubts = []
@@ -109,8 +114,16 @@ def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: Machinin
         doubts.append(Doubt("edges", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: material stands as high "
                                      f"as the edges are long, "
                             f"{1e3 * flutes[k]:g} mm, or higher", "a tool with longer edges, or less depth", grave=True))
+    unknown = np.isinf(flutes) & (removed.reach > MAX_UNKNOWN_EDGE_RATIO * _diameters(removed, shape_index))
+    if unknown.any():
+        k = int(np.argmax(np.where(unknown, removed.reach, 0.0)))
+        doubts.append(Doubt("edges", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]} cuts "
+                                     f"{1e3 * removed.reach[k]:.3g} mm deep, and no "
+                            "length of the edges is given", "give `flute_length`"))
     flat = np.array([shape.flat > 1e-6 * shape.radius for shape in removed.shapes])[shape_index]
-    plunges = flat & (removed.feed[:, 2] < -MIN_PLUNGE_SLOPE) & (removed.volume[removed.piece] > 0)
+    goes_down = removed.feed[:, 2] < -MIN_PLUNGE_SLOPE
+    # Rapids are told by themselves.
+    plunges = ~laid.moves.rapid[removed.piece] & flat & goes_down & (removed.volume[removed.piece] > 0)
     if plunges.any():
         lines = laid.path.line[laid.moves.block[removed.piece[plunges]]]
         doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line "

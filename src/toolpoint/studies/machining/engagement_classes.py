@@ -11,7 +11,7 @@ from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.loads import slice_edges
 from toolpoint.studies.machining.program_path import ProgramPath
 
-ARC_STEP = np.radians(4.0)  # rad, of entry and exit within a group
+ARC_STEP = np.radians(2.0)  # rad, of entry and exit within a group
 DIRECTION_STEP = np.radians(15.0)  # rad, of the feed's direction within a group
 _MIN_ARC = np.radians(0.5)  # rad: a shorter one is taken as so long
 

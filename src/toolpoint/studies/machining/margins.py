@@ -55,13 +55,15 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
     doubtful = np.flatnonzero(gap < NEAR_RATIO)
     chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
     block = laid.moves.block[piece[arcs.place[chosen]]]
-    own_points = np.stack([laid.tool[block], pose[arcs.place[chosen]], arcs.entry[chosen], arcs.exit[chosen],
+    near_points = np.stack([laid.tool[block], pose[arcs.place[chosen]], arcs.entry[chosen], arcs.exit[chosen],
                            arcs.angle[chosen],
                            laid.speed[block], arcs.depth[chosen]], axis=1).tolist()
-    own = execute(solver, own_points, folder=None if folder is None else folder / "near",
-                  progress=progress).outcomes if own_points else ()
+    near_solutions: Sequence[Outcome] = ()
+    if near_points:
+        near_solutions = execute(solver, near_points, folder=None if folder is None else folder / "near",
+                                 progress=progress).outcomes
     is_own, grouping = np.zeros(arcs.place.size, bool), 0.0
-    for m, outcome in zip(chosen.tolist(), own, strict=True):
+    for m, outcome in zip(chosen.tolist(), near_solutions, strict=True):
         if outcome.values is None:
             continue
         group_limit, values[m], is_own[m] = values[m, 0], _numbers(outcome), True
@@ -69,7 +71,7 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
         if np.isfinite(values[m, 0]) and np.isfinite(group_limit) and group_limit > 0:
             grouping = max(grouping, abs(float(values[m, 0] / group_limit) - 1))
     failures = dict.fromkeys(outcome.failure for outcome in groups if outcome.values is None)
-    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, len(groups) + len(own),
+    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, len(groups) + len(near_solutions),
                         tuple(failures),
                         int(doubtful.size - chosen.size))
 

@@ -93,16 +93,16 @@ class MachiningStudy(NotebookText):
         bad, unknown = self.chatter_blocks, int((self.blocks.verdict == 3).sum())
         if bad.size:
             k = int(bad[0])
-            main = (f"{bad.size} of {cutting} cutting blocks chatter, the worst in line {self.blocks.line[k]}: "
+            main = (f"{bad.size} of {_counted(cutting, 'cutting block')} chatter, the worst in line {self.blocks.line[k]}: "
                     f"{1e3 * self.blocks.depth[k]:.3g} mm deep where {1e3 * self.blocks.limit[k]:.3g} mm are stable "
                     f"(chatter at {self.blocks.frequency[k]:.0f} Hz)")
         elif unknown == cutting:
-            main = f"stability is not known for its {cutting} cutting blocks"
+            main = f"{_counted(cutting, 'cutting block')} of unknown stability"
         else:
             least_hand = np.nanmin(np.where(self.blocks.verdict == 1, self.blocks.ratio, np.inf))
             margin = f"at least {100 * (least_hand - 1):.0f} % of depth in hand" if np.isfinite(least_hand) else \
                 "no limit within four times their depth"
-            main = f"all {cutting - unknown} cutting blocks that were judged are stable, {margin}"
+            main = f"{_counted(cutting - unknown, 'cutting block')} judged stable, {margin}"
         force = self.blocks.loads["lateral"]
         load = f"; largest force {force.max():.0f} N in line {self.blocks.line[int(force.argmax())]}, largest power " \
                f"{self.blocks.loads['power'].max():.0f} W"
@@ -163,6 +163,10 @@ class MachiningStudy(NotebookText):
 
     def __repr__(self) -> str:
         return f"MachiningStudy({self.name!r}, {self.blocks.line.size} blocks, {self.chatter_blocks.size} chatter)"
+
+
+def _counted(count: int, name: str) -> str:
+    return f"{count} {name}" + "s" * (count != 1)
 
 
 def _number(value: float) -> float | None:

@@ -17,6 +17,7 @@ from toolpoint.studies.machining.advice import AdviceCase, advise
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
@@ -25,6 +26,7 @@ from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
+ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
 MAX_SAMPLED_PLACES = 3000  # at which the arcs are computed at twice the spacing too
 MIN_DOUBTED_HULL_FRACTION, MIN_DOUBTED_GROUPING = 0.01, 0.1  # of the places; of the limit over the depth
 NamedProgress = Callable[..., None]
@@ -81,6 +83,11 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         margins = place_margins(arcs, groups, laid, removed.piece, solver=solver, pose=pose, folder=folder,
                                 progress=lambda finished, total: progress("distinct engagements", finished, total))
         doubts += _margin_doubts(margins, arcs)
+        if isinstance(dynamics, Machine):
+            interval = find_limit_interval(dynamics, poses, arcs, margins, pose=pose, laid=laid, piece=removed.piece,
+                                           setup=setup)
+            doubts += [] if interval is None else interval.doubts
+            notes += [] if interval is None else [interval.words]
         if with_advice:
             case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
             advice = advise(case, find_speed_lines(laid, text),
@@ -136,7 +143,7 @@ def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetu
     # Slices of the two may lie at other heights: means over the height of the finer are compared.
     fine_mean = removed.arc_length[chosen].mean(axis=1)
     coarse_mean = coarse.arc_length[chosen].mean(axis=1) * coarse.reach[chosen] / removed.reach[chosen]
-    return float(np.quantile(np.abs(fine_mean - coarse_mean), 0.95))
+    return max(float(np.quantile(np.abs(fine_mean - coarse_mean), 0.95)), ARC_RESOLUTION)
 
 
 def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
@@ -165,9 +172,10 @@ def _assumptions(study: MachiningStudy) -> list[str]:
     settings = study.removed.settings
     return [f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of "
             f"the tool; "
-            "rapids go straight.",
+            "rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner than the spacing, may be "
+            "missed.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
-            "Limits are those of groups of 4° of the arc and 15° of the feed, near a limit those of each block's own arc; "
+            "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "
             "positions "
             f"within {1e3 * POSE_STEP:g} mm are one pose.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]
