@@ -5,7 +5,7 @@ and K_n differ by 10 % (told). Half of the tests have one slip: a turned channel
 order, a mass 15 % off. Every machine: responses as a universal file, a project folder, `Project.run`, then `Project.limits` at
 six random poses beside the true machine's least limit over twelve speeds.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/project_random.py [--first 0] [--seeds 20] [--draws 40]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/project_random.py [--first 0] [--seeds 20] [--draws 24]
         [--results FILE] (resumes from it)
 
 Whole: the least limits at all six poses within 10 % of the truth with the told coefficients (machines without a slip).
@@ -26,13 +26,12 @@ from pathlib import Path
 import joint_machines as jm
 import numpy as np
 
-from toolpoint.cutting import stability
 from toolpoint.project import Project
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import FIRST_LOSS, CutQuestion
+from toolpoint.project.limits.drawn_limits import CutQuestion
 from toolpoint.project.limits.systems import MachineDraws, problem_of
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
-from toolpoint.studies.machines.tool_point import first_loss_depth
+from toolpoint.studies.machines.tool_point import deep_chart
 
 SLIPS = ("sign", "sensitivity", "exchanged", "order", "mass")
 SPEEDS = np.linspace(800.0, 4000.0, 12)
@@ -99,7 +98,7 @@ def is_named(words: list[str], doubts: list[str]) -> bool:
 def least_limit(machine, pose, cut, factors) -> float:
     """Return the true least limit over the speeds."""
     problem = problem_of(machine_dynamics(machine, pose), cut, factors)
-    chart = stability.chart(problem, SPEEDS, FIRST_LOSS, depth_max=3 * first_loss_depth(problem))
+    chart = deep_chart(problem, SPEEDS, None, share=0.5)
     return float(np.minimum(chart.limit, chart.depth_max).min())
 
 
@@ -172,7 +171,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--draws", type=int, default=40)
+    parser.add_argument("--draws", type=int, default=24)
     parser.add_argument("--results", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")

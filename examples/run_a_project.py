@@ -15,7 +15,7 @@ cuts:
          speeds: 500 2500 rpm}
 goals:
   roughing: {speed: 1200 rpm, depth: 2 mm}
-draws: 40
+draws: 24
 """
 
 

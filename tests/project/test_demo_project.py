@@ -6,7 +6,6 @@ import pytest
 from toolpoint.cutting import stability
 from toolpoint.project import Project, write_demo
 from toolpoint.project.demo import TURNED_RECORD, demo_machine
-from toolpoint.project.limits.drawn_limits import FIRST_LOSS
 from toolpoint.project.limits.systems import problem_of
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
 
@@ -22,7 +21,7 @@ def test_demo_names_the_wrong_channel_and_its_intervals_hold_the_true_limits(tmp
     assert hits and all(f"P{6}" in hit["name"] or f"P{12}" in hit["name"] for hit in hits)
     for name, goal in results.data["goals"].items():
         problem = problem_of(machine_dynamics(demo_machine(), goal["pose"]), project.description.cuts["face"].cut)
-        truth = float(stability.chart(problem, np.array([goal["speed_rpm"]]), FIRST_LOSS, depth_max=0.1).limit[0])
+        truth = float(stability.chart(problem, np.array([goal["speed_rpm"]]), depth_max=0.03).limit[0])
         assert goal["interval_m"][0] < truth < goal["interval_m"][1], name
         assert goal["limit_m"] == pytest.approx(truth, rel=0.03)
 

@@ -165,7 +165,7 @@ def test_commands_run_and_tried(folder, capsys):
     main(["tried", str(folder), "--speed", "2500", "--depth", "1", "--stable"])
     main(["run", str(folder), "--json"])
     data = json.loads(capsys.readouterr().out.partition("\n{")[2].join(["{", ""]) or "{}")
-    assert any(step["step"] == "tried" for step in data["steps"])
+    assert any(step["step"] == "tried/machine" for step in data["steps"])
     with pytest.raises(SystemExit):
         main(["tried", str(folder), "--speed", "2500", "--depth", "1"])
     assert "must be one of them" in capsys.readouterr().err

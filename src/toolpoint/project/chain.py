@@ -24,8 +24,9 @@ from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 2,
-                 "limits": 5, "changes": 2, "next": 1, "contour": 1}
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 3,
+                 "limits": 6,
+                 "changes": 2, "next": 1, "contour": 1}
 
 
 @dataclass(frozen=True)

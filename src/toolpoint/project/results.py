@@ -19,7 +19,7 @@ CERTAIN_PROBABILITY, UNLIKELY_PROBABILITY = 0.95, 0.05  # of a stable cut, from 
 METHODS = (
     "Responses were estimated from the hits that passed the judgement (H1), modes identified with their covariance, joints and "
     "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability "
-    "(Floquet multipliers by Gauss panels and Arnoldi iteration). Intervals are quantiles of {draws} draws of the identified "
+    "(Floquet multipliers, counted by the phase of a determinant). Intervals are quantiles of {draws} draws of the identified "
     "numbers and of the cutting coefficients, weighed by the cuts that were tried. toolpoint {version}.")
 ASSUMPTIONS = (
     "Coefficients K_t and K_n are lognormal and independent of each other; those of two cuts are independent.",

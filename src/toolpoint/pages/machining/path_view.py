@@ -11,7 +11,6 @@ from toolpoint.studies.machining.result import MachiningStudy
 MAX_DRAWN_PIECES = 8000  # of the path: the page stays below its size; those of the largest values are kept
 SURFACE_CELLS = 70  # along the longer side
 RIBBON_RATIO = 0.006  # of the stock's size: half width of a ribbon
-RIBBON_LIFT_RATIO = 0.006  # of the stock's size: above the floor that the tool leaves, which would hide it
 
 
 def path_view(result: MachiningStudy, values: FloatArray, *, name: str, title: str, unit: str) -> ShapeView:
@@ -37,8 +36,7 @@ def path_view(result: MachiningStudy, values: FloatArray, *, name: str, title: s
 
 def _ribbons(rows: FloatArray, size: float) -> tuple[FloatArray, np.ndarray]:
     """Return four nodes and two triangles for every piece, level across its way."""
-    lift = np.array([0.0, 0.0, RIBBON_LIFT_RATIO * size])
-    start, end = rows[:, 0:3] + lift, rows[:, 3:6] + lift
+    start, end = rows[:, 0:3], rows[:, 3:6]
     way = end - start
     across = np.stack([-way[:, 1], way[:, 0], np.zeros(len(way))], axis=1)
     length = np.linalg.norm(across, axis=1, keepdims=True)

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
-from toolpoint.cutting import PanelArnoldi, StabilityChart, stability
+from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.project.limits.systems import DrawnSystems, Pose, coefficient_factors, problem_of
 from toolpoint.studies.machines.tool_point import deep_chart
 
-SEARCH_DEPTH_RATIO = 2.5  # depth to which draws are searched, over the nominal limit
+SEARCH_DEPTH_RATIO = 2.0  # depth to which draws are searched, over the nominal limit
 GOAL_DEPTH_RATIO = 1.5  # the same over the depth asked about
-FIRST_LOSS = PanelArnoldi(first_only=True)
 COEFFICIENTS_SOURCE = "cutting coefficients"
 
 
@@ -88,16 +87,18 @@ def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:
 def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
     """Return the limits of a cut over all draws of a project's systems and of its coefficients.
 
-    A cut is taken as stable below the first loss of stability alone; islands of stability above it count as chatter.
+    The default engine, whose counts find every loss of stability below the searched depth: a search for the first loss alone
+    (`PanelArnoldi(first_only=True)`) has missed narrow ones where it searched far deeper than they lie. A cut is taken as
+    stable below the first loss alone; islands of stability above it count as chatter.
     """
     speeds = np.asarray(question.speeds, float)
     problem = problem_of(systems.nominal(question.pose), question.cut)
-    chart = deep_chart(problem, speeds, FIRST_LOSS, end=question.cut.depth_end[0])
+    chart = deep_chart(problem, speeds, None, share=0.5, end=question.cut.depth_end[0])
     finite = chart.limit[np.isfinite(chart.limit)]
     depth_max = max(SEARCH_DEPTH_RATIO * float(finite.max()) if finite.size else chart.depth_max,
                     GOAL_DEPTH_RATIO * (question.depth or 0.0))
     factors = coefficient_factors(question.name, question.deviation, systems)
-    charts = [stability.chart(problem_of(part, question.cut, row), speeds, FIRST_LOSS, depth_max=depth_max)
+    charts = [stability.chart(problem_of(part, question.cut, row), speeds, None, depth_max=depth_max)
               for part, row in zip(systems.drawn(question.pose), factors, strict=True)]
     draws = np.array([drawn.limit for drawn in charts])
     frequencies = np.array([_frequencies(drawn) for drawn in charts])
