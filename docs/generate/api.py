@@ -7,7 +7,7 @@ import inspect
 from pathlib import Path
 
 ROOMS = ("vibration", "signals", "modal_identification", "joint_identification", "updating", "spatial", "kinematics", "bodies",
-         "joints", "substructuring", "machine", "cutting", "drives", "vision", "studies", "io", "plot")
+         "joints", "substructuring", "machine", "cutting", "drives", "vision", "studies", "io", "plot", "project")
 
 
 def _entries(room: str) -> list[str]:

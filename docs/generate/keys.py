@@ -16,7 +16,8 @@ from generate.sites import SOURCE
 FILES = {"machine": ("machine_schema", "Machine files"), "test": ("testing.test_file", "Test files"),
          "components": ("component_file", "Component files"), "servo": ("drive_file", "Servo files"),
          "shaft": ("shaft_file", "Shaft files"), "datasheet": ("robot_file", "Robot datasheets"),
-         "plan": ("plan_file", "Screening plans"), "choice": ("testing.choice_file", "Choice files")}
+         "plan": ("plan_file", "Screening plans"), "project": ("project_file", "Project files"),
+         "choice": ("testing.choice_file", "Choice files")}
 HEAD = ["| key | meaning, unit and limits | default | example |", "|---|---|---|---|"]
 
 

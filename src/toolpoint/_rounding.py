@@ -45,6 +45,15 @@ def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") ->
     return f"{number_text(value, uncertainty)} ± {uncertainty_text(uncertainty)}{tail}"
 
 
+def probability_text(share: float, resolution: float = 0.005) -> str:
+    """Return a probability in per cent, never nearer to certainty than its resolution: ``97 %``, ``above 99.5 %``."""
+    if share > 1 - resolution:
+        return f"above {100 * (1 - resolution):g} %"
+    if share < resolution:
+        return f"below {100 * resolution:g} %"
+    return f"{100 * share:.2g} %"
+
+
 def uncertainty_text(uncertainty: float) -> str:
     """Return an uncertainty alone by the rule: ``0.12``, ``6``, ``unknown``."""
     if not math.isfinite(uncertainty):

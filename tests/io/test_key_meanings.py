@@ -9,7 +9,7 @@ from toolpoint.io.yaml.file_kinds import SCHEMAS, json_schema
 from toolpoint.io.yaml.key_meanings import FILES, meaning_of, meanings
 
 MODULES = ("machine_schema", "drive_file", "robot_file", "shaft_file", "testing.test_file", "component_file", "plan_file",
-           "testing.choice_file")
+           "testing.choice_file", "project_file")
 
 
 def schema(module):

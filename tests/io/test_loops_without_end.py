@@ -31,7 +31,7 @@ def test_a_long_loop_that_ends_runs():
 def test_loops_are_bounded_by_the_characters_they_run(text, monkeypatch):
     """A loop of long expressions may run no longer than one of short lines: the work is counted, not the lines alone."""
     for module in (interpreter, klartext):
-        monkeypatch.setattr(module, "MOST_CHARACTERS", 20_000)
+        monkeypatch.setattr(module, "MAX_LOOP_CHARACTERS", 20_000)
     with pytest.raises(ToolpointError, match="characters are run: a loop without end") as caught:
         gcode.parse(text)
     assert str(caught.value).count("characters are run") == 1

@@ -124,7 +124,7 @@ def test_patterns_put_holes_where_they_say():
 
 @given(st.floats(0.5, 30), st.floats(-1, 20), st.floats(1, 300))
 def test_pecks_grow_to_the_depth_and_never_take_more_than_the_first(first, degression, total):
-    depths = peck_depths(first, degression, total, least=0.1)
+    depths = peck_depths(first, degression, total, least_stroke=0.1)
     strokes = np.diff([0.0, *depths])
     assert depths[-1] == pytest.approx(total) and (strokes > 0).all() and strokes.max() <= min(first, total) * (1 + 1e-12)
     if degression > 0 and len(strokes) > 3:

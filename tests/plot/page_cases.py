@@ -131,6 +131,18 @@ def head_beside_its_source() -> Report:
 
 
 @case
+def program_on_a_machine() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import machining_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+
+    program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
+    cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
+    setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.05, 0)), cut, spacing=5e-4)
+    return machining_page(run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program))
+
+
+@case
 def campbell() -> Report:
     from toolpoint.io import read_machine
     from toolpoint.pages import campbell_page
@@ -439,6 +451,17 @@ def operational() -> Report:
 
 
 @case
+def drift() -> Report:
+    from toolpoint.pages.measured.drift import drift_page
+    from toolpoint.studies import study_drift
+
+    slides = example("tell_which_joint_loosened")
+    first = slides.two_slides()
+    later = [slides.measured_modes(first.with_values({"joints.upper.stiffness.x": k})) for k in (2e7, 1.7e7)]
+    return drift_page(study_drift(slides.measured_modes(first), later, first, names=["spring", "autumn"]), first.name)
+
+
+@case
 def listening() -> Report:
     from toolpoint.pages.cuts.listening import listening_page
     from toolpoint.studies import listen
@@ -458,6 +481,30 @@ def planned_test() -> Report:
     from toolpoint.studies import plan_test
 
     return plan_page(plan_test(machine(), 6, rng=np.random.default_rng(1)))
+
+
+@case
+def project() -> Report:
+    from toolpoint.pages.project.project import project_page
+    from toolpoint.project import ProjectResults
+
+    goal = {"cut": "face", "speed_rpm": 1200.0, "depth_m": 2e-3, "limit_m": 2.6e-3, "interval_m": [1.9e-3, None],
+            "depth_max_m": 9e-3, "stable_probability": 0.93, "chatter_frequency_hz": 68.2, "shares": {
+                "cutting coefficients": 0.7, "joint bed_column": 0.3}}
+    doubt = {"step": "responses/structure", "what": "18:+x", "why": "is turned", "remedy": "turn its sensitivity",
+             "figure": None, "grave": False}
+    change = {"name": "bolt the column", "joint": "bed_column", "stiffness_share": 0.3, "gain": 0.06,
+              "gain_interval": [0.05, 0.07], "cost": 2.0}
+    steps = [{"step": f"limits/{name}", "state": state, "words": "2 mm at 1200 rev/min is stable with 93 %",
+              "doubts": ["18:+x: is turned"], "files": [f"results/limits/{name}/limits.json"],
+              "command": "toolpoint report machine.yaml"}
+             for name, state in (("rough", "done"), ("side", "stopped"), ("old", "failed"), ("mine", "by hand"))]
+    return project_page(ProjectResults({
+        "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],
+        "goals": {"rough": goal}, "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
+        "changes": [change], "next": {"answer": "compliance", "today": 0.05, "random": 0.04, "candidates": [
+            {"test": "shapes at 34:+x", "after": 0.028}]}, "next_steps": ["try a cut of 2.4 mm"], "steps": steps,
+        "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."}))
 
 
 @case

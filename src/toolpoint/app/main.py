@@ -18,30 +18,36 @@ from toolpoint.app.interrupt import INTERRUPT_EXIT_CODE
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _COMMANDS_OF_MODULE = {
     "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate", "rcsa"),
+    "condition": ("drift",),
     "demos": ("demo",),
     "drives": ("drive", "servo-data"),
-    "files": ("new", "check", "convert", "schema", "doctor", "completion"),
+    "files": ("new", "samples", "check", "convert", "schema", "doctor", "completion"),
     "listening": ("listen",),
+    "machining": ("machining",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "compare", "sensitivity"),
     "operation": ("operational",),
+    "projects": ("run", "tried"),
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
 }
 MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
-_FUNCTION_OF_COMMAND = {"map": "frequency_map"}  # where the command's name is a name of Python
+# Where the command's name is a name of Python, or of the frame.
+_FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut"}
 
 # What a person comes with, and the commands that answer: the order of the help, and of the README.
 COMMANDS_OF_QUESTION = {
-    "Begin, and see what is there": ("demo", "new", "check", "report", "doctor", "convert", "schema", "completion"),
+    "Begin, and see what is there": ("demo", "new", "samples", "check", "report", "doctor", "convert", "schema", "completion"),
+    "All of it in one folder, from records to advice": ("run", "tried"),
     "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
-    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test"),
+    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test", "drift"),
     "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
     "A model and its test: where they differ, what to change": ("correlate", "compare", "sensitivity", "update", "screen",
                                                                "improve"),
     "A controller: contours, friction, loops": ("drive", "servo-data"),
+    "An NC program, block by block": ("machining",),
     "A robot that mills": ("robot", "reach", "region", "accuracy"),
     "A video of the machine": ("video",),
 }

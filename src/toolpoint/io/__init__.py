@@ -31,12 +31,15 @@ if TYPE_CHECKING:
     )
     from toolpoint.io.meshes.mesh_files import read_mesh
     from toolpoint.io.meshes.step_part import read_step
+    from toolpoint.io.meshes.stl import read as read_surface
     from toolpoint.io.multibody.model_files import write as write_multibody
     from toolpoint.io.page_pictures import write_pictures
     from toolpoint.io.page_tables import write_tables
     from toolpoint.io.point_table import read_places
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
+    from toolpoint.io.program.rewriting import SpeedAndFeed
+    from toolpoint.io.program.rewriting import write as write_program
     from toolpoint.io.servo_data.controller_records import read as read_servo_data
     from toolpoint.io.template_files import list_templates, write_template
     from toolpoint.io.two_states import read_two_states
@@ -48,6 +51,8 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.machine_file import write as write_machine
     from toolpoint.io.yaml.machine_file import write_cutting
     from toolpoint.io.yaml.plan_file import read as read_plan
+    from toolpoint.io.yaml.project_file import line_of_tried, read_tried
+    from toolpoint.io.yaml.project_file import read as read_project
     from toolpoint.io.yaml.robot_file import read as read_datasheet
     from toolpoint.io.yaml.robot_file import read_robot_machine
     from toolpoint.io.yaml.shaft_file import read as read_shaft
@@ -57,13 +62,15 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid", "list_templates",
-    "read_choice", "read_components", "read_datasheet", "read_described_records", "read_drives", "read_frf", "read_geometry",
-    "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine", "read_machine_at", "read_matrices",
-    "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan", "read_program", "read_record",
-    "read_records", "read_robot", "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_test_nouns",
+    "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
+    "line_of_tried", "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records",
+    "read_drives", "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened",
+    "read_machine", "read_machine_at", "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path",
+    "read_places", "read_plan", "read_program", "read_project", "read_record", "read_records", "read_robot",
+    "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_surface", "read_test_nouns", "read_tried",
     "read_two_states", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
-    "write_pictures", "write_planned_test", "write_points", "write_tables", "write_template", "write_test", "write_unit",
+    "write_pictures", "write_planned_test", "write_points", "write_program", "write_tables", "write_template", "write_test",
+    "write_unit",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -82,11 +89,13 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.test_nouns": ("hold_records", "read_described_records", "read_hammer_test", "read_measured", "read_test_nouns"),
     "meshes.mesh_files": ("read_mesh",),
     "meshes.step_part": ("read_step",),
+    "meshes.stl": ("read as read_surface",),
     "multibody.model_files": ("write as write_multibody",),
     "page_pictures": ("write_pictures",),
     "page_tables": ("write_tables",),
     "point_table": ("read_places",),
     "program.gcode": ("read as read_program", "read_path"),
+    "program.rewriting": ("SpeedAndFeed", "write as write_program"),
     "servo_data.controller_records": ("read as read_servo_data",),
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),
@@ -95,6 +104,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
+    "yaml.project_file": ("read as read_project", "read_tried", "line_of_tried"),
     "yaml.robot_file": ("read as read_datasheet", "read_robot_machine"),
     "yaml.shaft_file": ("read as read_shaft",),
     "yaml.testing.choice_file": ("read as read_choice",),

@@ -22,13 +22,16 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine import machine_page
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
+    from toolpoint.pages.machining.program import machining_page
     from toolpoint.pages.measured.correlation import correlation_page
+    from toolpoint.pages.measured.drift import drift_page
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.operational import operational_page
     from toolpoint.pages.measured.state_comparison import state_comparison_page
     from toolpoint.pages.measured.update import update_page
+    from toolpoint.pages.project.project import project_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
     from toolpoint.pages.robots.robot import robot_page
@@ -41,15 +44,12 @@ if TYPE_CHECKING:
     from toolpoint.pages.video import video_page
 
 __all__ = [
-    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
-    "finite_element_page", "first_look_page", "hammer_page", "head_source_page", "identification_page", "joints_page",
-    "listening_page", "lobes_page",
-    "machine_page", "map_page",
-    "operational_page", "place_page", "plan_page", "responses_page", "robot_page", "screening_page",
-    "sensitivity_page",
+    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
+    "drive_page", "finite_element_page", "first_look_page", "hammer_page", "head_source_page", "identification_page",
+    "joints_page", "listening_page", "lobes_page", "machine_page", "machining_page", "map_page", "operational_page",
+    "place_page", "plan_page", "project_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "state_comparison_page", "tap_page", "tool_coupling_page",
-    "turning_page",
-    "update_page", "video_page", "workspace_page",
+    "turning_page", "update_page", "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -68,13 +68,16 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.machine": ("machine_page",),
     "machines.machine_responses": ("responses_page",),
     "machines.sensitivity": ("sensitivity_page",),
+    "machining.program": ("machining_page",),
     "measured.correlation": ("correlation_page",),
+    "measured.drift": ("drift_page",),
     "measured.hammer_records": ("hammer_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
     "measured.operational": ("operational_page",),
     "measured.state_comparison": ("state_comparison_page",),
     "measured.update": ("update_page",),
+    "project.project": ("project_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),
     "robots.robot": ("robot_page",),

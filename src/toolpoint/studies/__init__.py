@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
+    from toolpoint.studies.drift.drift_study import study_drift
+    from toolpoint.studies.drift.mode_changes import Repeatability
     from toolpoint.studies.environment import core_count, examine_environment
     from toolpoint.studies.execute import Dask, Serial, choose_engine
     from toolpoint.studies.finite_elements.machine_study import study_example_mill, study_finite_elements
@@ -47,12 +49,16 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.spring_ways import spring_ways
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
+    from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
+    from toolpoint.studies.machining.run_program import run_program
+    from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
+    from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
     from toolpoint.studies.measured.two_states import compare_two_states
     from toolpoint.studies.robots.datasheet_study import study_datasheet
@@ -88,10 +94,12 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "CuttingLimits",
     "CuttingTest",
     "Dask",
     "DepthLimit",
     "Factor",
+    "MachiningSetup",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -99,6 +107,7 @@ __all__ = [
     "Option",
     "PeriodicError",
     "PlaceQuantity",
+    "Repeatability",
     "ResponsePeak",
     "Serial",
     "SpindleRange",
@@ -118,10 +127,13 @@ __all__ = [
     "check_machine",
     "choose_engine",
     "choose_turns",
-    "compare_branches", "compare_two_states",
+    "compare_branches",
+    "compare_two_states",
     "compare_with_test",
     "core_count",
     "cut_on",
+    "cuts_of_options",
+    "describe_machining",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -132,6 +144,7 @@ __all__ = [
     "improve_machine",
     "judge_servo_data",
     "lay_path",
+    "limits_of_drives",
     "line",
     "list_points",
     "listen",
@@ -165,6 +178,7 @@ __all__ = [
     "response_dynamics",
     "run_drives",
     "run_plan",
+    "run_program",
     "run_robot_demo",
     "screen",
     "search_regions",
@@ -177,9 +191,11 @@ __all__ = [
     "solve_modes",
     "spring_ways",
     "square",
+    "stock_of",
     "structure_of",
     "study_base_reactions",
     "study_datasheet",
+    "study_drift",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -204,6 +220,7 @@ __all__ = [
     "update_from_videos",
     "update_from_virtual_videos",
     "update_machine",
+    "with_measured_points",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -225,6 +242,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
+    "drift.drift_study": ("study_drift",),
+    "drift.mode_changes": ("Repeatability",),
     "environment": ("core_count", "examine_environment"),
     "execute": ("Dask", "Serial", "choose_engine"),
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
@@ -246,12 +265,16 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.spring_ways": ("spring_ways",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
+    "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
+    "machining.run_program": ("run_program",),
+    "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
+    "measured.model_correlation": ("with_measured_points",),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
     "measured.two_states": ("compare_two_states",),
     "robots.datasheet_study": ("study_datasheet",),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from toolpoint._check import Array, BoolArray, FloatArray, fail, real_or_complex
+from toolpoint._check import Array, BoolArray, FloatArray, IndexArray, fail, real_or_complex
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -188,6 +188,19 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
     return Pairing(pairs, matrix[rows[is_pair], columns[is_pair]],
                    tuple(sorted(set(range(first.count)) - set(pairs[:, 0].tolist()))),
                    tuple(sorted(set(range(second.count)) - set(pairs[:, 1].tolist()))))
+
+
+def assign_modes(first: Modes, second: Modes, frequency_weight: float = 0.2) -> tuple[IndexArray, IndexArray, FloatArray]:
+    """Return indices of pairs in both sets and their MAC, (n,) each: every mode of the smaller set has a partner.
+
+    Shapes decide; frequencies decide between shapes that are nearly alike: a factor e of frequency weighs as much as
+    `frequency_weight` of a MAC, and no more than two of them. Rows of both sets are the same Dofs.
+    """
+    values = mac(first.shape, second.shape)
+    ratio = np.outer(first.frequency, 1 / np.maximum(second.frequency, 1e-9))
+    log_distance = np.minimum(np.abs(np.log(np.maximum(ratio, 1e-300))), 2.0)
+    rows, columns = scipy.optimize.linear_sum_assignment(frequency_weight * log_distance - values)
+    return rows, columns, values[rows, columns]
 
 
 def _shapes(first: Array, second: Array) -> tuple[Array, Array]:

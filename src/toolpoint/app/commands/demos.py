@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint import cutting, io, pages, studies
+from toolpoint import cutting, io, pages, project, studies
 from toolpoint import machine as machines
 from toolpoint._check import fail, one_of
 from toolpoint.app.declare import Argument, Help, command
@@ -150,6 +150,21 @@ def run_finite_element_mill(run: Frame) -> None:
     run.show_text(result.table())
 
 
+def run_project_demo(run: Frame) -> None:
+    """Write a virtual mill's raw records as a project in a folder beside the page, and run it from records to advice."""
+    run.step("records")
+    output = run.output or Path("toolpoint-report")
+    folder = output.with_name(f"{output.stem}-mill") if output.suffix else output / "mill"
+    if not (folder / "project.yaml").exists():
+        project.write_demo(folder)
+    opened = project.Project.open(folder)
+    results = opened.run(listen=lambda event: None if event.ended else run.step(event.decision.step))
+    run.step("page")
+    run.save(pages.project_page, results, warnings=run.warnings)
+    run.show_text(results.table())
+    run.suggest(f"run {folder} --explain", f"tried {folder} --speed 1200 --depth 8 --chatter 67.5")
+
+
 def _machine_text(name: str) -> str:
     return (MACHINE_FOLDER / name).read_text(encoding="utf-8")
 
@@ -164,5 +179,7 @@ DEMOS: dict[str, Demo] = {
                           7, run_milling_robot, partial(run_milling_robot, full_length=True)),
     "finite-element-mill": Demo("mill of castings by finite elements: hammer test, sensitivities, layers, dampers",
                                 13, run_finite_element_mill),
+    "project": Demo("a project: raw records of a virtual mill, two bad hits and a wrong channel, to limits, changes, next test",
+                    10, run_project_demo),
     "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", 7, run_gantry),
 }

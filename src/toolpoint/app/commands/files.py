@@ -1,4 +1,4 @@
-"""Commands about files and the program itself: new, check, convert, schema, doctor, completion."""
+"""Commands about files and the program itself: new, samples, check, convert, schema, doctor, completion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 
 import click
 
-from toolpoint import io, studies
+from toolpoint import io, project, studies
+from toolpoint import samples as sample_kinds
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command, list_given
@@ -20,18 +21,18 @@ from toolpoint.app.values import AnyPath, SourceFile
 NEXT_COMMANDS = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."),
                  "servo": ("check {0}", "drive {0} --circle 50,4000"),
                  "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
-                 "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
+                 "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}"), "project": ("run {0}",)}
 
 
 @command(page=False, json=False)
-def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test"], Argument()],
+def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test", "project"], Argument()],
         file: Annotated[AnyPath | None, Argument()] = None, *,
         template: Annotated[str, Help("Which machine: three-axis-vertical, three-axis-horizontal, boring-mill, trunnion, "
                                       "gantry, lathe, grinder, parallel-head, robot.", metavar="NAME")] = "",
         listed: Annotated[bool, Help("Show the templates of KIND.", name="--list")] = False) -> None:
-    """A commented file to begin with: a machine, a hammer test, its components, a servo, or a cut.
+    """A commented file to begin with: a machine, a hammer test, its components, a servo, a cut; or the folder of a project.
 
-    FILE is KIND.yaml where left out; a file that is there is never overwritten.
+    FILE is KIND.yaml where left out, of a project the folder (my_project); what is there is never overwritten.
     """
     names = io.list_templates(kind)
     if listed or (not template and len(names) > 1):
@@ -39,9 +40,33 @@ def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "c
         if listed:
             return
         raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
-    path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
+    if kind == "project":
+        place = file or Path("my_project")
+        path = project.write_folder(place)
+    else:
+        place = path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
     run.show_text(f"Written: {path}")
-    run.suggest(*(words.format(path) for words in NEXT_COMMANDS[kind]))
+    run.suggest(*(words.format(place) for words in NEXT_COMMANDS[kind]))
+
+
+@command(page=False)
+def samples(run: Frame, kind: Annotated[str, Argument()] = "", folder: Annotated[AnyPath | None, Argument()] = None, *,
+            listed: Annotated[bool, Help("Show the kinds.", name="--list")] = False) -> None:
+    """Small virtual measurements to try everything on, with the faults of real ones, and the commands that run on them.
+
+    FOLDER is samples-KIND where left out; nothing is overwritten.
+    """
+    if listed or not kind:
+        width = max(map(len, sample_kinds.KINDS))
+        run.show_text(*(f"{name:{width}}  {words}" for name, words in sample_kinds.KINDS.items()))
+        if listed:
+            return
+        raise ToolpointError(f"samples: no kind; must be one of {', '.join(sample_kinds.KINDS)}")
+    result = sample_kinds.write_samples(kind, folder)
+    if run.as_json:
+        run.show_json(result.to_dict())
+    run.show_text(f"Written: {result.folder} ({len(result.files)} files)", *result.truth)
+    run.show_text("Next, there:", *(f"  {command}" for command in result.commands))
 
 
 @command(page=False)

@@ -22,12 +22,12 @@ def read(path: Path) -> MeshContent:
         if keyword == "*INSTANCE" and rows:
             raise ToolpointError(f"{path}:{line}: an instance that is moved; must be a flat file (write one part alone)")
         if keyword == "*NODE":
-            for at, words in rows:
-                xyz = [real(path, at, word) for word in words[1:4]]
-                nodes[whole(path, at, words[0])] = (xyz[0], xyz[1], xyz[2])
+            for row_line, words in rows:
+                xyz = [real(path, row_line, word) for word in words[1:4]]
+                nodes[whole(path, row_line, words[0])] = (xyz[0], xyz[1], xyz[2])
         elif keyword == "*ELEMENT" and options.get("TYPE", "").startswith("C3D"):
             width = next((_WIDTHS[k] for k in _WIDTHS if options["TYPE"].rstrip("RHMTIS") == k), 0)
-            flat = [whole(path, at, word) for at, words in rows for word in words]
+            flat = [whole(path, row_line, word) for row_line, words in rows for word in words]
             if not width or len(flat) % (width + 1):
                 raise ToolpointError(f"{path}:{line}: {len(flat)} numbers for {options['TYPE']}; it is cut off or unknown")
             block = elements.setdefault((options.get("ELSET", "body"), width), [])
@@ -38,7 +38,7 @@ def read(path: Path) -> MeshContent:
 
 
 def _members(path: Path, options: dict[str, str], rows: list[tuple[int, list[str]]]) -> list[int]:
-    numbers = [(at, [whole(path, at, word) for word in words if word.lstrip("-").isdigit()]) for at, words in rows]
+    numbers = [(line, [whole(path, line, word) for word in words if word.lstrip("-").isdigit()]) for line, words in rows]
     if "GENERATE" in options:
         return [n for _, w in numbers for n in range(w[0], w[1] + 1, w[2] if len(w) > 2 else 1)]
     return [n for _, w in numbers for n in w]
@@ -48,7 +48,7 @@ def _cards(path: Path) -> Iterator[tuple[int, str, dict[str, str], list[tuple[in
     """Yield line, keyword, options and data lines of every keyword."""
     head: tuple[int, str, dict[str, str]] | None = None
     rows: list[tuple[int, list[str]]] = []
-    for at, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
+    for row_line, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
         line = raw.strip()
         if not line or line.startswith("**"):
             continue
@@ -57,10 +57,10 @@ def _cards(path: Path) -> Iterator[tuple[int, str, dict[str, str], list[tuple[in
                 yield *head, rows
             words = [word.strip() for word in line.split(",")]
             pairs = [word.partition("=") for word in words[1:]]
-            head, rows = (at, words[0].upper(), {k.strip().upper(): v.strip() for k, _, v in pairs}), []
+            head, rows = (row_line, words[0].upper(), {k.strip().upper(): v.strip() for k, _, v in pairs}), []
             if "TYPE" in head[2]:
                 head[2]["TYPE"] = head[2]["TYPE"].upper()
         else:
-            rows.append((at, [word.strip() for word in line.split(",") if word.strip()]))
+            rows.append((row_line, [word.strip() for word in line.split(",") if word.strip()]))
     if head:
         yield *head, rows

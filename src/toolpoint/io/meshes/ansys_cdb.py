@@ -9,7 +9,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.meshes.mesh_content import MeshContent, gather_mesh, real, whole
 
-_FIELDS = 11
+_FIELDS_BEFORE_NODES = 11
 
 
 @door("Ansys archive file")
@@ -19,53 +19,53 @@ def read(path: Path) -> MeshContent:
     nodes: dict[int, tuple[float, float, float]] = {}
     elements: dict[tuple[str, int], list[list[int]]] = {}
     sets: dict[str, list[int]] = {}
-    at = 0
-    while at < len(lines):
-        word = lines[at].split(",")[0].strip().upper()
+    index = 0
+    while index < len(lines):
+        word = lines[index].split(",")[0].strip().upper()
         if word == "NBLOCK":
-            at = _nodes(path, lines, at, nodes)
+            index = _nodes(path, lines, index, nodes)
         elif word == "EBLOCK":
-            at = _elements(path, lines, at, elements)
-        elif word == "CMBLOCK" and lines[at].upper().split(",")[2].strip().startswith("NODE"):
-            at = _component(path, lines, at, sets)
+            index = _elements(path, lines, index, elements)
+        elif word == "CMBLOCK" and lines[index].upper().split(",")[2].strip().startswith("NODE"):
+            index = _component(path, lines, index, sets)
         else:
-            at += 1
+            index += 1
     return gather_mesh(Path(path), nodes, elements, node_sets=sets)
 
 
-def _widths(path: Path, lines: list[str], at: int) -> list[tuple[int, int]]:
+def _widths(path: Path, lines: list[str], index: int) -> list[tuple[int, int]]:
     """Return (count, width) of the groups of a format such as (3i9,6e21.13e3)."""
-    groups = re.findall(r"(\d+)[ieIE](\d+)(?:\.\d+(?:[eE]\d+)?)?", lines[at]) if at < len(lines) else []
+    groups = re.findall(r"(\d+)[ieIE](\d+)(?:\.\d+(?:[eE]\d+)?)?", lines[index]) if index < len(lines) else []
     if not groups:
-        raise ToolpointError(f"{path}:{at + 1}: no format such as (3i9,6e21.13) after the head of a block; it is cut off")
+        raise ToolpointError(f"{path}:{index + 1}: no format such as (3i9,6e21.13) after the head of a block; it is cut off")
     return [(int(count), int(width)) for count, width in groups]
 
 
-def _nodes(path: Path, lines: list[str], at: int, nodes: dict[int, tuple[float, float, float]]) -> int:
-    groups = _widths(path, lines, at + 1)
-    (count, width), (_, wide) = groups[0], groups[-1]
-    for k in range(at + 2, len(lines)):
+def _nodes(path: Path, lines: list[str], index: int, nodes: dict[int, tuple[float, float, float]]) -> int:
+    groups = _widths(path, lines, index + 1)
+    (count, width), (_, coordinate_width) = groups[0], groups[-1]
+    for k in range(index + 2, len(lines)):
         line = lines[k]
         if line.strip().startswith(("-1", "N,")) or not line[:width].strip().lstrip("-").isdigit():
             return k + 1
         first = count * width
-        xyz = [line[first + wide * a:first + wide * (a + 1)] for a in range(3)]
+        xyz = [line[first + coordinate_width * a:first + coordinate_width * (a + 1)] for a in range(3)]
         values = [real(path, k + 1, word) if word.strip() else 0.0 for word in xyz]
         nodes[whole(path, k + 1, line[:width])] = (values[0], values[1], values[2])
     raise ToolpointError(f"{path}: nodes go on to the end of the file; it is cut off")
 
 
-def _elements(path: Path, lines: list[str], at: int, elements: dict[tuple[str, int], list[list[int]]]) -> int:
-    if "SOLID" not in lines[at].upper():
-        raise ToolpointError(f"{path}:{at + 1}: EBLOCK without SOLID; must be written in the solid form (CDWRITE)")
-    _, width = _widths(path, lines, at + 1)[0]
+def _elements(path: Path, lines: list[str], index: int, elements: dict[tuple[str, int], list[list[int]]]) -> int:
+    if "SOLID" not in lines[index].upper():
+        raise ToolpointError(f"{path}:{index + 1}: EBLOCK without SOLID; must be written in the solid form (CDWRITE)")
+    _, width = _widths(path, lines, index + 1)[0]
     pending: list[int] = []
-    for k in range(at + 2, len(lines)):
+    for k in range(index + 2, len(lines)):
         if lines[k].strip() == "-1":
             return k + 1
         pending += [whole(path, k + 1, lines[k][c:c + width]) for c in range(0, len(lines[k].rstrip()), width)]
-        if len(pending) >= _FIELDS and len(pending) >= _FIELDS + pending[8]:
-            members = pending[_FIELDS:]
+        if len(pending) >= _FIELDS_BEFORE_NODES and len(pending) >= _FIELDS_BEFORE_NODES + pending[8]:
+            members = pending[_FIELDS_BEFORE_NODES:]
             if len(set(members)) < len(members):
                 raise ToolpointError(f"{path}:{k + 1}: element {pending[10]} is a degenerate hexahedron; nodes must differ "
                                      "(mesh with SOLID187 tetrahedra instead)")
@@ -74,20 +74,20 @@ def _elements(path: Path, lines: list[str], at: int, elements: dict[tuple[str, i
     raise ToolpointError(f"{path}: elements go on to the end of the file; it is cut off")
 
 
-def _component(path: Path, lines: list[str], at: int, sets: dict[str, list[int]]) -> int:
-    words = lines[at].split(",")
-    count = whole(path, at + 1, words[3].split("!")[0])
-    (_, width), = _widths(path, lines, at + 1)[:1]
+def _component(path: Path, lines: list[str], index: int, sets: dict[str, list[int]]) -> int:
+    words = lines[index].split(",")
+    count = whole(path, index + 1, words[3].split("!")[0])
+    (_, width), = _widths(path, lines, index + 1)[:1]
     numbers: list[int] = []
-    at += 2
+    index += 2
     while len(numbers) < count:
-        if at >= len(lines):
+        if index >= len(lines):
             raise ToolpointError(f"{path}: component {words[1].strip()} ends after {len(numbers)} of {count} numbers")
-        numbers += [whole(path, at + 1, lines[at][c:c + width]) for c in range(0, len(lines[at].rstrip()), width)]
-        at += 1
+        numbers += [whole(path, index + 1, lines[index][c:c + width]) for c in range(0, len(lines[index].rstrip()), width)]
+        index += 1
     # A negative number ends a range that the one before it began.
     members: list[int] = []
     for number in numbers:
         members += range(members[-1] + 1, -number + 1) if number < 0 else [number]
     sets[words[1].strip()] = members
-    return at
+    return index

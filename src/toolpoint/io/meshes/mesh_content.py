@@ -43,8 +43,9 @@ def gather_mesh(
                                  "(hexahedra): linear elements are far too stiff in bending, mesh again with mid-side nodes")
         block = np.array(rows, dtype=np.int64)
         if not np.isin(block, numbers).all():
-            lost = int(block[~np.isin(block, numbers)][0])
-            raise ToolpointError(f"{path}: an element of {name} names node {lost}, which the file does not hold; it is cut off")
+            missing_node = int(block[~np.isin(block, numbers)][0])
+            raise ToolpointError(f"{path}: an element of {name} names node {missing_node}, which the file does not hold; it is "
+                                 f"cut off")
         if len({name for name, _ in elements}) < len(elements):
             name = f"{name} {width}"
         blocks[name] = block

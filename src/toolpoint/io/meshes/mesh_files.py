@@ -43,7 +43,7 @@ def read_mesh(path: str | Path, materials: Material | Mapping[str, Material], *,
     of_set = dict.fromkeys(content.elements, materials) if isinstance(materials, Material) else dict(materials)
     sets = {name: np.array([place[int(n)] for n in members if int(n) in place]) for name, members in content.node_sets.items()}
     model = SolidModel(content.places[np.searchsorted(content.numbers, used)] * _UNITS[unit], tuple(blocks), of_set,
-                       {name: at for name, at in sets.items() if len(at)})
+                       {name: value for name, value in sets.items() if len(value)})
     check_size(np.ptp(model.nodes, axis=0))
     check_pieces(model)
     return model
@@ -57,7 +57,7 @@ def is_mesh(path: Path) -> bool:
 def read_nodes(path: Path) -> dict[str | int, FloatArray]:
     """Return the places of the nodes of a mesh file by number, in the file's own unit."""
     content = _content(path)
-    return {int(number): at for number, at in zip(content.numbers, content.places, strict=True)}
+    return {int(number): value for number, value in zip(content.numbers, content.places, strict=True)}
 
 
 def read_sets(path: Path) -> tuple[str, ...]:

@@ -20,10 +20,10 @@ def read(path: Path) -> MeshContent:
             raise ToolpointError(f"{path}:{line}: GRID in coordinate system {card[2].strip()}; must be in the basic one (0)")
         xyz = [real(path, line, card[k]) if card[k].strip() else 0.0 for k in (3, 4, 5)]
         nodes[whole(path, line, card[1])] = (xyz[0], xyz[1], xyz[2])
-    for keyword, most in (("CHEXA", 20), ("CTETRA", 10)):
+    for keyword, node_count in (("CHEXA", 20), ("CTETRA", 10)):
         for line, card in logical_cards(path, keyword):
-            members = [whole(path, line, word) for word in card[3:3 + most] if word.strip()]
-            if most == 20 and len(members) == 20:
+            members = [whole(path, line, word) for word in card[3:3 + node_count] if word.strip()]
+            if node_count == 20 and len(members) == 20:
                 members = [members[k] for k in NASTRAN_HEXAHEDRON]
             elements.setdefault((f"property {whole(path, line, card[2])}", len(members)), []).append(members)
     return gather_mesh(Path(path), nodes, elements)

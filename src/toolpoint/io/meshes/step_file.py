@@ -22,14 +22,14 @@ from toolpoint.machine.parts.body_store import cache_folder
 SUFFIXES = (".step", ".stp")
 _PREFIXES = {"": 1.0, "MILLI": 1e-3, "CENTI": 1e-2, "DECI": 1e-1, "MICRO": 1e-6, "KILO": 1e3}
 _NAMES = {1.0: "m", 1e-3: "mm", 1e-2: "cm", 0.0254: "in"}
-_CONVERTED = {"INCH": 0.0254, "INCHES": 0.0254, "FOOT": 0.3048}
-SECONDS = 3600.0
+_METRES_OF_INCH_UNIT = {"INCH": 0.0254, "INCHES": 0.0254, "FOOT": 0.3048}
+MAX_MESHING_SECONDS = 3600.0
 MILLIMETRE = 1e-3  # OpenCASCADE gives millimetres, whatever the file's unit
 
 
 @dataclass(frozen=True, eq=False)
 class StepGeometry:
-    """What the one solid of a STEP file is, m: its volume, centre and corners, and its inertia about the centre (of unit
+    """The one solid of a STEP file, m: its volume, centre and corners, and its inertia about the centre (of unit
     density, m^5).
 
     stated : the length unit of the file, m; digest : of the file's content.
@@ -75,21 +75,21 @@ def file_unit(path: Path) -> float:
     text = re.sub(r"\s+", "", path.read_text(encoding="latin-1")).upper()
     if not text.startswith("ISO-10303-21;"):
         raise ToolpointError(f"{path}: no STEP file (it does not begin with ISO-10303-21); export it again")
-    known: set[float] = set()
+    units: set[float] = set()
     for entity in re.findall(r"=\(?([^;]*LENGTH_UNIT\(\)[^;]*);", text):
         metric = re.search(r"SI_UNIT\((?:\$|\.(\w+)\.),\.METRE\.\)", entity)
         other = re.search(r"CONVERSION_BASED_UNIT\('(\w+)'", entity)
         if metric and (metric[1] or "") in _PREFIXES:
-            known.add(_PREFIXES[metric[1] or ""])
-        elif other and other[1] in _CONVERTED:
-            known.add(_CONVERTED[other[1]])
+            units.add(_PREFIXES[metric[1] or ""])
+        elif other and other[1] in _METRES_OF_INCH_UNIT:
+            units.add(_METRES_OF_INCH_UNIT[other[1]])
     # An inch is defined by a length in mm, which stands in the file beside it.
-    inches = known & set(_CONVERTED.values())
-    known = inches or known
-    if len(known) != 1:
-        what = "no length unit" if not known else "lengths in " + " and ".join(unit_name(u) for u in sorted(known))
+    inches = units & set(_METRES_OF_INCH_UNIT.values())
+    units = inches or units
+    if len(units) != 1:
+        what = "no length unit" if not units else "lengths in " + " and ".join(unit_name(u) for u in sorted(units))
         raise ToolpointError(f"{path}: states {what}; must state one; export it again with one unit")
-    return known.pop()
+    return units.pop()
 
 
 def measure_step(path: Path) -> StepGeometry:
@@ -135,15 +135,16 @@ def _answered(path: Path, size: float | None, kept: Path, *, script: Path) -> di
         result = Path(folder) / "mesh.npz"
         request = json.dumps({"path": str(path.resolve()), "size": size, "result": str(result)})
         try:
-            done = subprocess.run([sys.executable, "-P", str(script)], input=request + "\n", text=True, capture_output=True,
-                                  timeout=SECONDS, check=False)
+            process = subprocess.run([sys.executable, "-P", str(script)], input=request + "\n", text=True, capture_output=True,
+                                  timeout=MAX_MESHING_SECONDS, check=False)
         except subprocess.TimeoutExpired:
-            raise ToolpointError(f"{path}: not meshed within {SECONDS / 60:.0f} minutes; take a larger mesh_size, or remove "
+            raise ToolpointError(f"{path}: not meshed within {MAX_MESHING_SECONDS / 60:.0f} minutes; take a larger mesh_size, "
+                                 f"or remove "
                                  "small fillets and threads in the CAD program") from None
-        content = _kept(result) if done.returncode == 0 else None
+        content = _kept(result) if process.returncode == 0 else None
         if content is None:
-            said = [line[7:] for line in done.stderr.splitlines() if line.startswith("fault: ")]
-            reason = said[0] if said else f"the mesher ended with code {done.returncode}"
+            said = [line[7:] for line in process.stderr.splitlines() if line.startswith("fault: ")]
+            reason = said[0] if said else f"the mesher ended with code {process.returncode}"
             if "load OCC geometry" in reason:
                 reason = "no whole STEP file; it is damaged or cut off; export it again"
             if "Meshing failed" in reason and size is not None:

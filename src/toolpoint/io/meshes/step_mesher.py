@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 # Netgen's sides are 1-2 1-3 1-4 2-3 2-4 3-4; ours 1-2 2-3 3-1 1-4 2-4 3-4.
-SIDES = [0, 1, 2, 3, 4, 7, 5, 6, 8, 9]
-MOST_ELEMENTS = 3_000_000
+_MID_NODES_OF_NETGEN = [0, 1, 2, 3, 4, 7, 5, 6, 8, 9]
+MAX_ELEMENT_COUNT = 3_000_000
 
 
 def read_solid(path: str) -> Any:
@@ -38,9 +38,9 @@ def read_solid(path: str) -> Any:
 
 def measure(solid: Any) -> dict[str, Any]:
     """Return volume, centre, corners and inertia about the centre (of unit density, mm^5) of the geometry, mm."""
-    low, high, centre = (np.array([p.x, p.y, p.z]) for p in (*solid.bounding_box, solid.center))
+    lower, upper, centre = (np.array([p.x, p.y, p.z]) for p in (*solid.bounding_box, solid.center))
     inertia = np.array([[solid.inertia[i, j] for j in range(3)] for i in range(3)])
-    return {"volume": float(solid.mass), "centre": centre, "low": low, "high": high, "inertia": inertia}
+    return {"volume": float(solid.mass), "centre": centre, "low": lower, "high": upper, "inertia": inertia}
 
 
 def mesh_solid(solid: Any, size: float) -> dict[str, Any]:
@@ -48,9 +48,9 @@ def mesh_solid(solid: Any, size: float) -> dict[str, Any]:
     from netgen.occ import OCCGeometry
 
     about = 12 * float(solid.mass) / size**3
-    if about > MOST_ELEMENTS:
+    if about > MAX_ELEMENT_COUNT:
         raise ValueError(f"mesh_size {size:g} mm in {solid.mass:.4g} mm^3 would give about {about:.2g} elements; must be below "
-                         f"{MOST_ELEMENTS:g}; take larger elements")
+                         f"{MAX_ELEMENT_COUNT:g}; take larger elements")
     mesh = OCCGeometry(solid).GenerateMesh(maxh=size)
     mesh.SecondOrder()
     elements = np.ascontiguousarray(mesh.Elements3D().NumPy()["nodes"])
@@ -58,13 +58,13 @@ def mesh_solid(solid: Any, size: float) -> dict[str, Any]:
         raise ValueError(f"a mesh of {len(elements)} elements; must be tetrahedra; take a smaller mesh_size")
     nodes = np.array([point.p for point in mesh.Points()])
     used, inverse = np.unique(elements - 1, return_inverse=True)
-    return {"nodes": nodes[used], "elements": inverse.reshape(elements.shape)[:, SIDES].astype(np.int64),
+    return {"nodes": nodes[used], "elements": inverse.reshape(elements.shape)[:, _MID_NODES_OF_NETGEN].astype(np.int64),
             "mesher": f"Netgen {importlib.metadata.version('netgen-mesher')}"}
 
 
 def _extent(solid: Any) -> str:
-    low, high = solid.bounding_box
-    return " x ".join(f"{b - a:.4g}" for a, b in ((low.x, high.x), (low.y, high.y), (low.z, high.z)))
+    lower, upper = solid.bounding_box
+    return " x ".join(f"{b - a:.4g}" for a, b in ((lower.x, upper.x), (lower.y, upper.y), (lower.z, upper.z)))
 
 
 def main() -> int:

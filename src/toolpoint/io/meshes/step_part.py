@@ -18,8 +18,8 @@ from toolpoint.io.door import check_regular
 from toolpoint.io.meshes.step_file import StepGeometry, StepMesh, measure_step, mesh_step, unit_name
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
-SMALL, LARGE, HEAVY = 10e-3, 10.0, 5e4  # m, m, kg: parts beyond are asked about
-APART = 0.01  # difference of mass or centre between mesh and geometry above which a mesh is called too coarse
+MIN_PART_LENGTH, MAX_PART_LENGTH, MAX_PART_MASS = 10e-3, 10.0, 5e4  # m, m, kg: parts beyond are asked about
+MAX_MESH_DIFFERENCE = 0.01  # difference of mass or centre between mesh and geometry above which a mesh is called too coarse
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +101,10 @@ def _unit_notes(geometry: StepGeometry, factor: float, unit: str | None, *, mass
     states, largest, note = f"the file states {unit_name(geometry.stated)}", geometry.largest, ""
     if factor != 1:
         note = f"read in {unit}, though {states}, as which it would be {largest / factor:.4g} m long"
-    elif not SMALL <= largest <= LARGE and SIZE_LIMITS[0] <= largest <= SIZE_LIMITS[1]:
-        length, other = (f"only {1e3 * largest:.3g} mm", "m") if largest < SMALL else (f"{largest:.3g} m", "mm")
+    elif not MIN_PART_LENGTH <= largest <= MAX_PART_LENGTH and SIZE_LIMITS[0] <= largest <= SIZE_LIMITS[1]:
+        length, other = (f"only {1e3 * largest:.3g} mm", "m") if largest < MIN_PART_LENGTH else (f"{largest:.3g} m", "mm")
         note = f"{length} long: was it drawn in {other}? {states}; compare its mass"
-    elif mass > HEAVY and largest <= SIZE_LIMITS[1]:
+    elif mass > MAX_PART_MASS and largest <= SIZE_LIMITS[1]:
         note = f"{mass:.3g} kg: was it drawn in mm? {states}, as which it is {largest:.3g} m long"
     if not note:
         return ()
@@ -137,13 +137,14 @@ def _excess(model: SolidModel, geometry: StepGeometry) -> float:
 
 def _doubts(model: SolidModel, geometry: StepGeometry) -> tuple[Doubt, ...]:
     excess, centre = _excess(model, geometry), model.mass_properties.centre
-    away = float(np.linalg.norm(centre - geometry.centre) / np.linalg.norm(geometry.high - geometry.low))
+    offset = float(np.linalg.norm(centre - geometry.centre) / np.linalg.norm(geometry.high - geometry.low))
     turning = _inertia_error(model, geometry)
-    if max(abs(excess), away, turning) <= APART:
+    if max(abs(excess), offset, turning) <= MAX_MESH_DIFFERENCE:
         return ()
-    return (Doubt("mesh", f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * away:.2g} % of the "
+    return (Doubt("mesh", f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * offset:.2g} % of "
+                  f"the "
                   f"size, its inertia by {100 * turning:.2g} % of the largest: the mesh is too coarse",
-                  "take a smaller mesh_size", figure=max(abs(excess), away, turning)),)
+                  "take a smaller mesh_size", figure=max(abs(excess), offset, turning)),)
 
 
 def _inertia_error(model: SolidModel, geometry: StepGeometry) -> float:

@@ -22,16 +22,16 @@ _GROUPS: dict[float, str] = {
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
     **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
-_STILL = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+_CODES_WITHOUT_MOTION = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
-_REFUSED = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
+_REFUSED_CODES = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
             42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
             7: "a diameter in X",
             33.1: "rigid tapping", 5.2: "a spline", 5.3: "a spline", **dict.fromkeys((38.2, 38.3, 38.4, 38.5), "probing"),
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
-_IGNORED = set("NSTMDOH")
+_LETTERS_WITHOUT_MOTION = set("NSTMDOH")
 _ROTARY = set("ABC")
 # Words that belong to a cycle, a dwell, a call or a turned part.
 _TAKEN = "PQEUVW"
@@ -59,7 +59,7 @@ class BlockReader:
         if text.startswith("@"):
             remarks.without_motion(number, text.split()[0])
             return None
-        before = len(remarks.faults)
+        fault_count = len(remarks.faults)
         if self.siemens.take(number, text):
             self._show_position()
             return None
@@ -67,7 +67,7 @@ class BlockReader:
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
         request = self._program_end(numbers, groups)
-        if len(remarks.faults) > before:
+        if len(remarks.faults) > fault_count:
             self.state.position = self.state.target(places)  # what follows is read from where the block was meant to end
         else:
             self._carry_out(number, groups, numbers, places, assigned)
@@ -81,17 +81,17 @@ class BlockReader:
         numbers: dict[str, float] = {}
         places: Places = {}
         for word in words:
-            letter, value, at = word.letter, word.value, word.column + column
+            letter, value, place_column = word.letter, word.value, word.column + column
             if letter == "G":
-                self._sort_g(number, round(value, 1), at, groups)
+                self._sort_g(number, round(value, 1), place_column, groups)
             elif letter in AXES or letter in CENTER or letter in ("CR", "R"):
                 key = "CR" if letter == "R" else letter
                 if key in places:
-                    remarks.fault(number, at, f"{letter} twice in one block")
+                    remarks.fault(number, place_column, f"{letter} twice in one block")
                 places[key] = word.mode, value
             elif letter == "F":
                 numbers["F"] = value
-            elif letter in _IGNORED:
+            elif letter in _LETTERS_WITHOUT_MOTION:
                 self.words.append((number, letter, value))
                 if letter in "MTDHS":
                     numbers[letter if letter != "M" else f"M{value:g}"] = value
@@ -110,20 +110,22 @@ class BlockReader:
         self._check_letters(number, groups, numbers, words, column)
         return groups, numbers, places
 
-    def _sort_g(self, number: int, value: float, at: int, groups: dict[str, float]) -> None:
+    def _sort_g(self, number: int, value: float, place_column: int, groups: dict[str, float]) -> None:
         remarks = self.state.remarks
         group = _GROUPS.get(value)
-        if value in _REFUSED:
-            remarks.fault(number, at, f"G{value:g}: {_REFUSED[value]} is not computed; post the program without it, with the "
+        if value in _REFUSED_CODES:
+            remarks.fault(number, place_column, f"G{value:g}: {_REFUSED_CODES[value]} is not computed; post the program "
+                          f"without it, with the "
                           "path of the tool's centre")
         elif self.state.turning and value in (70, 71, 72, 73, 74, 75, 76, 92):
-            remarks.fault(number, at, f"G{value:g}: a turning cycle is not computed; post the program with single moves")
-        elif group is None and value in _STILL:
+            remarks.fault(number, place_column, f"G{value:g}: a turning cycle is not computed; post the program with single "
+                          f"moves")
+        elif group is None and value in _CODES_WITHOUT_MOTION:
             remarks.without_motion(number, f"G{value:g}")
         elif group is None:
-            remarks.fault(number, at, f"G{value:g} is not in the subset")
+            remarks.fault(number, place_column, f"G{value:g} is not in the subset")
         elif group in groups and groups[group] != value:
-            remarks.fault(number, at, f"G{value:g} and G{groups[group]:g} in one block")
+            remarks.fault(number, place_column, f"G{value:g} and G{groups[group]:g} in one block")
         else:
             groups[group] = value
 
@@ -131,7 +133,7 @@ class BlockReader:
                        column: int) -> None:
         """Fault the words P, Q, ... where nothing takes them; a word L alone calls a subprogram (Sinumerik 850)."""
         taken = groups.get("motion", self.cycle.number) in CYCLES or "action" in groups or any(
-            word.letter == "G" and word.value in _STILL | {64, 96, 97} for word in words)
+            word.letter == "G" and word.value in _CODES_WITHOUT_MOTION | {64, 96, 97} for word in words)
         if taken or any(key.startswith("M") for key in numbers):
             return
         for word in words:
@@ -171,6 +173,8 @@ class BlockReader:
             state.system = groups["system"]
         if "system" in groups and state.system != 500 and state.system not in state.offsets:
             state.remarks.note(number, f"offset G{state.system:g} is not in the program and is zero")
+        if "T" in numbers or "M6" in numbers:
+            state.segments.call_tool(numbers.get("T"), change="M6" in numbers)
         self._feeds(number, groups, numbers)
 
     def _feeds(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:
@@ -216,7 +220,7 @@ class BlockReader:
             state.wait(number, duration)
         elif action in (28, 30):
             self._reference(number, places)
-        elif action == 92 and not state.frame.plain:
+        elif action == 92 and not state.frame.is_identity:
             state.remarks.fault(number, 1, "G92 where the program's axes are turned or mirrored is not computed")
         elif action == 92 and places and not state.turning:
             for letter, i in AXES.items():
@@ -230,8 +234,8 @@ class BlockReader:
         elif self.cycle.number and (any(k in AXES for k in places) or groups.get("motion") in CYCLES):
             parameters = {key: assigned[key] for key in ("R2", "R3", "R10") if key in assigned}
             begin_cycle(state, self.cycle, number, places=places, numbers=numbers, parameters=parameters)
-            again = numbers.get("L", places.get("K", ("", 1.0))[1])
-            drill(state, self.cycle, number, places=places, repeats=int(again))
+            repeats = numbers.get("L", places.get("K", ("", 1.0))[1])
+            drill(state, self.cycle, number, places=places, repeats=int(repeats))
         elif any(k in AXES or k in CENTER or (k in "UVW" and state.turning) for k in places):
             state.move(number, places, once="once" in groups, machine="machine" in groups)
             self.siemens.after_move(number)
@@ -269,7 +273,8 @@ class BlockReader:
         """Let the program read where it is: #5021 and #5041 on, and LinuxCNC's names."""
         state, programmed = self.state, self.state.programmed
         for i in range(3):
-            machine, here = state.position[i] / state.scale, programmed[i] / state.scale
-            for first, value in ((5001, here), (5021, machine), (5041, here), (5061, here), (5420, here)):
+            machine, programmed_value = state.position[i] / state.scale, programmed[i] / state.scale
+            for first, value in ((5001, programmed_value), (5021, machine), (5041, programmed_value), (5061, programmed_value),
+                                 (5420, programmed_value)):
                 self.variables[f"#{first + i}"] = value
-            self.variables[f"#<_{'xyz'[i]}>".upper()] = here
+            self.variables[f"#<_{'xyz'[i]}>".upper()] = programmed_value

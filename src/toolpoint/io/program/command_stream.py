@@ -82,8 +82,8 @@ def read(path: str | Path, sample_time: float | None = None) -> CommandStream:
         raise FileFaults(str(path), text, [Fault(1, 1, "", "fewer than two lines of numbers below a header")])
     mark = next((m for m in (";", "\t", ",") if m in lines[0][1]), ",")
     names, units, faults = _header(*lines[0], mark)
-    table, more = _numbers(lines[1:], len(names), mark)
-    faults += more
+    table, table_faults = _numbers(lines[1:], len(names), mark)
+    faults += table_faults
     if faults:
         raise FileFaults(str(path), text, faults[:50])
     values = table * np.array([_FACTORS[u] for u in units])

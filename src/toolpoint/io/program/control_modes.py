@@ -63,7 +63,7 @@ class ControlModes:
         """Return the position after a block, m."""
         self._unprogrammed = "".join(letter for letter, i in AXES.items() if i not in self.programmed_axes)
         self.programmed_axes |= {i for letter, i in AXES.items() if letter in places}
-        if not self.frame.plain and not machine:
+        if not self.frame.is_identity and not machine:
             return self._target_in_frame(places)
         end, origin = list(self.position), [0.0, 0.0, 0.0] if machine else self.origin
         for letter, i in AXES.items():
@@ -127,6 +127,7 @@ class ControlModes:
     def _line(self, number: int, end: list[float], feed: float, *, rapid: bool, stop: bool) -> None:
         if len(self.segments.rows) >= MOST_SEGMENTS:
             raise OverflowError
+        self.segments.speed = self.speed
         self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
         self.position = end
 
@@ -148,11 +149,12 @@ class ControlModes:
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
             center, sweep = geometry
-            if missing := self._missing_start():
-                self.remarks.note(number, missing)
+            if missing_axes := self._missing_start():
+                self.remarks.note(number, missing_axes)
             a, b = PLANES[self.plane]
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
+            self.segments.speed = self.speed
             self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
         self.position = end
 
@@ -185,12 +187,13 @@ class ControlModes:
 
     def _missing_start(self) -> str:
         """Return the axes of an arc's start that no block before it has programmed, in words; empty where all were."""
-        missing = [letter for letter, i in AXES.items() if letter in self._unprogrammed and i in PLANES[self.plane]]
-        if not missing or self.incremental:
+        missing_axes = [letter for letter, i in AXES.items() if letter in self._unprogrammed and i in PLANES[self.plane]]
+        if not missing_axes or self.incremental:
             return ""
-        place = ", ".join(f"{1e3 * self.position[AXES[letter]]:g} mm" for letter in missing)
-        return (f"no block before this arc programs {' and '.join(missing)}, so that its start is taken at {place}; position "
-                f"{' and '.join(missing)} before it")
+        place = ", ".join(f"{1e3 * self.position[AXES[letter]]:g} mm" for letter in missing_axes)
+        return (f"no block before this arc programs {' and '.join(missing_axes)}, so that its start is taken at {place}; "
+                f"position "
+                f"{' and '.join(missing_axes)} before it")
 
     def _center(self, number: int, places: Places, start: list[float], end: list[float], *, turn: float) -> list[float] | None:
         if "CR" in places:
@@ -200,8 +203,8 @@ class ControlModes:
             self.remarks.fault(number, 1, "an arc needs I, J, K or CR=")
             return None
         # In the program's coordinates, then as these lie.
-        here = self.frame.turned_back([a - b for a, b in zip(start, self.origin, strict=True)])
-        center = list(here)
+        current = self.frame.turned_back([a - b for a, b in zip(start, self.origin, strict=True)])
+        center = list(current)
         for letter, i in CENTER.items():
             if letter not in places:
                 continue
@@ -209,7 +212,7 @@ class ControlModes:
                 self.remarks.fault(number, 1, f"{letter} is not in the plane of G{self.plane}")
                 return None
             mode, value = places[letter]
-            center[i] = value * self.scale + (0.0 if mode == "AC" else here[i])
+            center[i] = value * self.scale + (0.0 if mode == "AC" else current[i])
         return [a + b for a, b in zip(self.frame.turned(center), self.origin, strict=True)]
 
     def _from_radius(self, number: int, radius: float, start: list[float], end: list[float], *, turn: float
@@ -221,13 +224,13 @@ class ControlModes:
         if chord == 0:
             self.remarks.fault(number, 1, "a full circle needs I, J, K instead of CR=")
             return None
-        rest = radius * radius - chord * chord / 4
-        if rest < -2 * self.tolerance * abs(radius):
-            missing = self._missing_start()
+        squared_height = radius * radius - chord * chord / 4
+        if squared_height < -2 * self.tolerance * abs(radius):
+            missing_axes = self._missing_start()
             self.remarks.fault(number, 1, f"radius {1e3 * abs(radius):.6g} mm is below half the chord, {500 * chord:.6g} mm"
-                               + (f"; {missing}" if missing else ""))
+                               + (f"; {missing_axes}" if missing_axes else ""))
             return None
-        offset = turn * math.copysign(math.sqrt(max(rest, 0.0)), radius) / chord
+        offset = turn * math.copysign(math.sqrt(max(squared_height, 0.0)), radius) / chord
         center = list(start)
         center[a] = (start[a] + end[a]) / 2 - offset * db
         center[b] = (start[b] + end[b]) / 2 + offset * da

@@ -14,7 +14,7 @@ _FEED_OUT = frozenset({74, 84, 85, 89})
 _PECKS = frozenset({73, 83})
 _MOST_PECKS = 1000
 # Way that a peck with chip breaking goes back, and at which the next one of a full retract begins above the last, m.
-_BACK = 1e-3
+_CHIP_RETRACT_M = 1e-3
 
 
 @dataclass
@@ -82,10 +82,10 @@ def drill(state: ControlModes, cycle: Cycle, number: int, *, places: Places, rep
         if above != state.position:
             state.rapid(number, above)
         _hole(state, cycle, number, third)
-        top = cycle.level if cycle.to_level else max(cycle.initial, cycle.level)
-        top = cycle.retract if cycle.retract is not None else top
-        if top > state.position[third]:
-            state.rapid(number, _at(state.position, third, top))
+        retract_level = cycle.level if cycle.to_level else max(cycle.initial, cycle.level)
+        retract_level = cycle.retract if cycle.retract is not None else retract_level
+        if retract_level > state.position[third]:
+            state.rapid(number, _at(state.position, third, retract_level))
 
 
 def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
@@ -98,9 +98,9 @@ def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
     for k, level in enumerate(levels):
         if k and cycle.number == 83:
             state.rapid(number, _at(state.position, third, cycle.level))
-            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _BACK, cycle.level)))
+            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _CHIP_RETRACT_M, cycle.level)))
         elif k:
-            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _BACK, cycle.level)))
+            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _CHIP_RETRACT_M, cycle.level)))
         state.cut(number, _at(state.position, third, level), stop=True)
     state.wait(number, cycle.dwell)
     if cycle.number in _FEED_OUT:

@@ -29,37 +29,38 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "NEG": lambda v: -v}
 _BY_LENGTH = sorted(_FUNCTIONS, key=len, reverse=True)
 _PARAMETER = re.compile(r"(R|Q[LRS]?)(\d|\[)")
-_DEEPEST = 50
+_MAX_BRACKET_DEPTH = 50
 
 
 class ExpressionFault(Exception):
-    """What is wrong with an expression, in words."""
+    """Fault of an expression, in words."""
 
 
 class Reader:
-    """Reads expressions from one line, in capitals; `at` is the place of the next character.
+    """Reads expressions from one line, in capitals; `position` is the place of the next character.
 
     Variables are read from `variables` (keys like ``#1``, ``#<depth>``, ``R1``, ``Q5``); the keys of `unset` that were read
     though nothing was assigned to them count as zero and are collected there.
     """
 
-    def __init__(self, text: str, variables: MutableMapping[str, float], at: int = 0, unset: set[str] | None = None) -> None:
-        self.text, self.variables, self.at, self.depth = text, variables, at, 0
+    def __init__(self, text: str, variables: MutableMapping[str, float], position: int = 0,
+                 unset: set[str] | None = None) -> None:
+        self.text, self.variables, self.position, self.depth = text, variables, position, 0
         self.unset = set() if unset is None else unset
 
     def skip(self) -> str:
         """Pass blanks and return the next character, empty at the end."""
-        text, at = self.text, self.at
-        while text[at:at + 1].isspace():
-            at += 1
-        self.at = at
-        return text[at:at + 1]
+        text, position = self.text, self.position
+        while text[position:position + 1].isspace():
+            position += 1
+        self.position = position
+        return text[position:position + 1]
 
     def take(self, sign: str) -> bool:
         """Pass a sign if it stands next."""
         self.skip()
-        if self.text.startswith(sign, self.at):
-            self.at += len(sign)
+        if self.text.startswith(sign, self.position):
+            self.position += len(sign)
             return True
         return False
 
@@ -68,7 +69,7 @@ class Reader:
         if level == len(_LEVELS):
             return self._unary()
         self.depth += 1
-        if self.depth > _DEEPEST * len(_LEVELS):
+        if self.depth > _MAX_BRACKET_DEPTH * len(_LEVELS):
             raise ExpressionFault("brackets nested too deeply")
         left = self.value(level + 1)
         while operator := self._operator(level):
@@ -85,9 +86,10 @@ class Reader:
         if self.skip() not in firsts:
             return ""
         for operator in operators:
-            if not self.text.startswith(operator, self.at) or (operator == "*" and self.text.startswith("**", self.at)):
+            is_power = operator == "*" and self.text.startswith("**", self.position)
+            if is_power or not self.text.startswith(operator, self.position):
                 continue
-            self.at += len(operator)
+            self.position += len(operator)
             return operator
         return ""
 
@@ -102,14 +104,14 @@ class Reader:
         mark = self.skip()
         if mark in ("[", "("):
             return self._bracket()
-        if mark == "#" or _PARAMETER.match(self.text, self.at):
+        if mark == "#" or _PARAMETER.match(self.text, self.position):
             return self._variable()
-        if number := _NUMBER.match(self.text, self.at):
-            self.at = number.end()
+        if number := _NUMBER.match(self.text, self.position):
+            self.position = number.end()
             return float(number[1])
-        name = _NAME.match(self.text, self.at)
+        name = _NAME.match(self.text, self.position)
         if name is None:
-            piece = self.text[self.at:self.at + 12].strip() or "the end of the line"
+            piece = self.text[self.position:self.position + 12].strip() or "the end of the line"
             raise ExpressionFault(f"{piece!r} where a value is expected")
         word = next((f for f in _BY_LENGTH if self.text.startswith(f, name.start(1))), "")
         if name[1].startswith("ATAN2"):
@@ -117,23 +119,23 @@ class Reader:
         if word and name[1] not in self.variables:
             return self._function(word, name.start(1) + len(word))
         if name[1] == "TRUE" or name[1] == "FALSE":
-            self.at = name.end()
+            self.position = name.end()
             return float(name[1] == "TRUE")
         if name[1] not in self.variables:
             raise ExpressionFault(f"{name[1]} is not a variable of the program")
-        self.at = name.end()
+        self.position = name.end()
         return self.variables[name[1]]
 
     def _bracket(self) -> float:
-        close = "]" if self.text[self.at] == "[" else ")"
-        self.at += 1
-        inner = self.value()
+        close = "]" if self.text[self.position] == "[" else ")"
+        self.position += 1
+        value = self.value()
         if not self.take(close):
             raise ExpressionFault(f"{close!r} is missing")
-        return inner
+        return value
 
-    def _function(self, word: str, at: int) -> float:
-        self.at = at
+    def _function(self, word: str, position: int) -> float:
+        self.position = position
         operand = self._unary()
         try:
             if word == "ATAN" and self.take("/"):
@@ -142,8 +144,8 @@ class Reader:
         except (ValueError, OverflowError):
             raise ExpressionFault(f"{word} of {operand:g} has no value") from None
 
-    def _two_angles(self, at: int) -> float:
-        self.at = at
+    def _two_angles(self, position: int) -> float:
+        self.position = position
         if not self.take("("):
             raise ExpressionFault("ATAN2 needs two values in brackets")
         first = self.value()
@@ -157,17 +159,17 @@ class Reader:
         self.skip()
         if self.take("#"):
             if self.take("<"):
-                end = self.text.find(">", self.at)
+                end = self.text.find(">", self.position)
                 if end < 0:
                     raise ExpressionFault("'>' is missing")
-                name = f"#<{self.text[self.at:end].strip()}>"
-                self.at = end + 1
+                name = f"#<{self.text[self.position:end].strip()}>"
+                self.position = end + 1
                 return name
             return f"#{self._index()}"
-        match = re.compile(r"(QL|QR|QS|Q|R)").match(self.text, self.at)
+        match = re.compile(r"(QL|QR|QS|Q|R)").match(self.text, self.position)
         if match is None:
             raise ExpressionFault("the name of a variable is expected")
-        self.at = match.end()
+        self.position = match.end()
         return f"{match[1]}{self._index()}"
 
     def _index(self) -> int:
@@ -176,10 +178,10 @@ class Reader:
         return round(index)
 
     def _whole(self) -> float:
-        number = re.compile(r"\d+").match(self.text, self.at)
+        number = re.compile(r"\d+").match(self.text, self.position)
         if number is None:
             raise ExpressionFault("the number of a variable is expected")
-        self.at = number.end()
+        self.position = number.end()
         return float(number[0])
 
     def _variable(self) -> float:

@@ -27,7 +27,7 @@ class FanucFrames:
         elif word == 69 and self.angle is not None:
             self.angle = None
         elif word == 50.1 and self.mirrors:
-            self.mirrors = {i: at for i, at in self.mirrors.items() if axes and i not in axes}
+            self.mirrors = {i: position for i, position in self.mirrors.items() if axes and i not in axes}
         else:  # without an angle a word of older controls; what is not in force cannot end
             self.state.remarks.without_motion(number, f"G{word:g}")
             return False
@@ -38,9 +38,9 @@ class FanucFrames:
         if self.state.incremental:
             self.state.remarks.fault(number, 1, "G68 under G91: whether its angle and centre are increments is a setting of "
                                      "the control; program it under G90")
-        here = self.state.programmed
+        current_place = self.state.programmed
         plane = PLANES[self.state.plane]
-        self.centre = [axes.get(i, here[i]) if i in plane else 0.0 for i in range(3)]
+        self.centre = [axes.get(i, current_place[i]) if i in plane else 0.0 for i in range(3)]
         self.angle = angle
 
     def _lay(self) -> None:
@@ -50,8 +50,8 @@ class FanucFrames:
             frame.translate(self.centre)
             frame.multiply(rotation(3 - sum(PLANES[self.state.plane]), self.angle))
             frame.translate([-c for c in self.centre])
-        for axis, at in self.mirrors.items():
-            step = [at if i == axis else 0.0 for i in range(3)]
+        for axis, position in self.mirrors.items():
+            step = [position if i == axis else 0.0 for i in range(3)]
             frame.translate(step)
             frame.multiply(diagonal({axis: -1.0}))
             frame.translate([-s for s in step])

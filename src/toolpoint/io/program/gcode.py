@@ -24,7 +24,7 @@ from toolpoint.io.program.statements import list_statements
 
 __all__ = ["Program", "parse", "read", "read_path"]
 
-_LARGEST = 200_000_000
+_MAX_PROGRAM_BYTES = 200_000_000
 MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
 Point = tuple[float, float, float]
 
@@ -34,8 +34,9 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.
     """Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext."""
     path = Path(path)
     try:
-        if path.stat().st_size > _LARGEST:
-            raise ToolpointError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {_LARGEST / 1e6:.0f} are read; cut it")
+        if path.stat().st_size > _MAX_PROGRAM_BYTES:
+            raise ToolpointError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {_MAX_PROGRAM_BYTES / 1e6:.0f} are "
+                                 f"read; cut it")
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
@@ -77,8 +78,8 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     state = ControlModes(rapid_feed, arc_tolerance, [float(x) for x in start], remarks, feed=feed or 0.0)
     if klartext.is_klartext(text):
         return klartext.run(text, state, name)
-    plain = re.sub(r"\([^)]*\)|;.*", "", text.upper())
-    if re.search(r"G96(?!\d)|\bDIAMON\b", plain) and not re.search(r"G9[45](?!\d)", plain):
+    without_suffix = re.sub(r"\([^)]*\)|;.*", "", text.upper())
+    if re.search(r"G96(?!\d)|\bDIAMON\b", without_suffix) and not re.search(r"G9[45](?!\d)", without_suffix):
         state.turning, state.feed_mode = True, 95
         remarks.note(1, "a turning program (G96 without G94 or G95): X and U are diameters, F is mm per revolution")
     variables: dict[str, float] = {}
@@ -86,7 +87,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     reader = BlockReader(state, variables, unset)
     Run(list_statements(text), remarks, reader.take, variables, unset).execute()
     _check_kind(name, text, state, remarks)
-    if re.search(r"#5[04]\d\d", plain):
+    if re.search(r"#5[04]\d\d", without_suffix):
         remarks.note(1, "the program reads where the machine stands (#5021 and the like): it is where this program brought it, "
                      "an operator moves nothing")
     _tell(reader, remarks)

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
-from toolpoint.io.program.interpreter import MOST_CHARACTERS
+from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
 from toolpoint.io.program.program_frame import AXES
 from toolpoint.io.program.segments import Program
 
-MOST_STEPS, OFTEN = 100_000, 20  # lines that are run beside twenty times the program's own
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
-_STILL = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN ?1[0-9](?!\d)|FN ?18|"
+_WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN "
+                                   r"?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
 _FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
 _POSITION = re.compile(r"SYSREAD\s+Q[LRS]?\d+\s*=\s*ID2[47]0\s+NR1\s+IDX([123])\b")
@@ -48,19 +48,19 @@ class _Labels:
     calls: list[int] = field(default_factory=list)
     repeats: dict[int, int] = field(default_factory=dict)
 
-    def follow(self, at: int, label: str, count: int | None, *, returns: bool) -> int:
+    def follow(self, index: int, label: str, count: int | None, *, returns: bool) -> int:
         """Return the line after a jump or a call (count None; LBL 0 ends a call), or after a repeat."""
         if label not in self.labels:
             raise ExpressionFault(f"LBL {label}: no such label")
         if count is None:
             if returns:
-                self.calls.append(at + 1)
+                self.calls.append(index + 1)
             return self.labels[label]
-        self.repeats[at] = self.repeats.get(at, count) - 1
-        if self.repeats[at] >= 0:
+        self.repeats[index] = self.repeats.get(index, count) - 1
+        if self.repeats[index] >= 0:
             return self.labels[label]
-        del self.repeats[at]
-        return at + 1
+        del self.repeats[index]
+        return index + 1
 
 
 def run(text: str, state: ControlModes, name: str) -> Program:
@@ -76,45 +76,45 @@ def run(text: str, state: ControlModes, name: str) -> Program:
     if re.match(r"BEGIN PGM\s+.*\bINCH\b", lines[0][1]):
         state.scale = state.feed_scale = 0.0254
     reader, places = _Klartext(state), _Labels(labels)
-    at, steps, characters = 0, 0, 0
-    most_characters = MOST_CHARACTERS + OFTEN * sum(len(line) for _, line in lines)
-    while at < len(lines):
-        number, line = lines[at]
+    index, steps, characters = 0, 0, 0
+    max_characters = MAX_LOOP_CHARACTERS + LINES_PER_PROGRAM_LINE * sum(len(line) for _, line in lines)
+    while index < len(lines):
+        number, line = lines[index]
         steps, characters = steps + 1, characters + len(line)
-        if characters > most_characters:
-            state.remarks.fault(number, 1, f"lines of more than {most_characters} characters are run: a loop without end?")
+        if characters > max_characters:
+            state.remarks.fault(number, 1, f"lines of more than {max_characters} characters are run: a loop without end?")
             break
-        if steps > MOST_STEPS + OFTEN * len(lines) or len(places.calls) > 20:
+        if steps > MAX_LOOP_LINES + LINES_PER_PROGRAM_LINE * len(lines) or len(places.calls) > 20:
             state.remarks.fault(number, 1, "a loop without end, or labels nested too deeply")
             break
-        following = at + 1
+        following = index + 1
         try:
             if line.startswith("END PGM"):
                 break
-            following = _step(reader, places, at, line=line, number=number)
+            following = _step(reader, places, index, line=line, number=number)
         except ExpressionFault as fault:
             state.remarks.fault(number, 1, str(fault))
         except OverflowError:
             state.remarks.fault(number, 1, "too many moves, or a number that is too large")
             break
-        if following == at + 1 and re.search(r"\bM(?:2|02|30)\b", line):
+        if following == index + 1 and re.search(r"\bM(?:2|02|30)\b", line):
             break
-        at = following
+        index = following
     if reader.unset:
         state.remarks.note(1, f"parameters that the program reads from outside are zero: {', '.join(sorted(reader.unset)[:8])}")
     return state.segments.program(name, text, words=reader.words, remarks=state.remarks)
 
 
-def _step(reader: _Klartext, places: _Labels, at: int, *, line: str, number: int) -> int:
+def _step(reader: _Klartext, places: _Labels, index: int, *, line: str, number: int) -> int:
     """Run one line; return the index of the line that follows it."""
     jump = _flow(reader, line)
     if jump is not None:
-        return places.follow(at, *jump, returns=line.startswith("CALL"))
+        return places.follow(index, *jump, returns=line.startswith("CALL"))
     if line.startswith("LBL 0") and places.calls:
         return places.calls.pop()
     if not line.startswith("LBL"):
         _line(reader, number, line)
-    return at + 1
+    return index + 1
 
 
 def _flow(reader: _Klartext, line: str) -> tuple[str, int | None] | None:
@@ -157,7 +157,10 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
     elif re.match(r"CYCL DEF 7\.[1-9]", line):
         for i, value in _axes(reader, re.sub(r"CYCL DEF 7\.\d", "", line))[0].items():
             state.shift[i] = value if f"I{'XYZ'[i]}" not in line else state.shift[i] + value
-    elif match := _STILL.match(line):
+    elif match := _WORDS_WITHOUT_MOTION.match(line):
+        if call := re.match(r"TOOL CALL\s+(\d+)?(?:.*?\bS\s*([\d.]+))?", line):
+            state.segments.call_tool(float(call[1]) if call[1] else None, change=True)
+            state.speed = float(call[2]) if call[2] else state.speed
         state.remarks.without_motion(number, re.sub(r"\s+", " ", match[1]))
     else:
         raise ExpressionFault(f"{line.split()[0]} is not in the subset of Klartext")
@@ -188,34 +191,34 @@ def _read_control(reader: _Klartext, number: int, name: str, text: str) -> None:
 
 def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
     """Return the positions (m, machine coordinates) of the axes of a line, and what is left of it."""
-    state, ends, rest, at = reader.state, {}, [], 0
-    while at < len(text):
-        match = _AXIS.match(text, at)
+    state, ends, remainder, index = reader.state, {}, [], 0
+    while index < len(text):
+        match = _AXIS.match(text, index)
         if match is None:
-            rest.append(text[at])
-            at += 1
+            remainder.append(text[index])
+            index += 1
             continue
         value = Reader(text, reader.variables, match.end(), reader.unset)
         length = value.value(5) * state.scale
-        at = value.at
+        index = value.position
         if match[2] in AXES:
             i = AXES[match[2]]
             ends[i] = length + (state.position[i] if match[1] else state.origin[i])
         else:
             state.remarks.note(1, "rotary words (A, B, C) are passed over: the path is that of X, Y, Z")
-    return ends, "".join(rest)
+    return ends, "".join(remainder)
 
 
 def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
     state = reader.state
-    ends, rest = _axes(reader, text)
-    if feed := re.search(r"\bF\s*(MAX|AUTO|[\d.]+|Q\d+)", rest):
+    ends, remainder = _axes(reader, text)
+    if feed := re.search(r"\bF\s*(MAX|AUTO|[\d.]+|Q\d+)", remainder):
         rapid = feed[1] == "MAX"
         if not rapid and feed[1] != "AUTO":
             state.set_feed(_value(reader, feed[1]))
     else:
         rapid = False
-    for word in re.findall(r"\bM(\d+)", rest):
+    for word in re.findall(r"\bM(\d+)", remainder):
         reader.words.append((number, "M", float(word)))
     if not ends and kind == "L":
         return
@@ -224,10 +227,10 @@ def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
         state.programmed_axes |= ends.keys()
         (state.rapid if rapid else state.cut)(number, end)
         return
-    state.motion = 2 if re.search(r"\bDR\s*-", rest) else 3
+    state.motion = 2 if re.search(r"\bDR\s*-", remainder) else 3
     places = {"XYZ"[i]: ("AC", (end[i] - state.origin[i]) / state.scale) for i in range(3)}
     if kind == "CR":
-        radius = re.search(r"\bR\s*([+-]?[\d.]+)", rest)
+        radius = re.search(r"\bR\s*([+-]?[\d.]+)", remainder)
         if radius is None:
             raise ExpressionFault("CR without its radius R")
         places["CR"] = "", float(radius[1])

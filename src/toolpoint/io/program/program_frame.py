@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 Matrix = list[list[float]]
 AXES = {"X": 0, "Y": 1, "Z": 2}
 PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
-_ROUND = 1e-9
+_TURN_TOLERANCE = 1e-9
 
 
 def _identity() -> Matrix:
@@ -23,23 +23,25 @@ def _identity() -> Matrix:
 
 @dataclass
 class ProgramFrame:
-    """Shift t (m) and matrix A of the frame in force; `plain` where A is the identity, which most programs keep."""
+    """Shift t (m) and matrix A of the frame in force; `is_identity` where A is the identity, which most programs keep."""
 
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     matrix: Matrix = field(default_factory=_identity)
-    plain: bool = True
+    is_identity: bool = True
 
     def turned(self, vector: list[float]) -> list[float]:
         """Return A v."""
-        return vector if self.plain else [sum(a * v for a, v in zip(row, vector, strict=True)) for row in self.matrix]
+        return vector if self.is_identity else [sum(a * v for a, v in zip(row, vector, strict=True)) for row in self.matrix]
 
     def turned_back(self, vector: list[float]) -> list[float]:
         """Return A^-1 v."""
-        return vector if self.plain else [sum(a * v for a, v in zip(row, vector, strict=True)) for row in _inverse(self.matrix)]
+        if self.is_identity:
+            return vector
+        return [sum(a * v for a, v in zip(row, vector, strict=True)) for row in _inverse(self.matrix)]
 
     def reset(self) -> None:
         """Take the frame away."""
-        self.shift, self.matrix, self.plain = [0.0, 0.0, 0.0], _identity(), True
+        self.shift, self.matrix, self.is_identity = [0.0, 0.0, 0.0], _identity(), True
 
     def translate(self, by: list[float]) -> None:
         """Shift the frame along its own axes, m."""
@@ -49,24 +51,25 @@ class ProgramFrame:
         """Turn, mirror or stretch the frame about its own origin."""
         columns = list(zip(*by, strict=True))
         self.matrix = [[sum(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in self.matrix]
-        self.plain = all(abs(self.matrix[i][j] - (i == j)) < 1e-15 for i in range(3) for j in range(3))
+        self.is_identity = all(abs(self.matrix[i][j] - (i == j)) < 1e-15 for i in range(3) for j in range(3))
 
     def plane_factor(self, plane: tuple[int, int]) -> float | None:
         """Return by what arcs of a plane grow, negative where they turn the other way; None where they would tilt or become
         ellipses."""
-        if self.plain:
+        if self.is_identity:
             return 1.0
         a, b = plane
         c, m = 3 - a - b, self.matrix
         size = math.hypot(m[a][a], m[b][a])
         turn = 1.0 if m[a][a] * m[b][b] - m[a][b] * m[b][a] > 0 else -1.0
         slant = max(abs(m[a][a] - turn * m[b][b]), abs(m[b][a] + turn * m[a][b]), abs(m[c][a]), abs(m[c][b]))
-        return turn * size if slant < _ROUND * size else None
+        return turn * size if slant < _TURN_TOLERANCE * size else None
 
     def is_upright(self, third: int) -> bool:
         """Whether an axis still points where it pointed, so that a tool along it drills along it."""
-        return self.plain or (abs(self.matrix[third][third] - 1) < _ROUND and all(
-            abs(self.matrix[i][third]) < _ROUND and abs(self.matrix[third][i]) < _ROUND for i in range(3) if i != third))
+        others = [i for i in range(3) if i != third]
+        return self.is_identity or (abs(self.matrix[third][third] - 1) < _TURN_TOLERANCE and all(
+            abs(self.matrix[i][third]) < _TURN_TOLERANCE and abs(self.matrix[third][i]) < _TURN_TOLERANCE for i in others))
 
 
 def rotation(axis: int, angle: float) -> Matrix:

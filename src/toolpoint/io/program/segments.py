@@ -1,4 +1,4 @@
-"""What a program moves, as plain arrays; and the list that a reader fills segment by segment."""
+"""Moves of a program as plain arrays, and the list that a reader fills segment by segment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ class Program(NotebookText):
     `kind` (n,) 0 line, 1 arc; `start`, `end`, `center` (n, 3) m; `sweep` (n,) rad, positive from the plane's first to its
     second axis; `plane` (n, 2) axis indices; `feed` (n,) m/s; `rapid`, `stop` (n,) bools; `line` (n,) program lines;
     `dwell` (n,) s, waited after each. `words` holds the auxiliary words (line, letter, value) that do not move; `notes` what
-    was assumed or left out, the most important first.
+    was assumed or left out, the most important first. `speed` (n,) rev/min, 0 before the first S; `tool` (n,) the number of the
+    tool in the spindle, 0 before the first.
     """
 
     kind: np.ndarray
@@ -38,6 +39,8 @@ class Program(NotebookText):
     dwell: FloatArray
     words: tuple[tuple[int, str, float], ...] = ()
     notes: tuple[str, ...] = ()
+    speed: FloatArray = field(default_factory=lambda: np.zeros(0))
+    tool: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
 
     @property
     def path(self) -> DrivePath:
@@ -54,7 +57,7 @@ class Remarks:
     """Faults and notes while a program is read: the same words in many lines are one, with the number of lines."""
 
     faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    still: dict[str, set[int]] = field(default_factory=dict)
+    without_motion_words: dict[str, set[int]] = field(default_factory=dict)
     notes: dict[str, set[int]] = field(default_factory=dict)
 
     def fault(self, number: int, column: int, message: str) -> None:
@@ -65,7 +68,7 @@ class Remarks:
 
     def without_motion(self, number: int, word: str) -> None:
         """Keep a word that moves nothing."""
-        self.still.setdefault(word, set()).add(number)
+        self.without_motion_words.setdefault(word, set()).add(number)
 
     def note(self, number: int, message: str) -> None:
         """Keep what was assumed or left out."""
@@ -76,16 +79,16 @@ class Remarks:
         faults = []
         for message, places in self.faults.items():
             lines = len({number for number, _ in places})
-            more = f" (in {lines} lines)" if lines > 1 else ""
-            faults.append(Fault(*places[0], "", message + more))
+            count_words = f" (in {lines} lines)" if lines > 1 else ""
+            faults.append(Fault(*places[0], "", message + count_words))
         return sorted(faults, key=lambda f: f.line)[:100]
 
     def note_list(self) -> tuple[str, ...]:
         """Return the notes; all words without motion in one."""
         notes = [f"{message} ({_lines(numbers)})" for message, numbers in self.notes.items()]
-        if self.still:
+        if self.without_motion_words:
             words = ", ".join(f"{word} in {len(numbers)} line" + "s" * (len(numbers) > 1)
-                              for word, numbers in self.still.items())
+                              for word, numbers in self.without_motion_words.items())
             notes.append(f"words without motion are passed over: {words}")
         return tuple(notes)
 
@@ -102,16 +105,29 @@ class Segments:
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     waits: dict[int, float] = field(default_factory=dict)
+    speed: float = 0.0
+    called_tool: int = 0
+    changed_tool: int = -1  # by the last M6; below zero before the first
+
+    def call_tool(self, number: float | None, *, change: bool = False) -> None:
+        """Keep a word T, and whether the tool is changed in this block (M6): a T before it only brings the tool near."""
+        self.called_tool = self.called_tool if number is None else int(number)
+        if change:
+            self.changed_tool = self.called_tool
 
     def line(self, start: Sequence[float], end: Sequence[float], *, feed: float, rapid: bool, stop: bool, number: int,
              plane: tuple[int, int] = (0, 1)) -> None:
         """Add a straight line, m and m/s."""
-        self.rows.append((0, *start, *end, *start, 0.0, *plane, feed, rapid, stop, number))
+        self.rows.append((0, *start, *end, *start, 0.0, *plane, feed, rapid, stop, number, *self._spindle))
 
     def arc(self, start: Sequence[float], end: Sequence[float], center: Sequence[float], *, sweep: float,
             plane: tuple[int, int], feed: float, stop: bool, number: int) -> None:
         """Add an arc, m, rad and m/s."""
-        self.rows.append((1, *start, *end, *center, sweep, *plane, feed, False, stop, number))
+        self.rows.append((1, *start, *end, *center, sweep, *plane, feed, False, stop, number, *self._spindle))
+
+    @property
+    def _spindle(self) -> tuple[float, float, float]:
+        return self.speed, self.called_tool, self.changed_tool
 
     def wait(self, duration: float) -> bool:
         """Wait after the last segment, s; False where there is none."""
@@ -129,6 +145,7 @@ class Segments:
         t = np.array(self.rows, float)
         dwell = np.zeros(len(t))
         dwell[list(self.waits)] = list(self.waits.values())
+        tool = t[:, 19] if (t[:, 19] >= 0).any() else t[:, 18]  # without an M6 a T changes at once, as on a turret
         return Program(t[:, 0].astype(int), t[:, 1:4], t[:, 4:7], t[:, 7:10], t[:, 10], t[:, 11:13].astype(int), t[:, 13],
                        t[:, 14] > 0, (t[:, 15] > 0) | (dwell > 0), t[:, 16].astype(int), dwell, tuple(words),
-                       remarks.note_list())
+                       remarks.note_list(), t[:, 17], np.maximum(tool, 0).astype(int))

@@ -11,7 +11,7 @@ from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.program_frame import PLANES, change_frame
 from toolpoint.io.program.siemens_cycles import (
     CALL,
-    OFF,
+    CALL_END,
     CycleCall,
     assign_parameters,
     drill_hole,
@@ -38,7 +38,7 @@ class SiemensBlocks:
         """Carry out a block if it is one of these."""
         if match := _FRAME.match(text):
             self._frame(number, match[1], match[2], match.start(2))
-        elif OFF.match(text):
+        elif CALL_END.match(text):
             self.modal = None
         elif match := CALL.match(text):
             self._call(number, match)
@@ -54,11 +54,11 @@ class SiemensBlocks:
     def _frame(self, number: int, verb: str, text: str, column: int) -> None:
         reader, words = Reader(text, self.variables, unset=self.unset), {}
         while reader.skip():
-            at = reader.at
-            word = _WORD.match(text, at)
+            position = reader.position
+            word = _WORD.match(text, position)
             if word is None:
-                raise WordFault(column + at + 1, f"{text[at:].split()[0]!r} is not a word of {verb}")
-            reader.at = word.end()
+                raise WordFault(column + position + 1, f"{text[position:].split()[0]!r} is not a word of {verb}")
+            reader.position = word.end()
             words[word[1]] = reader.sum()
         state = self.state
         if fault := change_frame(state.frame, verb, words, plane=state.plane, unit=state.scale):

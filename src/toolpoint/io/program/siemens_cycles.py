@@ -16,9 +16,9 @@ from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.program_frame import PLANES
 
 CALL = re.compile(r"(MCALL)?\s*\b(CYCLE\d+|HOLES\d)\s*\((.*)\)\s*$", re.DOTALL)
-OFF = re.compile(r"MCALL\s*$")
-_COMMON = ("RTP", "RFP", "SDIS", "DP", "DPR")
-_MORE = {
+CALL_END = re.compile(r"MCALL\s*$")
+_COMMON_PARAMETERS = ("RTP", "RFP", "SDIS", "DP", "DPR")
+_PARAMETERS_OF_CYCLE = {
     "CYCLE81": (), "CYCLE82": ("DTB",),
     "CYCLE83": ("FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI", "", "MDEP", "VRT", "DTD", "DIS1"),
     "CYCLE84": ("DTB", "SDAC", "MPIT", "PIT", "POSS", "SST", "SST1"),
@@ -31,8 +31,8 @@ _PATTERNS = {"HOLES1": ("SPCA", "SPCO", "STA1", "FDIS", "DBH", "NUM"), "HOLES2":
 _PITCH = {3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0,
           27: 3.0, 30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0}
 # Way that chip breaking goes back; distance kept when a hole is entered again, 1/50 of the depth of deep ones, m.
-_CHIP_BACK, _AHEAD, _SHALLOW, _FARTHEST_AHEAD = 1e-3, 0.6e-3, 30e-3, 7e-3
-_MOST = 10_000
+_CHIP_BREAK_RETRACT_M, _REENTRY_DISTANCE_M, _SHALLOW_HOLE_DEPTH_M, _MAX_REENTRY_DISTANCE_M = 1e-3, 0.6e-3, 30e-3, 7e-3
+_MAX_HOLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,8 @@ class CycleCall:
 
 def assign_parameters(name: str, values: list[float | None]) -> CycleCall | None:
     """Return the call of a cycle, None for one that is not drilling."""
-    names = _PATTERNS.get(name) or ((*_COMMON, *_MORE[name]) if name in _MORE else None)
+    names = _PATTERNS.get(name) or ((*_COMMON_PARAMETERS,
+                                     *_PARAMETERS_OF_CYCLE[name]) if name in _PARAMETERS_OF_CYCLE else None)
     if names is None:
         return None
     # What stands behind the known places chooses screens and units of newer controls; it moves nothing.
@@ -65,24 +66,24 @@ def pattern_places(call: CycleCall) -> Iterator[tuple[float, float]]:
     """Yield the places of a pattern in the plane, in programmed units."""
     turn = math.radians(call.get("STA1"))
     if call.name == "HOLES2":
-        count = min(int(call.get("NUM")), _MOST)
+        count = min(int(call.get("NUM")), _MAX_HOLES)
         step = math.radians(call.get("INDA")) or 2 * math.pi / max(count, 1)
         for k in range(count):
             yield (call.get("CPA") + call.get("RAD") * math.cos(turn + k * step),
                    call.get("CPO") + call.get("RAD") * math.sin(turn + k * step))
         return
     if call.name == "HOLES1":
-        grid = [(call.get("FDIS") + k * call.get("DBH"), 0.0) for k in range(min(int(call.get("NUM")), _MOST))]
+        grid = [(call.get("FDIS") + k * call.get("DBH"), 0.0) for k in range(min(int(call.get("NUM")), _MAX_HOLES))]
     else:
-        across, up = min(int(call.get("NUM1")), _MOST), min(int(call.get("NUM2")), _MOST)
+        across, up = min(int(call.get("NUM1")), _MAX_HOLES), min(int(call.get("NUM2")), _MAX_HOLES)
         grid = [(i * call.get("DIS1"), j * call.get("DIS2")) for j in range(up)
-                for i in (range(across) if j % 2 == 0 else reversed(range(across)))][:_MOST]
+                for i in (range(across) if j % 2 == 0 else reversed(range(across)))][:_MAX_HOLES]
     for u, v in grid:
         yield (call.get("SPCA") + u * math.cos(turn) - v * math.sin(turn),
                call.get("SPCO") + u * math.sin(turn) + v * math.cos(turn))
 
 
-def peck_depths(first: float, degression: float, total: float, *, least: float = 0.0) -> list[float]:
+def peck_depths(first: float, degression: float, total: float, *, least_stroke: float = 0.0) -> list[float]:
     """Return the depths (from the reference level) to which CYCLE83 drills one after the other.
 
     The first stroke is given; each next one is shorter by the degression, or by that factor where it is negative, and never
@@ -90,12 +91,12 @@ def peck_depths(first: float, degression: float, total: float, *, least: float =
     """
     first = min(first, total) if first > 0 else total
     depths, stroke = [first], first
-    floor = max(least, degression if degression > 0 else 0.0)
-    while total - depths[-1] > 1e-9 * total and len(depths) < _MOST:
+    floor = max(least_stroke, degression if degression > 0 else 0.0)
+    while total - depths[-1] > 1e-9 * total and len(depths) < _MAX_HOLES:
         if degression > 0:
             stroke = max(stroke - degression, min(floor, stroke))
         elif degression < 0:
-            stroke = max(stroke * -degression, min(least, stroke))
+            stroke = max(stroke * -degression, min(least_stroke, stroke))
         left = total - depths[-1]
         if left <= stroke:
             depths.append(total)
@@ -111,9 +112,9 @@ def fault_of(call: CycleCall) -> str:
     if is_pattern(call):
         count = "NUM1" if call.name == "CYCLE801" else "NUM"
         return "" if call.get(count) >= 1 else f"{call.name} without a number of holes"
-    missing = [name for name in ("RTP", "RFP") if name not in call.values]
-    if missing or not call.values.keys() & {"DP", "DPR"}:
-        return f"{call.name} without {', '.join(missing) or 'a depth (DP or DPR)'}"
+    missing_levels = [name for name in ("RTP", "RFP") if name not in call.values]
+    if missing_levels or not call.values.keys() & {"DP", "DPR"}:
+        return f"{call.name} without {', '.join(missing_levels) or 'a depth (DP or DPR)'}"
     if call.get("RTP") < call.get("RFP"):
         return f"{call.name}: the retraction level {call.get('RTP'):g} is below the reference level {call.get('RFP'):g}"
     if "DPR" not in call.values and call.get("DP") > call.get("RFP"):
@@ -141,7 +142,7 @@ class _Hole:
         origin, unit = state.origin[third], state.scale
         reference = call.get("RFP")
         self.total = abs(call.get("DPR")) if "DPR" in call.values else abs(reference - call.get("DP"))
-        self.top = origin + unit * call.get("RTP")
+        self.retract_level = origin + unit * call.get("RTP")
         self.start = origin + unit * (reference + abs(call.get("SDIS")))
         self.reference, self.unit = origin + unit * reference, unit
 
@@ -165,7 +166,7 @@ class _Hole:
             self._cut_to(self.start)
         if name == "CYCLE86":
             self._lift_off()
-        self._rapid(self.top)
+        self._rapid(self.retract_level)
         if name == "CYCLE86":
             self._lift_off(-1.0)
         state.feed, state.feed_word, state.feed_mode = kept
@@ -173,25 +174,28 @@ class _Hole:
     def _pecks(self) -> None:
         call, state = self.call, self.state
         first = abs(call.get("FDPR")) if "FDPR" in call.values else abs(call.get("RFP") - call.get("FDEP", call.get("RFP")))
-        word, before = state.feed_word, 0.0
-        for k, depth in enumerate(peck_depths(first, call.get("DAM"), self.total, least=abs(call.get("MDEP")))):
+        word, depth_before = state.feed_word, 0.0
+        for k, depth in enumerate(peck_depths(first, call.get("DAM"), self.total, least_stroke=abs(call.get("MDEP")))):
             if k and call.get("VARI") == 0:
-                self._rapid(self._level(before - min(abs(call.get("VRT")) or _CHIP_BACK / self.unit, before)))
+                retract = abs(call.get("VRT")) or _CHIP_BREAK_RETRACT_M / self.unit
+                self._rapid(self._level(depth_before - min(retract, depth_before)))
             elif k:
                 self._rapid(self.start)
                 state.wait(self.number, max(call.get("DTS"), 0.0))
-                self._rapid(self._level(max(before - (call.get("DIS1") or self._ahead()), 0.0)))
+                self._rapid(self._level(max(depth_before - (call.get("DIS1") or self._ahead()), 0.0)))
             if k == 0 and 0 < call.get("FRF", 1.0) < 1 and word > 0:
                 state.set_feed(word * call.get("FRF"))
             self._cut(depth)
             if k == 0 and word > 0:
                 state.set_feed(word)
             state.wait(self.number, max(call.get("DTB"), 0.0))
-            before = depth
+            depth_before = depth
 
     def _ahead(self) -> float:
         """Return the distance above the last depth at which the feed begins again, in programmed units."""
-        return _AHEAD / self.unit if self.total * self.unit <= _SHALLOW else min(self.total / 50, _FARTHEST_AHEAD / self.unit)
+        if self.total * self.unit <= _SHALLOW_HOLE_DEPTH_M:
+            return _REENTRY_DISTANCE_M / self.unit
+        return min(self.total / 50, _MAX_REENTRY_DISTANCE_M / self.unit)
 
     def _set_feed(self, name: str) -> None:
         if self.call.get(name) > 0:

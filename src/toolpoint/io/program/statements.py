@@ -28,7 +28,7 @@ _PATTERNS: tuple[tuple[str, re.Pattern[str]], ...] = tuple((name, re.compile(pat
     ("define", r"DEF\s+(?:REAL|INT|BOOL|CHAR)\s+(?P<a>.+)$"),
     ("passed", r"(?P<b>MSG|EXTERN|WORKPIECE|DEF|STOPRE|SOFT|BRISK|DRIVE|FFWON|FFWOF|COMPOF|COMPON|COMPCAD|COMPCURV|DIAMOF|CFC|"
                r"CFTCP|CFIN|TRAFOOF|TRAORI|G_?GROUP|CUT2D|CUT3DC|ORI\w+|FIFOCTRL|SPOS|WRITE|SETMS|STARTFIFO|PRESETON)\b(?!\s*=).*$")))
-_OPENS = {"if": "endif", "while": "endwhile", "for": "endfor", "do": "until", "loop": "endloop", "repeat": "endrepeat",
+_END_OF_BLOCK = {"if": "endif", "while": "endwhile", "for": "endfor", "do": "until", "loop": "endloop", "repeat": "endrepeat",
           "sub": "endsub"}
 
 
@@ -69,13 +69,13 @@ def list_statements(text: str) -> ProgramLines:
 def _take(listing: ProgramLines, number: int, line: str) -> None:
     if line.lstrip().startswith(("%", "/")) and not line.lstrip().startswith("%_N"):
         return
-    plain = without_comments(line)
-    if name := re.match(r"\s*%_N_(\w+?)_(?:MPF|SPF)", plain):
+    code = without_comments(line)
+    if name := re.match(r"\s*%_N_(\w+?)_(?:MPF|SPF)", code):
         listing.programs[name[1]] = len(listing.statements)
         if listing.statements:
             listing.statements.append(Statement(number, "end"))
         return
-    match = _NUMBERED.match(plain)
+    match = _NUMBERED.match(code)
     if match is None:
         return
     if match[1] or match[2]:
@@ -115,28 +115,28 @@ def _match_blocks(listing: ProgramLines) -> None:
     statements = listing.statements
     for k, statement in enumerate(statements):
         kind = statement.kind
-        top = next((j for j in reversed(open_blocks) if statements[j].key == statement.key or not statement.key), None)
-        if kind == "while" and top is not None and statements[top].kind == "do" and statement.key:
-            statement.kind, statement.start = "dowhile", top
-            statements[top].branch = k
-            open_blocks.remove(top)
-        elif kind in ("elif", "else") and top is not None:
-            last = top
+        opener = next((j for j in reversed(open_blocks) if statements[j].key == statement.key or not statement.key), None)
+        if kind == "while" and opener is not None and statements[opener].kind == "do" and statement.key:
+            statement.kind, statement.start = "dowhile", opener
+            statements[opener].branch = k
+            open_blocks.remove(opener)
+        elif kind in ("elif", "else") and opener is not None:
+            last = opener
             while statements[last].branch >= 0:
                 last = statements[last].branch
-            statements[last].branch, statement.start = k, top
-        elif kind in _OPENS:
+            statements[last].branch, statement.start = k, opener
+        elif kind in _END_OF_BLOCK:
             open_blocks.append(k)
             if kind == "sub":
                 listing.programs[statement.key] = k
-        elif kind in _OPENS.values():
-            if top is None or _OPENS.get(statements[top].kind) != kind:
+        elif kind in _END_OF_BLOCK.values():
+            if opener is None or _END_OF_BLOCK.get(statements[opener].kind) != kind:
                 listing.faults.append((statement.number, f"{kind.upper()} without its beginning"))
                 continue
-            last = top
+            last = opener
             while statements[last].branch >= 0:
                 last = statements[last].branch
-            statements[last].branch, statement.start = k, top
-            open_blocks.remove(top)
+            statements[last].branch, statement.start = k, opener
+            open_blocks.remove(opener)
     for k in open_blocks:
         listing.faults.append((statements[k].number, f"{statements[k].kind.upper()} without its end"))

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 
 # Before these a bracket belongs to an expression; anywhere else it begins a comment.
-_BEFORE = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|NOT|UNTIL|TO|XOR)|SIN|COS|TAN|ATAN2?|SQRT|ABS|POT|TRUNC|"
-                     r"ROUND|\b(?:CYCLE\d+|HOLES\d|POCKET\d|SLOT\d|LONGHOLE|MSG|WORKPIECE|PROC\s+\w+))\s*$")
+_EXPRESSION_START = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|NOT|UNTIL|TO|XOR)|SIN|COS|TAN|ATAN2?|SQRT|"
+                               r"ABS|POT|TRUNC|ROUND|\b(?:CYCLE\d+|HOLES\d|POCKET\d|SLOT\d|LONGHOLE|MSG|WORKPIECE|PROC\s+\w+))\s*$")
 _ASSIGN = re.compile(r"\s*(#\s*(?:\d+|<[^>]*>|\[|#)|R(?:\d+|\[[^\]]*\])(?=\s*=)|(?!CR\b)[A-Z_]{2,}[A-Z_0-9]*(?=\s*=(?!=)))")
-_EXTENDED = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
+_EXTENDED_ADDRESS = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
 _LETTER = re.compile(r"\s*(CR|[A-Z])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")
 _STRING = re.compile(r'"[^"]*"')
 
@@ -28,7 +28,7 @@ class Word:
 
 
 class WordFault(Exception):
-    """What is wrong with a block, at a column."""
+    """Fault of a block, at a column."""
 
     def __init__(self, column: int, message: str) -> None:
         super().__init__(message)
@@ -40,27 +40,27 @@ def without_comments(line: str) -> str:
     text = line.split(";", 1)[0].upper()
     if "(" not in text:
         return text.rstrip()
-    out, at = [], 0
-    while (start := text.find("(", at)) >= 0:
-        out.append(text[at:start])
-        before = "".join(out)
+    out, position = [], 0
+    while (start := text.find("(", position)) >= 0:
+        out.append(text[position:start])
+        text_before = "".join(out)
         end = _comment_end(text, start)
-        if _BEFORE.search(before):
+        if _EXPRESSION_START.search(text_before):
             out.append("(")
-            at = start + 1
+            position = start + 1
         else:
             out.append(" " * (end + 1 - start))
-            at = end + 1
-    return ("".join(out) + text[at:]).rstrip()
+            position = end + 1
+    return ("".join(out) + text[position:]).rstrip()
 
 
 def _comment_end(text: str, start: int) -> int:
-    """Where a comment ends: at the bracket that closes it, brackets within counted; where these do not close, at the first."""
+    """Return the end of a comment: the bracket that closes it, brackets within counted; where these do not close, the first."""
     depth = 0
-    for at in range(start, len(text)):
-        depth += {"(": 1, ")": -1}.get(text[at], 0)
+    for position in range(start, len(text)):
+        depth += {"(": 1, ")": -1}.get(text[position], 0)
         if depth == 0:
-            return at
+            return position
     first = text.find(")", start)
     return len(text) - 1 if first < 0 else first
 
@@ -77,12 +77,12 @@ def split_words(text: str, variables: MutableMapping[str, float], unset: set[str
     assigned: dict[str, float] = {}
     reader = Reader(_STRING.sub(lambda m: " " * len(m[0]), text), variables, unset=unset)
     while reader.skip():
-        column = reader.at + 1
+        column = reader.position + 1
         try:
-            if match := _ASSIGN.match(reader.text, reader.at):
+            if match := _ASSIGN.match(reader.text, reader.position):
                 _assign(reader, match, assigned)
-            elif match := _EXTENDED.match(reader.text, reader.at):
-                reader.at = match.end()
+            elif match := _EXTENDED_ADDRESS.match(reader.text, reader.position):
+                reader.position = match.end()
                 words.append(Word(match[1], "", reader.sum() if reader.skip() else 0.0, column))
             else:
                 words.append(_word(reader, column))
@@ -97,7 +97,7 @@ def _assign(reader: Reader, match: re.Match[str], assigned: dict[str, float]) ->
     if match[1][0] in "#R" and re.match(r"\s*[#R](?=[\s\d<\[#])", match[1]):
         name = reader.variable_name()
     else:
-        name, reader.at = match[1].strip(), match.end()
+        name, reader.position = match[1].strip(), match.end()
         if name not in reader.variables:
             raise ExpressionFault(f"{name}= is not in the subset")
     if not reader.take("="):
@@ -107,16 +107,16 @@ def _assign(reader: Reader, match: re.Match[str], assigned: dict[str, float]) ->
 
 
 def _word(reader: Reader, column: int) -> Word:
-    match = _LETTER.match(reader.text, reader.at)
+    match = _LETTER.match(reader.text, reader.position)
     if match is None:
-        piece = reader.text[reader.at:].split()[0]
+        piece = reader.text[reader.position:].split()[0]
         if piece[0] in "@^":
             raise WordFault(column, f"{piece!r}: polar coordinates are not computed; post the program with X and Y")
         raise WordFault(column, f"{piece!r} is not a word of the subset")
-    reader.at = match.end()
+    reader.position = match.end()
     mode = match[3] or ""
-    if not mode and re.match(r"\s*[A-Z](?![A-Z]*[\[(])", reader.text[reader.at:]) and not match[2] and \
-            not re.match(r"\s*(?:R\d|Q[LRS]?\d)", reader.text[reader.at:]):
+    if not mode and re.match(r"\s*[A-Z](?![A-Z]*[\[(])", reader.text[reader.position:]) and not match[2] and \
+            not re.match(r"\s*(?:R\d|Q[LRS]?\d)", reader.text[reader.position:]):
         piece = reader.text[column - 1:].split()[0]
         raise WordFault(column, f"{piece!r} is not a word of the subset")
     if match[1] == "T" and match[2] and not reader.skip():

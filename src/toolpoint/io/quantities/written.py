@@ -247,3 +247,24 @@ def read_picture_shape(text: str) -> tuple[int, int]:
     """Return rows and columns of ``ROWSxCOLUMNS``."""
     rows, columns = text.split("x")
     return int(rows), int(columns)
+
+
+def read_stock(text: str) -> tuple[str, tuple[float, ...]]:
+    """Return kind and lengths (m) of ``box=X1,Y1,Z1,X2,Y2,Z2`` or ``cylinder=DIAMETER,BOTTOM,TOP[,X,Y]`` in mm.
+
+    Of the name of a mesh file the kind is its path, and there are no lengths.
+    """
+    kind, equals, numbers = text.partition("=")
+    if not equals:
+        return text, ()
+    if kind.strip() not in ("box", "cylinder"):
+        raise ToolpointError(f"{text!r}: a stock is a box, a cylinder or an STL file")
+    return kind.strip(), tuple(1e-3 * number for number in read_numbers(numbers))
+
+
+def read_numbered_file(text: str) -> tuple[int, Path]:
+    """Return number and file of ``3=ball.yaml``."""
+    number, _, path = text.partition("=")
+    if not path:
+        raise ValueError
+    return int(number), Path(path)

@@ -59,8 +59,9 @@ def _mixed_units(part: ArmModel, document: Document) -> bool:
         if bare and written:
             faults = True
             for i, name in bare:
-                shown = getattr(part.rows[i], name)
-                document.fault(("arm", "rows", i, name), f"{shown!r} without a unit in a table whose other values carry one; "
+                bare_value = getattr(part.rows[i], name)
+                document.fault(("arm", "rows", i, name), f"{bare_value!r} without a unit in a table whose other values carry "
+                               f"one; "
                                                          f"write its unit too (a bare number is in {unit})")
     return faults
 
@@ -99,18 +100,19 @@ def _add_row(data: dict[str, Any], part: ArmModel, i: int, *, place: tuple[Any, 
         if entry in data[section]:
             document.fault(key, f"{entry!r} is given under {section} too; the arm makes it")
             return
-    inner = {"at": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0)} | dict(body.get("frame") or {})
-    within = frame(d.FrameDescription(_vector(inner["at"], units.LENGTH), _vector(inner["rotation"], units.ANGLE)))
+    within_body = {"at": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0)} | dict(body.get("frame") or {})
+    within = frame(d.FrameDescription(_vector(within_body["at"], units.LENGTH), _vector(within_body["rotation"], units.ANGLE)))
     data["bodies"][row.body] = {**body, "frame": _plain(place[1] @ within)}
     parent = part.base if i == 0 else part.rows[i - 1].body
     data["joints"][name] = {"parent": parent, "child": row.body, **_plain(place[0]), "source": row.source, **{
         field: value for field in ("stiffness", "damping", "loss_factor") if (value := _given(row, field))}}
     way = "z" if row.slides else "rz"
     drives: list[dict[str, Any]] = [{"joint": name, "direction": way}]
-    for other, later in enumerate(part.rows):
-        if row.axis in later.coupled:
-            drives.append({"joint": later.joint or f"joint_{later.axis}", "direction": "z" if part.rows[other].slides else "rz",
-                           "factor": later.coupled[row.axis]})
+    for other, following_row in enumerate(part.rows):
+        if row.axis in following_row.coupled:
+            drives.append({"joint": following_row.joint or f"joint_{following_row.axis}",
+                           "direction": "z" if part.rows[other].slides else "rz",
+                           "factor": following_row.coupled[row.axis]})
     data["axes"][row.axis] = {"drives": drives, **({} if row.limits is None else {"limits": row.limits})}
 
 

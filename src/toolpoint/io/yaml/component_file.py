@@ -14,7 +14,7 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml.description_schema import file_schema
-from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import body_of, cutting_of
 from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, FrameModel, PointModel
 from toolpoint.io.yaml.part import Part
@@ -22,7 +22,6 @@ from toolpoint.io.yaml.quantity_fields import Scalar, Vector
 from toolpoint.machine.components import Components, DrivenAxis, MassDeviation
 from toolpoint.machine.description import GROUND, BodyDescription, FrameDescription, PointDescription
 
-VERSION = 1
 _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _Letter = Literal["x", "y", "z", "-x", "-y", "-z"]
@@ -90,7 +89,7 @@ def _written_out(entry: int | str) -> list[int | str]:
 def read(path: str | Path) -> Components:
     """Return the components of a file; raises FileFaults with every fault."""
     document = parse(Path(path))
-    document.check_version(VERSION)
+    document.check_version(FILE_VERSION)
     part: ComponentFile | None = validate(ComponentFile, document.data, (), document=document)
     result = None if part is None else _components(part, document)
     if document.faults or result is None:
@@ -101,7 +100,7 @@ def read(path: str | Path) -> Components:
 def _components(part: ComponentFile, document: Document) -> Components | None:
     _check_order(part, document)
     bodies = _checked(part, document)
-    axes = {name: axis for name, given in part.axes.items() if (axis := _axis(name, given, part, document)) is not None}
+    axes = {name: axis for name, described in part.axes.items() if (axis := _axis(name, described, part, document)) is not None}
     for name, point in part.points.items():
         _check_known(("points", name, "body"), point.body, [*part.components, GROUND], document)
     measured = [str(point) for points in part.measured_points().values() for point in points]
@@ -123,9 +122,9 @@ def _components(part: ComponentFile, document: Document) -> Components | None:
         None if part.frame is None else FrameDescription(part.frame.at, part.frame.rotation))
 
 
-def _check_known(key: Key, name: str, known: list[str], document: Document) -> None:
-    if name not in known:
-        document.fault(key, f"there is no {name!r}; " + (suggestion(name, known) or f"known: {', '.join(known[:20])}"))
+def _check_known(key: Key, name: str, listed: list[str], document: Document) -> None:
+    if name not in listed:
+        document.fault(key, f"there is no {name!r}; " + (suggestion(name, listed) or f"known: {', '.join(listed[:20])}"))
 
 
 def _check_order(part: ComponentFile, document: Document) -> None:
@@ -143,7 +142,7 @@ def _check_order(part: ComponentFile, document: Document) -> None:
         if name != GROUND and name not in part.components:
             document.fault(key, f"there is no component {name!r}; known: {', '.join(part.components)}")
     for name in part.components:
-        if name not in [known for _, known in named]:
+        if name not in [listed for _, listed in named]:
             document.fault(("components", name), "is not in the chain; name it there, after the component that carries it")
 
 
@@ -163,27 +162,27 @@ def _checked(part: ComponentFile, document: Document) -> dict[str, BodyDescripti
     return bodies
 
 
-def _axis(name: str, given: DrivenAxisPart, part: ComponentFile, document: Document) -> DrivenAxis | None:
+def _axis(name: str, described: DrivenAxisPart, part: ComponentFile, document: Document) -> DrivenAxis | None:
     key = ("axes", name)
-    _check_known((*key, "moves"), given.moves, list(part.components), document)
-    if (given.along is None) == (given.about is None):
+    _check_known((*key, "moves"), described.moves, list(part.components), document)
+    if (described.along is None) == (described.about is None):
         document.fault(key, "must have one of along (a slide) and about (a turn), a letter or a vector in the machine frame")
         return None
-    turns = given.about is not None
-    if turns and given.at is None:
+    turns = described.about is not None
+    if turns and described.at is None:
         document.fault(key, "at: missing; an axis that turns needs a point of it")
         return None
-    way = given.about if turns else given.along
+    way = described.about if turns else described.along
     direction = _unit(way)
     if direction is None:
         document.fault(key, f"{way!r}: must be a letter or a vector that is not zero")
         return None
     limits, kind = (float("-inf"), float("inf")), units.ANGLE if turns else units.LENGTH
     try:
-        at_test = units.quantity(given.at_test, kind)
-        if given.limits is not None:
-            low, high = units.quantities(given.limits, kind, 2)
-            limits = (low, high)
+        at_test = units.quantity(described.at_test, kind)
+        if described.limits is not None:
+            lower, upper = units.quantities(described.limits, kind, 2)
+            limits = (lower, upper)
     except units.UnitError as error:
         document.fault(key, str(error))
         return None
@@ -192,7 +191,7 @@ def _axis(name: str, given: DrivenAxisPart, part: ComponentFile, document: Docum
                        f"limits {limits[0]:g} .. {limits[1]:g}, at_test {at_test:g}; the lower limit must be below the upper, "
                        "and the axis between them in the test")
         return None
-    return DrivenAxis(given.moves, direction, turns, given.at, limits, given.elastic_at, at_test)
+    return DrivenAxis(described.moves, direction, turns, described.at, limits, described.elastic_at, at_test)
 
 
 def _unit(way: Any) -> tuple[float, float, float] | None:

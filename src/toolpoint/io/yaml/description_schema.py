@@ -106,7 +106,7 @@ def _default(part: Field[Any]) -> Any:
     if part.default is MISSING:
         return ... if part.default_factory is MISSING else part.default_factory()
     if is_dataclass(part.default):
-        values = {inner.name: getattr(part.default, inner.name) for inner in fields(part.default)}
+        values = {part_field.name: getattr(part.default, part_field.name) for part_field in fields(part.default)}
         return model_of(type(part.default))(**values)
     return part.default
 

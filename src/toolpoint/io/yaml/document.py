@@ -20,10 +20,11 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 
 Key = tuple[str | int, ...]
+FILE_VERSION = 1  # of all YAML files of toolpoint
 LARGEST_FILE = 2_000_000
 KEPT_TEXT = 100_000  # longer texts are parsed each time: their trees are not worth the memory
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
-DEEPEST = 100  # brackets in brackets
+MAX_NESTING_DEPTH = 100  # brackets in brackets
 _TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
 MERGE = "<<"
 LARGEST_INTEGER = 10**15  # no count or quantity of a machine is larger, and floats hold whole numbers up to here exactly
@@ -42,10 +43,10 @@ class Document:
 
     def fault(self, key: Key, message: str) -> None:
         """Add a fault at the nearest known place of a key."""
-        at = key
-        while at and at not in self.places:
-            at = at[:-1]
-        line, column = self.places.get(at, (1, 1))
+        place_key = key
+        while place_key and place_key not in self.places:
+            place_key = place_key[:-1]
+        line, column = self.places.get(place_key, (1, 1))
         self.faults.append(Fault(line, column, ".".join(str(k) for k in key), message))
 
     def check_version(self, version: int) -> None:
@@ -103,7 +104,7 @@ def _check_depth(path: Path, text: str) -> None:
     depth = 0
     for bracket in re.findall(r"[\[\]{}]", text):
         depth = depth + 1 if bracket in "[{" else max(depth - 1, 0)
-        if depth > DEEPEST:
+        if depth > MAX_NESTING_DEPTH:
             raise ToolpointError(f"{path}: {_TOO_DEEP}")
 
 
@@ -125,27 +126,27 @@ def _plain(node: Node, key: Key, document: Document, above: set[int]) -> Any:
 
 
 def _mapping(node: MappingNode, key: Key, document: Document, above: set[int]) -> dict[str, Any]:
-    given: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     merged: dict[str, Any] = {}
     for name_node, value_node in node.value:
         if isinstance(name_node, ScalarNode) and name_node.value == MERGE:
             merged = {**_merged(value_node, key, document, above), **merged}
     for name_node, value_node in node.value:
         name = str(name_node.value) if isinstance(name_node, ScalarNode) else "?"
-        inner = (*key, name)
+        value_key = (*key, name)
         place = (name_node.start_mark.line + 1, name_node.start_mark.column + 1)
         if name == MERGE:
             continue
-        if name in given:
-            first = document.places[inner][0]
-            document.faults.append(Fault(*place, ".".join(map(str, inner)),
+        if name in values:
+            first = document.places[value_key][0]
+            document.faults.append(Fault(*place, ".".join(map(str, value_key)),
                                          f"key {name!r} is already given in line {first}; keep one of the two"))
             continue
-        document.places[inner] = place
-        given[name] = _plain(value_node, inner, document, above)
+        document.places[value_key] = place
+        values[name] = _plain(value_node, value_key, document, above)
         if isinstance(value_node, ScalarNode):
-            document.places[inner] = (value_node.start_mark.line + 1, value_node.start_mark.column + 1)
-    return {**merged, **given}
+            document.places[value_key] = (value_node.start_mark.line + 1, value_node.start_mark.column + 1)
+    return {**merged, **values}
 
 
 def _merged(node: Node, key: Key, document: Document, above: set[int]) -> dict[str, Any]:
@@ -199,9 +200,9 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
     where = (*key, *place)
     kind, name = error["type"], place[-1] if place else ""
     if kind == "extra_forbidden":
-        known = _keys(model, place[:-1])
-        near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
+        allowed_keys = _keys(model, place[:-1])
+        close_matches = difflib.get_close_matches(str(name), allowed_keys, n=1, cutoff=0.5)
+        hint = f"; did you mean {close_matches[0]!r}?" if close_matches else f"; known: {', '.join(allowed_keys)}"
         if str(name)[:1].isdigit():
             hint = "; is there a decimal comma before it? write a decimal point"
         document.fault(where, f"unknown key {str(name)!r}{hint}")
@@ -222,9 +223,9 @@ def _keys(model: type[BaseModel], place: Key) -> list[str]:
         if step not in current.model_fields:
             continue  # a user's own name, or the place in a list: the model is already that of the entries
         field = current.model_fields[step]
-        inner = [a for a in [field.annotation, *getattr(field.annotation, "__args__", ())]
+        value_key = [a for a in [field.annotation, *getattr(field.annotation, "__args__", ())]
                  if isinstance(a, type) and issubclass(a, BaseModel)]
-        if not inner:
+        if not value_key:
             return list(current.model_fields)
-        current = inner[0]
+        current = value_key[0]
     return list(current.model_fields)

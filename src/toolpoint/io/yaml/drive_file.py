@@ -9,14 +9,13 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import find_faults
 from toolpoint.io.door import door
 from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
-
-VERSION = 1
+from toolpoint.io.yaml.document import FILE_VERSION
 
 
 @door("drive file")
 def read(path: str | Path) -> DriveDescription:
     """Return the drives of a YAML file, SI; raises FileFaults with every fault of the file."""
-    return read_described(Path(path), DriveDescription, VERSION, find_faults=find_faults)
+    return read_described(Path(path), DriveDescription, FILE_VERSION, find_faults=find_faults)
 
 
 def json_schema() -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Where the doubts of a machine file enter: those that it states, and those that its own measured reference raises."""
+"""Doubts of a machine file as they enter: those that it states, and those that its own measured reference raises."""
 
 from __future__ import annotations
 

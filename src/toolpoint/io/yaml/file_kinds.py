@@ -1,4 +1,4 @@
-"""Which of toolpoint's YAML files a file is, by the keys that only this kind has, and the reader of each."""
+"""Kinds of toolpoint's YAML files: each by the keys that only it has, and its reader."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from toolpoint.io.yaml.document import parse
 KINDS: dict[str, tuple[str, str, str]] = {
     "components": ("components", "component_file", "components of a test"),
     "test": ("records", "testing.test_file", "a hammer test"),
+    "project": ("tests", "project_file", "a project"),
     "shaft": ("segments", "shaft_file", "a shaft"),
     "plan": ("machine", "plan_file", "a screening plan"),
     "datasheet": ("members", "robot_file", "a robot's datasheet"),

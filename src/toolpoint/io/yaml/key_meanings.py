@@ -1,4 +1,4 @@
-"""What every key of a file means: the words of `key_meanings.yaml`, put into JSON schemas for editors and the manual."""
+"""Meanings of the keys of all files: the words of `key_meanings.yaml`, put into JSON schemas for editors and the manual."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 
 FILES = {"MachineModel": "MachineFile", "Drive": "ServoFile", "RobotDatasheet": "RobotFile", "Shaft": "ShaftFile",
          "HammerTest": "TestFile", "ComponentFile": "ComponentsFile", "ScreeningPlan": "PlanFile",
-         "PoleChoice": "ChoiceFile"}
+         "PoleChoice": "ChoiceFile", "ProjectFile": "ProjectFile"}
 
 
 @cache
@@ -32,6 +32,6 @@ def add_meanings(schema: dict[str, Any], model: str) -> None:
                                                  schema.get("$defs", {}).items()}}
     for name, part in parts.items():
         for key, entry in part.get("properties", {}).items():
-            inner = [choice.get("description", "") for choice in entry.get("anyOf", ())]
-            words = [meaning_of(name, key), entry.get("description", ""), *inner]
+            choices_text = [choice.get("description", "") for choice in entry.get("anyOf", ())]
+            words = [meaning_of(name, key), entry.get("description", ""), *choices_text]
             entry["description"] = "; ".join(word for word in words if word)

@@ -20,7 +20,7 @@ from toolpoint.io.meshes import stl
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.description_schema import describe
-from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.file_doubts import warn_of_doubts
 from toolpoint.io.yaml.machine_motion import assembly_modes_of, axis_of, direction_of, limits_of, place_joints, task_of
 from toolpoint.joints.law import LawDescription
@@ -87,8 +87,8 @@ def _description(document: Document) -> d.MachineDescription | None:
         expand_arm(document)
     data = document.data
     version = data.get("toolpoint")
-    if version != schema.VERSION:
-        document.fault(("toolpoint",), f"file version {version!r}; this program reads version {schema.VERSION}"
+    if version != FILE_VERSION:
+        document.fault(("toolpoint",), f"file version {version!r}; this program reads version {FILE_VERSION}"
                        if "toolpoint" in data else "missing; the first line of a machine file is 'toolpoint: 1'")
     parts: dict[str, dict[str, Any]] = {}
     for section, model in _SECTIONS.items():
@@ -101,15 +101,15 @@ def _description(document: Document) -> d.MachineDescription | None:
     for section in ("bodies", "joints"):
         if not data.get(section):
             document.fault((section,), "missing; a machine needs at least one")
-    rest = {key: value for key, value in data.items() if key not in _SECTIONS}
-    top = validate(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document=document)
+    plain_keys = {key: value for key, value in data.items() if key not in _SECTIONS}
+    file_model = validate(schema.MachineModel, {**plain_keys, "bodies": {}, "joints": {}}, (), document=document)
     place_joints(document, parts)
     converted = _converted(document, parts)
-    _references(document, top)
+    _references(document, file_model)
     _tree(document, converted, data)
-    if document.faults or top is None:
+    if document.faults or file_model is None:
         return None
-    return _whole(top, converted, document)
+    return _whole(file_model, converted, document)
 
 
 def _converted(document: Document, parts: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -120,9 +120,10 @@ def _converted(document: Document, parts: dict[str, dict[str, Any]]) -> dict[str
             try:
                 result[section][name] = make(part, document)
             except (ToolpointError, units.UnitError) as error:
-                inner = str(error).split(":")[0].split(".")
+                path_words = str(error).split(":")[0].split(".")
                 named = error.argument if isinstance(error, ToolpointError) else ""
-                document.fault((section, name, *inner) if all(word.isidentifier() for word in inner) else (section, name),
+                is_path = all(word.isidentifier() for word in path_words)
+                document.fault((section, name, *(path_words if is_path else ())),
                                str(error).removeprefix(f"{named}: ") if "." in named else str(error))
     return result
 
@@ -164,7 +165,7 @@ def _matrices(part: BaseModel, document: Document) -> MatricesBody:
     geometry = folder / described.geometry
     size = 1e-3 if described.units.startswith("mm") else 1.0
     if mesh_files.is_mesh(geometry):
-        places = {name: size * at for name, at in mesh_files.read_nodes(geometry).items()}
+        places = {name: size * place for name, place in mesh_files.read_nodes(geometry).items()}
     else:
         places = point_table.read(geometry, length=size)
     return MatricesBody(described, replace(content, coordinates=places))
@@ -202,7 +203,7 @@ def _point(part: schema.PointModel, document: Document) -> d.PointDescription:
     return d.PointDescription(part.body, part.at, part.interface)
 
 
-def _references(document: Document, top: schema.MachineModel | None) -> None:
+def _references(document: Document, file_model: schema.MachineModel | None) -> None:
     document.data = {**document.data, **{
         section: {} for section in _SECTIONS if not isinstance(document.data.get(section), dict)}}
     names = {section: list(document.data[section]) for section in _SECTIONS}
@@ -226,17 +227,17 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
     for key in ("tool", "table"):
         if isinstance(document.data.get(key), str):
             known((key,), document.data[key], "points")
-    if top is None:
+    if file_model is None:
         return
-    if top.task is not None:
-        known(("task", "point"), top.task.point, "points")
-        for i, name in enumerate(top.task.axes):
+    if file_model.task is not None:
+        known(("task", "point"), file_model.task.point, "points")
+        for i, name in enumerate(file_model.task.axes):
             known(("task", "axes", i), name, "axes")
-    for i, load in enumerate(top.loads):
+    for i, load in enumerate(file_model.loads):
         known(("loads", i, "point"), load.point, "points")
-    for i, pose in enumerate(top.poses):
+    for i, pose in enumerate(file_model.poses):
         for name in pose:
-            known(("poses", i, name), name, "axes", extra=() if top.task is None else tuple(top.task.coordinates))
+            known(("poses", i, name), name, "axes", extra=() if file_model.task is None else tuple(file_model.task.coordinates))
 
 
 def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
@@ -248,38 +249,39 @@ def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mappin
     joints = shell("joints", lambda e: d.JointDescription(str(e.get("parent")), str(e.get("child")),
                                                           closes_loop=e.get("closes_loop") is True))
     complete = {n: j for n, j in joints.items() if {"parent", "child"} <= set(data["joints"][n])}
-    whole = len(complete) == len(joints)
+    is_complete = len(complete) == len(joints)
     faults = tree_faults(d.MachineDescription("", shell("bodies", lambda e: d.BodyDescription()), complete))
     for path, message in faults:
-        if whole or not path.startswith("bodies"):
+        if is_complete or not path.startswith("bodies"):
             document.fault(tuple(path.split(".")), message)
     if not document.faults:
         for path, message in axis_faults(d.MachineDescription("", {}, converted["joints"], converted["axes"])):
             document.fault(tuple(path.split(".")), message)
 
 
-def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], document: Document) -> d.MachineDescription | None:
-    task, modes = task_of(top, document), assembly_modes_of(top, document)
+def _whole(file_model: schema.MachineModel, converted: dict[str, dict[str, Any]],
+           document: Document) -> d.MachineDescription | None:
+    task, modes = task_of(file_model, document), assembly_modes_of(file_model, document)
     kinds = {name: (axis.is_rotary, axis.limits) for name, axis in converted["axes"].items()} | (
         {} if task is None else {name: (c.coordinate in ANGLES, c.limits) for name, c in task.coordinates.items()})
     poses = []
-    for i, pose in enumerate(top.poses):
+    for i, pose in enumerate(file_model.poses):
         poses.append({name: _position(value, *kinds[name], key=("poses", i, name), document=document)
                       for name, value in pose.items() if name in kinds})
-    tool_axis, up = (_direction(key, getattr(top, key), document) for key in ("tool_axis", "up"))
+    tool_axis, up = (_direction(key, getattr(file_model, key), document) for key in ("tool_axis", "up"))
     if document.faults:
         return None
-    cutting = None if top.cutting is None else cutting_of(top.cutting, document)
+    cutting = None if file_model.cutting is None else cutting_of(file_model.cutting, document)
     if document.faults:
         return None
     result = d.MachineDescription(
-        top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"],
-        gravity_vector(top.gravity, up), tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool,
-        top.table, top.damping_ratio, cutting,
-        tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
-        top.assumptions, tool_axis, task, modes, top.assembly_mode,
-        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()), top.doubts,
-        top.modal_damping or "", up)
+        file_model.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"],
+        gravity_vector(file_model.gravity, up), tuple(d.LoadDescription(**load.model_dump()) for load in file_model.loads),
+        file_model.tool, file_model.table, file_model.damping_ratio, cutting,
+        tuple(d.ReferenceDescription(**r.model_dump()) for r in file_model.reference), tuple(poses), file_model.description,
+        file_model.source, file_model.assumptions, tool_axis, task, modes, file_model.assembly_mode,
+        None if file_model.identified is None else d.IdentifiedDescription(**file_model.identified.model_dump()),
+        file_model.doubts, file_model.modal_damping or "", up)
     _check_identified(result, document)
     return None if document.faults else result
 
@@ -343,7 +345,7 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
 
     Mesh bodies are written with their mass properties' source file only, which must lie beside the new file.
     """
-    data = {"toolpoint": schema.VERSION, **_lowered(description)}
+    data = {"toolpoint": FILE_VERSION, **_lowered(description)}
     for joint in data["joints"].values():
         joint.update({"at": [0.0, 0.0, 0.0]} | joint.pop("frame", {}))
         joint.pop("placed", None)

@@ -14,17 +14,17 @@ from toolpoint.kinematics.axis import DIRECTIONS
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
 
-INFINITE = (float("-inf"), float("inf"))
+UNLIMITED_SPAN = (float("-inf"), float("inf"))
 
 
 def limits_of(name: str, value: Any, is_rotary: bool) -> tuple[float, float]:
     """Return lower and upper limit in m or rad; a pair, or a text like ``-30, 30 deg``."""
     if value is None:
-        return INFINITE
-    low, high = units.quantities(value, units.ANGLE if is_rotary else units.LENGTH, 2)
-    if not low < high:
-        raise ToolpointError(f"{name}: {low:g} .. {high:g}; the lower limit must be below the upper; are they reversed?")
-    return low, high
+        return UNLIMITED_SPAN
+    lower, upper = units.quantities(value, units.ANGLE if is_rotary else units.LENGTH, 2)
+    if not lower < upper:
+        raise ToolpointError(f"{name}: {lower:g} .. {upper:g}; the lower limit must be below the upper; are they reversed?")
+    return lower, upper
 
 
 def axis_of(part: schema.AxisModel) -> d.AxisDescription:
@@ -32,24 +32,25 @@ def axis_of(part: schema.AxisModel) -> d.AxisDescription:
     if part.drives and (part.joint or part.direction):
         raise ToolpointError("drives: given beside joint and direction; give one of them")
     if not part.drives and not (part.joint and part.direction):
-        missing = "direction" if part.joint else "joint"
-        raise ToolpointError(f"{missing}: '{missing}' is missing; an axis drives a joint in a direction, or several: drives")
+        missing_key = "direction" if part.joint else "joint"
+        raise ToolpointError(f"{missing_key}: '{missing_key}' is missing; an axis drives a joint in a direction, or several: "
+                             f"drives")
     drives = tuple(d.DrivenDirection(drive.joint, drive.direction, drive.factor) for drive in part.drives)
     for i, drive in enumerate(drives):
         if drive.factor == 0 or not np.isfinite(drive.factor):
             raise ToolpointError(f"drives.{i}.factor: {drive.factor:g}; must be finite and not zero")
-    axis = d.AxisDescription(part.joint, part.direction or "", INFINITE, drives)
+    axis = d.AxisDescription(part.joint, part.direction or "", UNLIMITED_SPAN, drives)
     kind = units.ANGLE if axis.is_rotary else units.LENGTH
     return d.AxisDescription(part.joint, part.direction or "", limits_of("limits", part.limits, axis.is_rotary), drives,
                              units.quantity(part.at_reference, kind))
 
 
-def task_of(top: schema.MachineModel, document: Document) -> d.TaskDescription | None:
+def task_of(file_model: schema.MachineModel, document: Document) -> d.TaskDescription | None:
     """Return the description of the tool's coordinates; faults go to the document."""
-    if top.task is None:
+    if file_model.task is None:
         return None
     coordinates: dict[str, d.CoordinateDescription] = {}
-    for name, part in top.task.coordinates.items():
+    for name, part in file_model.task.coordinates.items():
         kind = name if part is None or part.coordinate is None else part.coordinate
         if kind not in get_args(schema.Coordinate):
             document.fault(("task", "coordinates", name), f"{kind!r} is no coordinate of a tool; write coordinate: x, y, z, "
@@ -59,18 +60,18 @@ def task_of(top: schema.MachineModel, document: Document) -> d.TaskDescription |
             span = limits_of("limits", None if part is None else part.limits, kind in ANGLES)
         except (ToolpointError, units.UnitError) as error:
             document.fault(("task", "coordinates", name, "limits"), str(error))
-            span = INFINITE
+            span = UNLIMITED_SPAN
         coordinates[name] = d.CoordinateDescription(kind, span)
-    if len(coordinates) != len(top.task.axes):
-        document.fault(("task", "coordinates"), f"{len(coordinates)} coordinates for {len(top.task.axes)} axes "
-                                                f"({', '.join(top.task.axes)}); must be as many")
-    return d.TaskDescription(top.task.point, top.task.axes, coordinates)
+    if len(coordinates) != len(file_model.task.axes):
+        document.fault(("task", "coordinates"), f"{len(coordinates)} coordinates for {len(file_model.task.axes)} axes "
+                                                f"({', '.join(file_model.task.axes)}); must be as many")
+    return d.TaskDescription(file_model.task.point, file_model.task.axes, coordinates)
 
 
-def assembly_modes_of(top: schema.MachineModel, document: Document) -> dict[str, dict[str, float]]:
+def assembly_modes_of(file_model: schema.MachineModel, document: Document) -> dict[str, dict[str, float]]:
     """Return start values of passive directions by assembly mode, m or rad; faults go to the document."""
     result: dict[str, dict[str, float]] = {}
-    for mode, values in top.assembly_modes.items():
+    for mode, values in file_model.assembly_modes.items():
         result[mode] = {}
         for name, value in values.items():
             try:
@@ -78,8 +79,9 @@ def assembly_modes_of(top: schema.MachineModel, document: Document) -> dict[str,
                 result[mode][name] = units.quantity(value, kind)
             except units.UnitError as error:
                 document.fault(("assembly_modes", mode, name), str(error))
-    if top.assembly_mode and top.assembly_mode not in result:
-        document.fault(("assembly_mode",), f"no {top.assembly_mode!r} among assembly_modes ({', '.join(result) or 'none'})")
+    if file_model.assembly_mode and file_model.assembly_mode not in result:
+        document.fault(("assembly_mode",), f"no {file_model.assembly_mode!r} among assembly_modes "
+                       f"({', '.join(result) or 'none'})")
     return result
 
 

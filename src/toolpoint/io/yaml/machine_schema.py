@@ -22,7 +22,6 @@ from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.elastic import ElasticDescription, SolidDescription
 from toolpoint.machine.description.matrices import MatricesDescription
 
-VERSION = 1
 if TYPE_CHECKING:
     StatedDoubt = Doubt
 else:  # in a file a sentence

@@ -8,15 +8,14 @@ from typing import Any
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
+from toolpoint.io.yaml.document import FILE_VERSION
 from toolpoint.machine.description.screening_plan import ScreeningPlan, find_plan_faults
-
-VERSION = 1
 
 
 @door("screening plan")
 def read(path: str | Path) -> ScreeningPlan:
     """Return the plan of a YAML file, SI; raises FileFaults with every fault of the file."""
-    return read_described(Path(path), ScreeningPlan, VERSION, find_faults=find_plan_faults, place_error=_place)
+    return read_described(Path(path), ScreeningPlan, FILE_VERSION, find_faults=find_plan_faults, place_error=_place)
 
 
 def _place(error: ToolpointError) -> tuple[tuple[str, ...], str]:

@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import Kind, UnitError
 
-PERCENT = 100.0  # largest bare number of a ratio that may be meant in percent
+MAX_BARE_PERCENT = 100.0  # largest bare number of a ratio that may be meant in percent
 NUMBER = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 
 
@@ -41,16 +41,16 @@ class Scalar:
 
     def _question_percent(self, value: object) -> None:
         """Refuse a bare number above the limit of a ratio as the percentage that it may be: damping_ratio: 3."""
-        top = self.lt if self.lt is not None else self.le
+        limit = self.lt if self.lt is not None else self.le
         bare = value.strip() if isinstance(value, str) else value
-        if self.kind is not units.RATIO or top is None or isinstance(value, bool):
+        if self.kind is not units.RATIO or limit is None or isinstance(value, bool):
             return
         try:
             number = float(bare)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             return
-        if 1 <= number <= PERCENT and (number > top or (number == top and self.lt is not None)):
-            raise UnitError(f"{number:g} is a ratio; must be {'below' if self.lt is not None else 'at most'} {top:g} "
+        if 1 <= number <= MAX_BARE_PERCENT and (number > limit or (number == limit and self.lt is not None)):
+            raise UnitError(f"{number:g} is a ratio; must be {'below' if self.lt is not None else 'at most'} {limit:g} "
                             f"({number:g} %?)")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -109,7 +109,7 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Vector:
-    """So many quantities of a kind: a list, or a text with commas."""
+    """Several quantities of a kind: a list, or a text with commas."""
 
     kind: Kind
     length: int = 3

@@ -18,7 +18,7 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.meshes import stl
 from toolpoint.io.yaml import machine_schema
 from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
-from toolpoint.io.yaml.document import Document, parse, validate
+from toolpoint.io.yaml.document import FILE_VERSION, Document, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.joints import Reducer
 from toolpoint.machine.description import MachineDescription, MeshDescription
@@ -27,9 +27,8 @@ from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_
 from toolpoint.machine.robot.model import robot_machine
 from toolpoint.machine.robot.solid_member import solid_of_member
 
-VERSION = 1
 # Of an arm's reach: a member is longer than a hundredth of it, shorter than twice, and no corner is farther than four times.
-SMALLEST, LARGEST, FARTHEST = 100.0, 2.0, 4.0
+MAX_REACH_TO_MEMBER, MAX_MEMBER_TO_REACH, MAX_CORNER_TO_REACH = 100.0, 2.0, 4.0
 _UNITS: dict[Literal["m", "mm", "cm", "in"], float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 
 
@@ -59,9 +58,11 @@ def _surface(name: str, part: RobotMember, folder: Path, reach: float) -> MeshDe
                              "by finite elements)")
     try:
         corners = stl.read(folder / part.mesh) * part.mesh_unit
-        size, away = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), float(np.abs(corners).max())
-        if not reach / SMALLEST <= size <= LARGEST * reach or away > FARTHEST * reach:
-            fail("mesh_unit", f"{part.mesh_unit:g} m makes it {size:.4g} m long, {away:.4g} m from the base at most",
+        size, largest_distance = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), float(np.abs(corners).max())
+        is_member = reach / MAX_REACH_TO_MEMBER <= size <= MAX_MEMBER_TO_REACH * reach
+        if not is_member or largest_distance > MAX_CORNER_TO_REACH * reach:
+            fail("mesh_unit", f"{part.mesh_unit:g} m makes it {size:.4g} m long, {largest_distance:.4g} m from the base at "
+                 f"most",
                  f"must suit an arm of {reach:.3g} m",
                  remedy="most STL files are in mm (mesh_unit: 1 mm), in the machine's axes")
         mass_properties(*merge_corners(corners), 1.0)
@@ -90,7 +91,7 @@ def _solid(name: str, part: RobotMember, folder: Path) -> SolidBody:
 
 def _read(path: Path) -> tuple[RobotDatasheet, CuttingDescription | None, Document]:
     document = parse(path)
-    document.check_version(VERSION)
+    document.check_version(FILE_VERSION)
     cutting = document.data.pop("cutting", None)
     part = None if cutting is None else validate(machine_schema.CuttingModel, cutting, ("cutting",), document=document)
     cut = None if part is None else cutting_of(part, document)

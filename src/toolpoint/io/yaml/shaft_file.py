@@ -7,15 +7,14 @@ from typing import Any
 
 from toolpoint.io.door import door
 from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
+from toolpoint.io.yaml.document import FILE_VERSION
 from toolpoint.substructuring.shaft import ShaftDescription
-
-VERSION = 1
 
 
 @door("shaft file")
 def read(path: str | Path) -> ShaftDescription:
     """Return the shaft of a YAML file, SI; raises FileFaults with every fault of the file."""
-    return read_described(Path(path), ShaftDescription, VERSION)
+    return read_described(Path(path), ShaftDescription, FILE_VERSION)
 
 
 def json_schema() -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._check import FloatArray, within
+from toolpoint._check import FloatArray, fail, within
 from toolpoint.kinematics.loops import joint_directions
 from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement
@@ -44,6 +44,38 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
         for term, matrix in enumerate((loop.law.stiffness, loop.law.damping, loop.law.structural_damping)):
             matrices[term] += np.swapaxes(relative, -1, -2) @ matrix @ relative
     return matrices[0], matrices[1], matrices[2]
+
+
+def stiffness_of_joint(place: Placement, name: str, direction: int | None = None) -> FloatArray:
+    """Return what a joint, or one of its directions alone, adds to the stiffness at the first pose, (n, n), N/m and N m/rad.
+
+    direction : 0 .. 5, the row of its 6x6 matrix; the whole matrix where left out. A locked direction adds nothing.
+
+    Raises ToolpointError for a joint that the machine does not have.
+    """
+    machine = place.machine
+    if name in machine.joint_names:
+        link = machine.joint_names.index(name)
+        law, columns = machine.joints[link], list(machine.joint_columns[link])
+        total = np.zeros((machine.size, machine.size))
+        total[np.ix_(columns, columns)] = _masked(law.stiffness, direction)[np.ix_(list(law.freedoms), list(law.freedoms))]
+        if law.travel is not None and direction in (None, law.travel.way):
+            column = columns[law.freedoms.index(law.travel.way)]
+            total[column, column] += law.travel.gain(_travel(place, link))[0]
+        return total
+    loop = next((each for each in machine.loops if each.name == name), None)
+    if loop is None:
+        fail("name", repr(name), "must be a joint of the machine", remedy=", ".join(machine.joint_names))
+    relative = loop_motion(place, loop)[0]
+    return np.asarray(relative.T @ _masked(loop.law.stiffness, direction) @ relative)
+
+
+def _masked(stiffness: FloatArray, direction: int | None) -> FloatArray:
+    if direction is None:
+        return stiffness
+    single = np.zeros((6, 6))
+    single[direction, direction] = stiffness[direction, direction]
+    return single
 
 
 def has_travelling_stiffness(machine: Machine) -> bool:

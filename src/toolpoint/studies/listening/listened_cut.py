@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import probability_text, with_uncertainty
 from toolpoint.signals.orders.growth import Onset, PowerCourse
 from toolpoint.studies.listening.better_speeds import SpeedToTry
 from toolpoint.studies.listening.chatter_frequency import ChatterFrequency
@@ -17,6 +18,9 @@ from toolpoint.studies.listening.kinds import VibrationKind
 from toolpoint.studies.text_table import text_table
 
 CHATTER, NO_CHATTER, CANNOT_TELL = "chatter", "no chatter", "cannot tell"
+# The probability is calibrated on about a hundred cuts: nearer to certainty than one in a hundred it cannot be.
+PROBABILITY_RESOLUTION = 0.01
+RECORDER_CLOCK_DEVIATION = 2.5e-5  # relative: quartz clocks of recorders are sold as right within 50 ppm
 _SHOWN_LINES = 12  # rows of the table of lines
 
 
@@ -69,18 +73,23 @@ class ListenedCut(NotebookText):
         # The onset is counted from the beginning of the cut, which is a part of the record.
         return self.evidence.part.first / self.evidence.rate + self.onset.time
 
+    @property
+    def probability_words(self) -> str:
+        """Probability of chatter in per cent, no nearer to certainty than its calibration tells."""
+        return probability_text(self.probability, PROBABILITY_RESOLUTION)
+
     def answer(self) -> str:
         """Return the result in one sentence."""
         speed = f"at {self.evidence.speed.speed:.0f} rev/min"
         if self.verdict == NO_CHATTER:
             forced = f"; {self.kind.name}: {self.kind.reason}" if self.kind.name else ""
-            return f"No chatter {speed} (probability of chatter {self.probability:.2f}): {self.reason}{forced}."
+            return f"No chatter {speed} (probability of chatter {self.probability_words}): {self.reason}{forced}."
         if self.verdict == CANNOT_TELL:
-            return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability:.2f}): "
+            return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability_words}): "
                     f"{self.reason}.")
         place = "" if self.line is None else f" at {self.line.frequency:.1f} ± {self.line.half_width:.1f} Hz"
         onset = "from the start of the cut" if self.onset_time is None else f"from {self.onset_time:.2f} s on"
-        return (f"Chatter{place} {speed} (probability {self.probability:.2f}), {self.kind.name}, {onset}"
+        return (f"Chatter{place} {speed} (probability {self.probability_words}), {self.kind.name}, {onset}"
                 f"{self._speed_words()}.")
 
     def _speed_words(self) -> str:
@@ -99,7 +108,7 @@ class ListenedCut(NotebookText):
 
     def numbers(self) -> list[tuple[str, str]]:
         """Return rows (quantity, value)."""
-        e, rows = self.evidence, [("verdict", self.verdict), ("probability of chatter", f"{self.probability:.3f}")]
+        e, rows = self.evidence, [("verdict", self.verdict), ("probability of chatter", self.probability_words)]
         if self.line is not None:
             rows.append(("chatter frequency", f"{self.line.frequency:.2f} ± {self.line.half_width:.2f} Hz (95 %)"))
             if self.line.others:
@@ -113,7 +122,8 @@ class ListenedCut(NotebookText):
                          f"{self.onset_time:.2f} ± {self.onset.uncertainty:.2f} s"))
             if not np.isnan(self.onset.growth):
                 rows.append(("growth of the amplitude", f"{self.onset.growth:.3g} 1/s"))
-        return [*rows, ("spindle speed", f"{e.speed.speed:.1f} ± {1.96 * 60 * e.speed.deviation:.1f} rev/min"),
+        half_width = 1.96 * float(np.hypot(60 * e.speed.deviation, RECORDER_CLOCK_DEVIATION * e.speed.speed))
+        return [*rows, ("spindle speed", with_uncertainty(e.speed.speed, half_width, "rev/min")),
                 ("tooth passing", f"{e.tooth:.2f} Hz"), ("length of the cut", f"{e.duration:.2f} s"),
                 ("resolution", f"{e.spectrum.cell:.2f} Hz"),
                 ("frequencies nearer to an order", f"{100 * e.lines.hidden:.1f} %")]

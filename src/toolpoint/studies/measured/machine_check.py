@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.stats import chi2
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
 from toolpoint.vibration import Modes
-from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.correlation import assign_modes
 from toolpoint.vibration.damped_modes import solve_as_damped, upper_poles
 
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
@@ -128,17 +127,13 @@ def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
     points = machine.description.points
     rows = [i for i, dof in enumerate(modes.dofs) if str(dof.point) in points]
     system = assemble(machine, outputs=[modes.dofs[i] for i in rows])
-    computed = solve_poles(system)
-    macs = mac(modes.shape[rows], computed.shape)
+    computed, test = solve_poles(system), modes.at_dofs([modes.dofs[i] for i in rows])
     poles = upper_poles(computed)
     frequency = np.abs(poles) / (2 * np.pi)
-    log_distance = np.minimum(np.abs(np.log(np.outer(modes.frequency, 1 / np.maximum(frequency, 1e-9)))), 2.0)
-    # Frequency decides only between shapes that are nearly alike: its weight is a fifth of a MAC of 1.
-    pairs = zip(*linear_sum_assignment(0.2 * log_distance - macs), strict=True)
     partner, score = np.full(len(frequency), -1), np.zeros(len(frequency))
-    for i, j in pairs:
-        if macs[i, j] >= 0.3:
-            partner[j], score[j] = i, macs[i, j]
+    for i, j, value in zip(*assign_modes(test, computed), strict=True):
+        if value >= 0.3:
+            partner[j], score[j] = i, value
     return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score,
                         _driving_motion(machine, modes, computed), _mac_noise(modes, rows))
 

@@ -93,6 +93,16 @@ def with_measured_points(machine: Machine, points: Mapping[Point, FloatArray], o
     """Return the machine with measured points on its (rigid) bodies; positions in the machine frame at the reference pose.
 
     owner : body to its points. Raises ToolpointError for a body or a point that is not there.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}))
+    >>> list(with_measured_points(machine, {7: np.array([0.1, 0.0, 0.2])}, {"head": [7]}).description.points)
+    ['7']
     """
     added = dict(machine.description.points)
     for body, names in owner.items():

@@ -7,15 +7,14 @@ from typing import Any
 
 from toolpoint.io.door import door
 from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
+from toolpoint.io.yaml.document import FILE_VERSION
 from toolpoint.modal_identification import PoleChoice
-
-VERSION = 1
 
 
 @door("choice file")
 def read(path: str | Path) -> PoleChoice:
     """Return the choice of a YAML file; raises FileFaults with every fault of the file."""
-    return read_described(Path(path), PoleChoice, VERSION, find_faults=_find_faults,
+    return read_described(Path(path), PoleChoice, FILE_VERSION, find_faults=_find_faults,
                           place_error=lambda error: ((error.argument,), str(error)))
 
 
@@ -30,7 +29,7 @@ def json_schema() -> dict[str, Any]:
 
 def text_of(choice: PoleChoice) -> str:
     """Return a choice as the text of its file."""
-    lines = [f"toolpoint: {VERSION}"]
+    lines = [f"toolpoint: {FILE_VERSION}"]
     if choice.add:
         lines += ["add:"] + [f"  - {{frequency: {pole.frequency:.6g} Hz, damping_ratio: {pole.damping_ratio:.6g}}}"
                              for pole in choice.add]

@@ -9,15 +9,14 @@ from typing import Any
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
+from toolpoint.io.yaml.document import FILE_VERSION
 from toolpoint.signals.test_description import HammerTestDescription
-
-VERSION = 1
 
 
 @door("test file")
 def read(path: str | Path) -> HammerTestDescription:
     """Return the hammer test of a YAML file, SI; raises FileFaults with every fault of the file."""
-    return read_described(Path(path), HammerTestDescription, VERSION, find_faults=_find_faults)
+    return read_described(Path(path), HammerTestDescription, FILE_VERSION, find_faults=_find_faults)
 
 
 def _find_faults(test: HammerTestDescription) -> list[tuple[tuple[str, ...], str]]:
@@ -43,7 +42,7 @@ def write(description: HammerTestDescription, path: str | Path, *, replace: bool
 
 def text_of(description: HammerTestDescription) -> str:
     """Return a test as the text of a YAML file."""
-    lines = [f"toolpoint: {VERSION}", f"test: {_scalar(description.test)}"]
+    lines = [f"toolpoint: {FILE_VERSION}", f"test: {_scalar(description.test)}"]
     units = {"block": " s", "sample_rate": " Hz"}
     for name in ("estimator", "block", "window_end", "sample_rate", "geometry"):
         value = getattr(description, name)

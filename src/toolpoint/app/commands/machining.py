@@ -1,0 +1,111 @@
+"""The command about NC programs: machining."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+from toolpoint import io, pages, studies
+from toolpoint._check import ToolpointError
+from toolpoint.app.cut_options import CutValues
+from toolpoint.app.declare import Argument, Help, Reading, command
+from toolpoint.app.dynamics import Dynamics
+from toolpoint.app.frame import Frame
+from toolpoint.app.options import Folder, Naming
+from toolpoint.app.values import AxisPositions, NewFile, SourceFile
+from toolpoint.io.quantities.written import read_numbered_file, read_stock
+
+if TYPE_CHECKING:
+    from toolpoint.machine import Machine
+    from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+
+StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
+    read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
+NumberedTool = Annotated[tuple[int, Path], Reading(read_numbered_file, "NUMBER=FILE, for example 3=ball.yaml")]
+
+
+@dataclass(frozen=True)
+class ProgramDynamics:
+    """Dynamics that a program meets: a machine, posed along it, or the measured tip of one pose."""
+
+    machine: Annotated[SourceFile | None, Help("Machine file: it is posed along the program, and its cut is the tool.")] = None
+    frf: Annotated[tuple[SourceFile, ...], Help("Measured tool-tip FRFs instead, the same all along the program.")] = ()
+    frf_x: Annotated[SourceFile | None, Help("Measured FRF along x; with --frf-y.")] = None
+    frf_y: Annotated[SourceFile | None, Help("Measured FRF along y.", needs="--frf-x")] = None
+    modes: Annotated[SourceFile | None, Help("Modes of the tip instead (HDF5, universal).")] = None
+    zero: Annotated[AxisPositions | None, Help("Axis positions of the machine at the program's zero.", metavar="X=0.1,Y=200mm",
+                                               needs="--machine")] = None
+
+    def read(self) -> Machine | ToolDynamics | None:
+        """Read the machine or the tip; nothing where neither is given."""
+        if self.machine is not None:
+            if self.frf or self.frf_x or self.modes:
+                raise ToolpointError("dynamics: a machine and a measured tip given; must be one of them")
+            return io.read_machine_at(self.machine, self.zero)
+        if not (self.frf or self.frf_x or self.modes):
+            return None
+        return Dynamics(Naming(), frf=self.frf, frf_x=self.frf_x, frf_y=self.frf_y, modes=self.modes).read()
+
+    def machine_of(self, source: Machine | ToolDynamics | None) -> Machine | None:
+        """Return the machine among what was read."""
+        return None if self.machine is None else cast("Machine", source)
+
+
+@dataclass(frozen=True)
+class ToolAbove:
+    """Bodies above the edges, and limits of spindle and tool."""
+
+    stick_out: Annotated[float, Help("From the tip to the holder, mm; bending is taken there.", scale=1e-3, minimum=0)] = 0.0
+    holder: Annotated[float, Help("Diameter of the holder, mm: it must not meet the work.", scale=1e-3, minimum=0)] = 0.0
+    taper: Annotated[float, Help("Half angle of a tapered mill, degrees.", scale=0.017453292519943295, minimum=0)] = 0.0
+    spindle_power: Annotated[float, Help("Power of the spindle, kW.", scale=1e3, above=0)] = float("inf")
+    spindle_torque: Annotated[float, Help("Torque of the spindle, N m.", above=0)] = float("inf")
+    spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
+    bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
+
+
+@command(steps=3, replace=True)
+def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
+              stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|STL")],
+              tool: Annotated[tuple[NumberedTool, ...], Help(
+                  "Tool of a number T: a file with a section 'cutting'; several times.", metavar="NUMBER=FILE")] = (),
+              part: Annotated[SourceFile | None, Help("Part (STL, mm) that must not be cut into.")] = None,
+              speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
+              first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
+                                                       scale=1 / 60e3)] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's within its limits.")] = None,
+              spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
+                                             scale=1e-3, minimum=0)] = 0.0,
+              with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
+                                                name="--advice")] = False,
+              write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
+                                                    "implies --advice.")] = None,
+              folder: Folder = None, above: ToolAbove, cut: CutValues) -> None:
+    """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
+
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
+    or the options below; the arcs of cut come from the stock.
+    """
+    source = dynamics.read()
+    described = studies.cuts_of_options(dynamics.machine_of(source), cut)
+    cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    part_faces = None if part is None else io.read_surface(part)
+    stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
+    servo = None if drives is None else io.read_drives(drives)
+    material = studies.stock_of(*stock, stock_faces)
+    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
+    text = program.read_text(encoding="utf-8-sig", errors="replace")
+    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
+    setup = studies.describe_machining(
+        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
+        zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
+        planned=None if servo is None else studies.limits_of_drives(servo))
+    result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
+                                 or write is not None,
+                                 folder=folder,
+                                 progress=run.progress_of_parts())
+    if result.advice is not None:
+        factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
+        run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))
+    run.present(pages.machining_page, result, run.warnings, notes=[*result.doubts, *result.notes])

@@ -1,0 +1,255 @@
+"""Project files in YAML: tests, machine, cuts, goals, changes; and the file of cuts that were tried. All faults at once."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from toolpoint._check import suggestion
+from toolpoint.io.door import door
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.quantities import units
+from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.yaml.description_schema import file_schema
+from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
+from toolpoint.io.yaml.machine_file import cutting_of
+from toolpoint.io.yaml.machine_schema import CuttingModel
+from toolpoint.io.yaml.part import Part
+from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
+from toolpoint.machine.description.project_plan import (
+    ContourGoal,
+    ProjectChange,
+    ProjectCut,
+    ProjectDescription,
+    ProjectGoal,
+    ProjectTest,
+    TriedCut,
+)
+
+SOURCE_KEYS = ("test", "records", "responses", "modes")
+
+
+class StatedScalar(Scalar):
+    """Quantity whose unit must be written: a goal of ``3`` may be meant in mm or in m."""
+
+    def read(self, value: object) -> float:
+        """Return a text with unit as its SI value; refuse a bare number."""
+        text = str(value).strip().replace("rev/min", "rpm")
+        try:
+            float(text)
+        except ValueError:
+            return super().read(text)
+        unit = {"m": "mm", "m/s": "mm/s"}.get(self.kind.unit, self.kind.unit)
+        raise fault(UnitError(f"{text} has no unit; write it with one, for example '{text} {unit}'"))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        limited = core_schema.float_schema(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)
+        return core_schema.no_info_before_validator_function(self.read, limited)
+
+
+_Pose = dict[str, Annotated[float, AxisPosition()]]
+_Speed = Annotated[float, StatedScalar(units.SPEED, gt=0)]
+_Depth = Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)]
+
+
+class TestPart(Part):
+    """A test: one source of data, where, when, of what."""
+
+    test: str | None = None
+    records: tuple[str, ...] = ()
+    responses: tuple[str, ...] = ()
+    modes: str | None = None
+    channels: tuple[str, ...] = ()
+    struck: str | None = None
+    pattern: str | None = None
+    of: Literal["structure", "tip x", "tip y"] = "structure"
+    date: str = ""
+    pose: _Pose = {}
+    sensor_mass: Annotated[float, Scalar(units.MASS, gt=0)] | None = None
+    band: Annotated[tuple[float, float], Vector(units.FREQUENCY, 2)] | None = None
+
+
+class GoalPart(Part):
+    """A goal: a cut at a speed and depth at a pose, both with their units."""
+
+    speed: _Speed
+    depth: _Depth
+    cut: str = ""
+    pose: _Pose = {}
+
+
+class ContourPart(Part):
+    """A circle for the servo, with the largest radial deviation."""
+
+    radius: Annotated[float, StatedScalar(units.LENGTH, gt=0)]
+    feed: Annotated[float, StatedScalar(units.FEED, gt=0)]
+    deviation: Annotated[float, StatedScalar(units.LENGTH, gt=0)]
+    axes: tuple[str, str] = ("X", "Y")
+
+
+class ChangePart(Part):
+    """A change: all springs of a joint by a share, and its cost."""
+
+    joint: str
+    stiffness: Annotated[float, Scalar(units.RATIO, gt=-1)]
+    cost: Annotated[float, Field(ge=0)] = 1.0
+
+
+class ProjectFile(Part):
+    """The keys of a project file; cuts are read by the model of cuts, their coefficient_deviation beside it."""
+
+    toolpoint: int
+    name: str
+    tests: dict[str, TestPart] = {}
+    machine: str | None = None
+    components: str | None = None
+    geometry: str | None = None
+    servo: str | None = None
+    cuts: dict[str, dict[str, Any]] = {}
+    goals: dict[str, GoalPart] = {}
+    contours: dict[str, ContourPart] = {}
+    changes: dict[str, ChangePart] = {}
+    workspace: tuple[_Pose, ...] = ()
+    draws: Annotated[int, Field(ge=20, le=10_000)] = 60
+    seed: Annotated[int, Field(ge=0)] = 1
+
+
+class DeviationPart(Part):
+    """Relative standard deviation of the coefficients of a cut."""
+
+    coefficient_deviation: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
+
+
+class TriedPart(Part):
+    """A cut that was tried."""
+
+    speed: _Speed
+    depth: _Depth
+    outcome: Literal["stable", "chatter"]
+    frequency: Annotated[float, Scalar(units.FREQUENCY, gt=0)] | None = None
+    cut: str = ""
+    pose: _Pose = {}
+
+
+class TriedFile(Part):
+    """The keys of a file of tried cuts."""
+
+    toolpoint: int
+    tried: tuple[TriedPart, ...] = ()
+
+
+@door("project file")
+def read(path: str | Path) -> ProjectDescription:
+    """Return the project of a YAML file, SI; raises FileFaults with every fault of the file."""
+    document = parse(Path(path))
+    document.check_version(FILE_VERSION)
+    # A section whose entries are all comments is none.
+    document.data = {key: entry for key, entry in document.data.items() if entry is not None}
+    part: ProjectFile | None = validate(ProjectFile, document.data, (), document=document)
+    project = _project(part, document)
+    if document.faults or project is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return project
+
+
+@door("file of tried cuts")
+def read_tried(path: str | Path) -> tuple[TriedCut, ...]:
+    """Return the cuts of a YAML file that were tried, SI; raises FileFaults with every fault of the file."""
+    document = parse(Path(path))
+    document.check_version(FILE_VERSION)
+    part: TriedFile | None = validate(TriedFile, document.data, (), document=document)
+    if document.faults or part is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return tuple(TriedCut(cut.speed, cut.depth, cut.outcome == "stable", cut.frequency, cut.cut, cut.pose)
+                 for cut in part.tried)
+
+
+def line_of_tried(cut: TriedCut) -> str:
+    """Return a tried cut as a line of its file."""
+    parts = [f"speed: {cut.speed!r} rpm", f"depth: {cut.depth * 1e3:.12g} mm",
+             f"outcome: {'stable' if cut.stable else 'chatter'}"]
+    parts += [] if cut.frequency is None else [f"frequency: {cut.frequency!r} Hz"]
+    parts += [f'cut: "{cut.cut}"'] if cut.cut else []
+    parts += ["pose: {" + ", ".join(f"{name}: {value!r}" for name, value in cut.pose.items()) + "}"] if cut.pose else []
+    return "  - {" + ", ".join(parts) + "}\n"
+
+
+def _project(part: ProjectFile | None, document: Document) -> ProjectDescription | None:
+    """Return the project, None with faults: those of cuts, tests and goals are looked for whatever else is wrong."""
+    entries = {key: _mappings(document.data.get(key)) for key in ("cuts", "tests", "goals")}
+    cuts = {name: cut for name, entry in entries["cuts"].items() if (cut := _cut(name, entry, document)) is not None}
+    _check_tests(entries["tests"], document)
+    for name, goal in entries["goals"].items():
+        _check_cut_name(("goals", name, "cut"), str(goal.get("cut", "")), entries["cuts"], document)
+    if document.faults or part is None:
+        return None
+    tests = {name: ProjectTest(**test.model_dump()) for name, test in part.tests.items()}
+    goals = {name: ProjectGoal(goal.speed, goal.depth, goal.cut or next(iter(cuts)), goal.pose)
+             for name, goal in part.goals.items()}
+    return ProjectDescription(
+        part.name, tests, part.machine, part.components, part.geometry, part.servo, cuts, goals,
+        {name: ContourGoal(**goal.model_dump()) for name, goal in part.contours.items()},
+        {name: ProjectChange(**change.model_dump()) for name, change in part.changes.items()}, part.workspace, part.draws,
+        part.seed)
+
+
+def _mappings(section: Any) -> dict[str, dict[str, Any]]:
+    """Return the entries of a section that hold keys; the schema names the others."""
+    return {name: entry for name, entry in section.items() if isinstance(entry, dict)} if isinstance(section, dict) else {}
+
+
+def _cut(name: str, entry: Mapping[str, Any], document: Document) -> ProjectCut | None:
+    """Return a cut of the file, its faults in the document."""
+    deviation: Any = validate(DeviationPart, {key: value for key, value in entry.items() if key == "coefficient_deviation"},
+                              ("cuts", name), document=document)
+    values = {key: value for key, value in entry.items() if key != "coefficient_deviation"}
+    part: Any = validate(CuttingModel, values, ("cuts", name), document=document)
+    if part is None or deviation is None:
+        return None
+    earlier = list(document.faults)
+    document.faults.clear()
+    cut = cutting_of(part, document)
+    # The reader of cuts names its faults as those of a machine file's section.
+    placed = [(tuple(entry.path.split(".")[1:]), entry.message) for entry in document.faults]
+    document.faults[:] = earlier
+    for key, message in placed:
+        document.fault(("cuts", name, *key), message)
+    return None if placed else ProjectCut(cut, deviation.coefficient_deviation)
+
+
+def _check_tests(tests: Mapping[str, Mapping[str, Any]], document: Document) -> None:
+    """Add the faults of tests: no source of data or several, dates that are none or out of order."""
+    last = ("", datetime.date.min)
+    for name, test in tests.items():
+        sources = [key for key in SOURCE_KEYS if test.get(key)]
+        if len(sources) != 1:
+            document.fault(("tests", name), f"{' and '.join(sources) or 'no data'}; must have one of {', '.join(SOURCE_KEYS)}")
+        if not test.get("date"):
+            continue
+        try:
+            date = datetime.date.fromisoformat(str(test["date"]))
+        except ValueError:
+            document.fault(("tests", name, "date"), f"{test['date']!r} is no date; write it as 2026-11-26")
+            continue
+        if date < last[1]:
+            document.fault(("tests", name, "date"), f"{date} lies before that of the test above it ({last[0]}, {last[1]}); "
+                           "put the tests in the order of their dates, or mend the date")
+        last = (name, date)
+
+
+def _check_cut_name(key: Key, name: str, cuts: Mapping[str, Any], document: Document) -> None:
+    """Add a fault for a goal whose cut is not described, or of several not said."""
+    if not name and len(cuts) != 1:
+        document.fault(key, f"{len(cuts)} cuts are described; must say which, by its name under 'cuts'")
+    elif name and name not in cuts:
+        document.fault(key, f"there is no cut {name!r}; {suggestion(name, cuts) or 'known: ' + (', '.join(cuts) or 'none')}")
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of project files, for editors that check YAML while it is typed."""
+    return file_schema(ProjectFile, "toolpoint project file")

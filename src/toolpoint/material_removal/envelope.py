@@ -1,0 +1,148 @@
+r"""Compiled lower envelope of an end mill along a move: the height to which material is left at a place.
+
+A tool whose profile f(d) is convex in the distance d from its axis leaves, after a straight move from P to Q,
+:math:`E(x, y) = \min_t z(t) + f(d(t))`, t over the part of the move with d(t) <= R. The minimum of a convex function: closed
+for flat ends and balls, by bisection of its slope for bull noses and cones. A level arc has its minimum where the axis is
+nearest. Rows of moves: x0 y0 z0 x1 y1 z1, kind (0 line, 1 arc in XY), centre x y, radius, start angle, sweep, shape.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+_BISECTIONS = 34  # halvings of the part of a move: below 1e-10 of it
+_SECTIONS = 40  # golden sections of a helical arc
+
+
+@njit(cache=True, nogil=True, inline="always")
+def profile(d, shape):
+    """Return the height (m) of the tool's surface above its tip at a distance d (m) from the axis; infinite beyond it."""
+    flat, corner, sine, cosine, radius = shape[0], shape[1], shape[2], shape[3], shape[4]
+    if d <= flat:
+        return 0.0
+    if d > radius * (1.0 + 1e-12):
+        return math.inf
+    tangent = flat + corner * cosine
+    if d <= tangent or sine == 0.0:
+        s = min(d - flat, corner)
+        return corner - math.sqrt(max(corner * corner - s * s, 0.0))
+    return corner * (1.0 - sine) + (d - tangent) * cosine / sine
+
+
+@njit(cache=True, nogil=True, inline="always")
+def profile_slope(d, shape):
+    """Return the slope of the profile at a distance from the axis; large at a vertical wall."""
+    flat, corner, sine, cosine = shape[0], shape[1], shape[2], shape[3]
+    if d <= flat:
+        return 0.0
+    if d <= flat + corner * cosine or sine == 0.0:
+        s = d - flat
+        return s / math.sqrt(max(corner * corner - s * s, 1e-18 * corner * corner))
+    return cosine / sine
+
+
+@njit(cache=True, nogil=True)
+def lowest_of_line(move, shape, x, y):
+    """Return the envelope (m) of a straight move at a place; infinite where the tool does not pass."""
+    radius = shape[4]
+    qx, qy = x - move[0], y - move[1]
+    ax, ay, az = move[3] - move[0], move[4] - move[1], move[5] - move[2]
+    square, distance2 = ax * ax + ay * ay, qx * qx + qy * qy
+    if square < 1e-24:
+        if distance2 > radius * radius:
+            return math.inf
+        return min(move[2], move[5]) + profile(math.sqrt(distance2), shape)
+    middle = (qx * ax + qy * ay) / square
+    across2 = max(distance2 - middle * middle * square, 0.0)
+    if across2 > radius * radius:
+        return math.inf
+    half = math.sqrt((radius * radius - across2) / square)
+    first, last = max(0.0, middle - half), min(1.0, middle + half)
+    if first > last:
+        return math.inf
+    if az == 0.0:
+        t = min(max(middle, first), last)
+    elif shape[1] == 0.0 and shape[2] == 0.0:
+        t = first if az > 0.0 else last
+    elif shape[0] == 0.0 and shape[2] == 0.0:
+        # Ball: the lowest point of the tube is where k + s/sqrt(A^2 - s^2) = 0, s the way from the nearest point.
+        k = az / math.sqrt(square)
+        t = middle - k * math.sqrt((radius * radius - across2) / (1.0 + k * k) / square)
+        t = min(max(t, first), last)
+    else:
+        t = _lowest_share(first, last, middle, across2, square, az, shape)
+    d = math.sqrt(across2 + (t - middle) * (t - middle) * square)
+    return move[2] + t * az + profile(min(d, radius), shape)
+
+
+@njit(cache=True, nogil=True)
+def _lowest_share(first, last, middle, across2, square, rise, shape):
+    """Return the share of a move at which z(t) + f(d(t)) is least, by bisection of its slope."""
+    for _ in range(_BISECTIONS):
+        t = 0.5 * (first + last)
+        d = math.sqrt(across2 + (t - middle) * (t - middle) * square)
+        slope = rise + (profile_slope(d, shape) * (t - middle) * square / d if d > 0.0 else 0.0)
+        if slope > 0.0:
+            last = t
+        else:
+            first = t
+    return 0.5 * (first + last)
+
+
+@njit(cache=True, nogil=True)
+def lowest_of_arc(move, shape, x, y):
+    """Return the envelope (m) of an arc of at most half a rad in XY, its height linear along it."""
+    radius, rho, sweep = shape[4], move[9], abs(move[11])
+    qx, qy = x - move[7], y - move[8]
+    m, way = math.hypot(qx, qy), 1.0 if move[11] > 0.0 else -1.0
+    if m > rho + radius or m < rho - radius:
+        return math.inf
+    turn = way * (math.atan2(qy, qx) - move[10]) - 0.5 * sweep
+    turn = turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)) + 0.5 * sweep
+    rise = move[5] - move[2]
+    if rise == 0.0:
+        t = min(max(turn, 0.0), sweep)
+        d2 = rho * rho + m * m - 2.0 * rho * m * math.cos(t - turn)
+        return move[2] + profile(math.sqrt(max(d2, 0.0)), shape) if d2 <= radius * radius else math.inf
+    cosine = (rho * rho + m * m - radius * radius) / max(2.0 * rho * m, 1e-300)
+    if cosine >= 1.0:
+        return math.inf
+    window = math.pi if cosine <= -1.0 else math.acos(cosine)
+    first, last = max(0.0, turn - window), min(sweep, turn + window)
+    if first > last:
+        return math.inf
+    if shape[1] == 0.0 and shape[2] == 0.0:
+        return move[2] + rise * (first if rise > 0.0 else last) / sweep
+    return _lowest_on_helix(move, shape, m, turn, first, last)
+
+
+@njit(cache=True, nogil=True)
+def _lowest_on_helix(move, shape, m, turn, first, last):
+    """Return the least height over a part of a helical arc, by golden sections."""
+    rho, sweep, rise, radius = move[9], abs(move[11]), move[5] - move[2], shape[4]
+    golden = 0.6180339887498949
+    best = math.inf
+    a, b = first, last
+    for _ in range(_SECTIONS):
+        u, v = b - golden * (b - a), a + golden * (b - a)
+        du = math.sqrt(max(rho * rho + m * m - 2.0 * rho * m * math.cos(u - turn), 0.0))
+        dv = math.sqrt(max(rho * rho + m * m - 2.0 * rho * m * math.cos(v - turn), 0.0))
+        hu = move[2] + rise * u / sweep + profile(min(du, radius), shape)
+        hv = move[2] + rise * v / sweep + profile(min(dv, radius), shape)
+        best = min(best, hu, hv)
+        if hu < hv:
+            b = v
+        else:
+            a = u
+    return best
+
+
+@njit(cache=True, nogil=True)
+def lowest(moves, shapes, k, x, y):
+    """Return the envelope (m) of move k at a place."""
+    shape = shapes[int(moves[k, 12])]
+    return lowest_of_line(moves[k], shape, x, y) if moves[k, 6] == 0.0 else lowest_of_arc(moves[k], shape, x, y)

@@ -1,0 +1,103 @@
+"""The removal of material along a path: pieces are laid over the dexels of the stock, cut in turn, and gathered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.material_removal.moves import Moves
+from toolpoint.material_removal.removed import COLLISION_KINDS, Collision, RemovalSettings, RemovedMaterial
+from toolpoint.material_removal.stock import Stock
+from toolpoint.material_removal.tool_shape import Holder, MillShape
+
+_MIN_CORNER_TURN = 0.05  # rad: a smaller jump of the direction gets no place of its own
+_MAX_EDGE_HEIGHT = 10.0  # m, of edges whose length is not known
+
+
+def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], settings: RemovalSettings, *,
+                    holders: Sequence[Holder] = (), sampled: np.ndarray | None = None,
+                    progress: Callable[[int, int], None] | None = None) -> RemovedMaterial:
+    """Return what a path takes away from a stock.
+
+    Parameters
+    ----------
+    moves : Moves
+    stock : Stock
+    shapes : sequence of MillShape
+        Those that the moves name by index.
+    settings : RemovalSettings
+    holders : sequence of Holder, optional
+        One for each shape; nothing above the edges where left out.
+    sampled : (n,) bools, optional
+        Places (`places_of`) whose arcs are wanted; all of cutting moves where left out.
+    progress : function of pieces done and in all, optional
+
+    Raises ToolpointError where the path never comes over the stock.
+    """
+    from toolpoint.material_removal.march import march  # brings the compiler
+    from toolpoint.material_removal.surface import Work, begin_heights, measure_volumes
+
+    _check_place(moves, stock, shapes)
+    dexels = stock.laid_out(settings.spacing)
+    height = np.empty(dexels.intervals.shape[:2])
+    begin_heights(dexels.intervals, height)
+    joined, final = moves.joined()
+    owners = np.full((2, *height.shape), -1, np.int32)
+    work = Work(dexels.x, dexels.y, dexels.spacing, height, owners[0], owners[1], dexels.intervals,
+                np.ascontiguousarray(moves.rows), joined, final, np.zeros(1, np.int64),
+                np.array([shape.array for shape in shapes]), stock.kind, np.array(stock.lower), np.array(stock.upper))
+    piece, at_start = places_of(moves)
+    is_sampled = ~moves.rapid[piece] if sampled is None else sampled
+    flutes = np.array([min(shape.flute_length, _MAX_EDGE_HEIGHT) for shape in shapes])
+    result = march(work, moves, (piece, at_start, is_sampled), flutes=flutes, settings=settings, bodies=_bodies(shapes,
+            holders),
+                   progress=progress)
+    total, left = measure_volumes(work)
+    ends = np.where(at_start[:, None], moves.rows[piece, 0:3], moves.rows[piece, 3:6])
+    feed = np.where(at_start[:, None], moves.first[piece], moves.last[piece])
+    collisions = tuple(Collision(COLLISION_KINDS[kind], int(moves.block[k]), (x, y, z), depth,
+                                 holders[int(moves.rows[k, 12])].names[part] if kind else "")
+                       for kind, k, part, (depth, x, y, z) in result.contacts)
+    return RemovedMaterial(moves, stock, tuple(shapes), settings, piece, at_start, ends, feed, result.reach, result.arcs,
+                           result.arc_count,
+                           result.volume, total, left, height, work.owner, (dexels.x, dexels.y), collisions)
+
+
+def places_of(moves: Moves) -> tuple[np.ndarray, np.ndarray]:
+    """Return the piece of every place at which the engagement is taken, and whether it is its start.
+
+    The end of every piece, and the start where the direction of feed jumps.
+    """
+    begins = np.ones(moves.count, bool)
+    turned = np.einsum("ni,ni->n", moves.first[1:], moves.last[:-1]) < np.cos(_MIN_CORNER_TURN)
+    begins[1:] = turned | (moves.rapid[1:] != moves.rapid[:-1])
+    piece = np.repeat(np.arange(moves.count), 1 + begins)
+    at_start = np.zeros(piece.size, bool)
+    at_start[np.cumsum(1 + begins)[begins] - 2] = True
+    return piece, at_start
+
+
+def _bodies(shapes: Sequence[MillShape], holders: Sequence[Holder]) -> list[list[tuple[float, FloatArray]]]:
+    """Return (height above the tip, row of a flat cylinder) of every body above each tool's edges."""
+    if holders and len(holders) != len(shapes):
+        fail("holders", f"{len(holders)}", f"must be one for each of the {len(shapes)} tools")
+    return [[(h, np.array([d / 2, 0.0, 0.0, 1.0, d / 2])) for h, d in zip(holder.heights, holder.diameters, strict=True)]
+            for holder in (holders or [Holder()] * len(shapes))]
+
+
+def _check_place(moves: Moves, stock: Stock, shapes: Sequence[MillShape]) -> None:
+    """Refuse a stock that no cutting move comes near: it stands elsewhere than the program takes it to be."""
+    radius = np.array([shape.radius for shape in shapes])[moves.rows[:, 12].astype(int)][:, None]
+    cutting = ~moves.rapid
+    ends = np.minimum(moves.rows[:, 0:3], moves.rows[:, 3:6]), np.maximum(moves.rows[:, 0:3], moves.rows[:, 3:6])
+    over = (ends[0][:, :2] - radius <= stock.upper[:2]) & (ends[1][:, :2] + radius >= stock.lower[:2])
+    meets = over.all(axis=1) & (ends[0][:, 2] < stock.upper[2])
+    if cutting.any() and not (meets & cutting).any():
+        spans = ", ".join(f"{name} {1e3 * a:.4g} .. {1e3 * b:.4g}" for name, a, b in zip(
+            "XYZ", ends[0][cutting].min(axis=0), ends[1][cutting].max(axis=0), strict=True))
+        corners = ", ".join(f"{name} {1e3 * a:.4g} .. {1e3 * b:.4g}" for name, a, b in zip("XYZ", stock.lower, stock.upper,
+                                                                                       strict=True))
+        fail("stock", f"{corners} mm", f"is met by no cutting move: they go over {spans} mm",
+             remedy="give the stock in the coordinates of the program")

@@ -1,0 +1,118 @@
+"""Stock: box, cylinder or closed mesh before the first cut, and the dexels along z that it is laid out in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats, positive
+
+BOX, CYLINDER, MESH = 0, 1, 2  # codes of `Stock.kind`, as kernels read them
+MAX_DEXELS = 60_000_000  # of a grid: 2 GB
+
+
+@dataclass(frozen=True, eq=False)
+class Stock:
+    """Stock in the coordinates of the program, m.
+
+    Parameters
+    ----------
+    kind : int
+        BOX, CYLINDER (upright) or MESH.
+    lower, upper : (3,) floats
+        Corners of its bounding box.
+    triangles : (n, 3, 3) floats, optional
+        Corners of the triangles of a closed mesh.
+
+    Examples
+    --------
+    >>> round(Stock.box((0, 0, -0.01), (0.1, 0.05, 0)).volume, 9)
+    5e-05
+    """
+
+    kind: int
+    lower: FloatArray
+    upper: FloatArray
+    triangles: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "lower", floats("Stock.lower", self.lower, (3,)))
+        put(self, "upper", floats("Stock.upper", self.upper, (3,)))
+        size = self.upper - self.lower
+        if size.min() <= 0 or size.max() > 50:
+            fail("stock", f"corners {_words(self.lower)} and {_words(self.upper)}",
+                 "must be two corners, the second above the first in x, y and z, less than 50 m apart")
+
+    @classmethod
+    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Stock:
+        """Return a box between two corners, m."""
+        return cls(BOX, np.asarray(lower, float), np.asarray(upper, float))
+
+    @classmethod
+    def cylinder(cls, diameter: float, bottom: float, top: float, *, centre: tuple[float, float] = (0.0, 0.0)) -> Stock:
+        """Return an upright cylinder, m."""
+        radius = positive("stock diameter", diameter, 50.0) / 2
+        x, y = centre
+        return cls(CYLINDER, np.array([x - radius, y - radius, bottom]), np.array([x + radius, y + radius, top]))
+
+    @classmethod
+    def mesh(cls, triangles: ArrayLike) -> Stock:
+        """Return the inside of a closed mesh from the corners of its triangles (n, 3, 3), m."""
+        corners = floats("triangles", triangles, (None, 3, 3))
+        if len(corners) < 4:
+            fail("stock", f"a mesh of {len(corners)} triangles", "must be closed: at least four triangles")
+        return cls(MESH, corners.min((0, 1)), corners.max((0, 1)), corners)
+
+    @property
+    def volume(self) -> float:
+        """Volume, m^3; of a mesh by the signed volumes of its triangles."""
+        size = self.upper - self.lower
+        if self.kind == MESH:
+            a, b, c = self.triangles[:, 0], self.triangles[:, 1], self.triangles[:, 2]
+            return float(abs(np.einsum("ni,ni->n", a, np.cross(b, c)).sum()) / 6)
+        return float(size.prod() * (1.0 if self.kind == BOX else np.pi / 4))
+
+    @property
+    def words(self) -> str:
+        """Kind and size in words."""
+        size = 1e3 * (self.upper - self.lower)
+        name = ("box", "cylinder", "mesh")[self.kind]
+        return f"{name} {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm, top at z {1e3 * self.upper[2]:.4g} mm"
+
+    def laid_out(self, spacing: float) -> Dexels:
+        """Return the dexels at a spacing (m), their intervals sorted upwards."""
+        h = positive("spacing", spacing)
+        count = np.maximum(np.ceil((self.upper[:2] - self.lower[:2]) / h - 1e-9).astype(int), 1)
+        if int(count.prod()) > MAX_DEXELS:
+            fail("spacing", f"{1e3 * h:g} mm: {count.prod() / 1e6:.0f} million dexels", f"must need at most "
+                 f"{MAX_DEXELS / 1e6:.0f} million", remedy="a larger spacing, or a smaller stock")
+        origin = self.lower[:2] + h / 2
+        x, y = (origin[k] + h * np.arange(count[k]) for k in (0, 1))
+        if self.kind == MESH:
+            from toolpoint.material_removal.mesh_intervals import cross_mesh  # brings the compiler
+
+            return Dexels(float(origin[0]), float(origin[1]), h, cross_mesh(self.triangles, x, y))
+        intervals = np.empty((count[0], count[1], 1, 2))
+        intervals[..., 0], intervals[..., 1] = self.lower[2], self.upper[2]
+        if self.kind == CYLINDER:
+            centre, radius = (self.lower + self.upper)[:2] / 2, (self.upper - self.lower)[0] / 2
+            outside = (x[:, None] - centre[0]) ** 2 + (y[None, :] - centre[1]) ** 2 > radius**2
+            intervals[outside] = np.nan
+        return Dexels(float(origin[0]), float(origin[1]), h, intervals)
+
+
+@dataclass(frozen=True, eq=False)
+class Dexels:
+    """Dexels along z: centres from (x, y) in steps of `spacing`, m; `intervals` (nx, ny, n, 2), not a number where none."""
+
+    x: float
+    y: float
+    spacing: float
+    intervals: FloatArray
+
+
+def _words(place: FloatArray) -> str:
+    return ", ".join(f"{1e3 * value:g}" for value in place) + " mm"

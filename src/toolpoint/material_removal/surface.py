@@ -1,0 +1,300 @@
+"""Compiled surface of the work while it is cut: dexels that know which move cut them last, and what lies between them.
+
+A dexel keeps the height of what is left, the piece of a move that made it (its owner; -1 uncut), and that of the move
+before. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to now
+(`joined`): walls and cusps lie where the moves put them, not where the grid has its lines, and not where one piece ends.
+What a move cut without owning a dexel nearby (slivers narrower than the spacing) is not seen: the error of an arc that two
+spacings show.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from toolpoint.material_removal.envelope import lowest, lowest_of_arc, lowest_of_line
+
+_LATTICE_SIZE, _LATTICE_STEP = 89, 55  # Fibonacci lattice in a cell at a wall: an edge along the grid is within 1/89 of it
+
+_WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend more are those of a wall
+
+
+class Work(NamedTuple):
+    """Arrays of the work in a form that kernels read: grid, heights and owners, moves, shapes, stock.
+
+    joined : rows from the beginning of each piece's move to the piece's end; final : last piece of each piece's move; now :
+    (1,) the piece that was cut last.
+    """
+
+    x0: float
+    y0: float
+    spacing: float
+    height: np.ndarray
+    owner: np.ndarray
+    before: np.ndarray
+    intervals: np.ndarray
+    moves: np.ndarray
+    joined: np.ndarray
+    final: np.ndarray
+    now: np.ndarray
+    shapes: np.ndarray
+    kind: int
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def begin_heights(intervals, height):
+    """Write the top of every column (m, minus infinity where there is no stock)."""
+    for i in range(height.shape[0]):
+        for j in range(height.shape[1]):
+            top = -math.inf
+            for n in range(intervals.shape[2]):
+                if intervals[i, j, n, 1] > top:
+                    top = intervals[i, j, n, 1]
+            height[i, j] = top
+
+
+@njit(cache=True, nogil=True)
+def stock_has(work, x, y, z):
+    """Whether the stock before the first cut holds a place."""
+    if z > work.upper[2] or z < work.lower[2]:
+        return False
+    if work.kind == 0:
+        return work.lower[0] <= x <= work.upper[0] and work.lower[1] <= y <= work.upper[1]
+    if work.kind == 1:
+        radius = 0.5 * (work.upper[0] - work.lower[0])
+        dx, dy = x - 0.5 * (work.lower[0] + work.upper[0]), y - 0.5 * (work.lower[1] + work.upper[1])
+        return dx * dx + dy * dy <= radius * radius
+    fx, fy = (x - work.x0) / work.spacing, (y - work.y0) / work.spacing
+    i, j = math.floor(fx + 0.5), math.floor(fy + 0.5)
+    if i < 0 or j < 0 or i >= work.intervals.shape[0] or j >= work.intervals.shape[1]:
+        return False
+    for n in range(work.intervals.shape[2]):
+        if math.isnan(work.intervals[i, j, n, 0]):
+            continue
+        if _end_between(work, fx, fy, n, 0) <= z <= _end_between(work, fx, fy, n, 1):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def stock_top(work, x, y):
+    """Return the top of the stock (m) before the first cut at a place; minus infinity beside it."""
+    if work.kind < 2:
+        return work.upper[2] if stock_has(work, x, y, work.upper[2]) else -math.inf
+    fx, fy = (x - work.x0) / work.spacing, (y - work.y0) / work.spacing
+    i, j = math.floor(fx + 0.5), math.floor(fy + 0.5)
+    if i < 0 or j < 0 or i >= work.intervals.shape[0] or j >= work.intervals.shape[1]:
+        return -math.inf
+    top = -math.inf
+    for n in range(work.intervals.shape[2]):
+        if not math.isnan(work.intervals[i, j, n, 1]):
+            top = max(top, _end_between(work, fx, fy, n, 1))
+    return top
+
+
+@njit(cache=True, nogil=True)
+def _end_between(work, fx, fy, n, end):
+    """Return an end of a mesh's interval between four dexels, bilinear where all have it, else the nearest one's."""
+    i, j = math.floor(fx), math.floor(fy)
+    near_i, near_j = math.floor(fx + 0.5), math.floor(fy + 0.5)
+    nearest = work.intervals[near_i, near_j, n, end]
+    if i < 0 or j < 0 or i + 1 >= work.intervals.shape[0] or j + 1 >= work.intervals.shape[1]:
+        return nearest
+    u, v = fx - i, fy - j
+    a, b = work.intervals[i, j, n, end], work.intervals[i + 1, j, n, end]
+    c, d = work.intervals[i, j + 1, n, end], work.intervals[i + 1, j + 1, n, end]
+    value = (1 - u) * (1 - v) * a + u * (1 - v) * b + (1 - u) * v * c + u * v * d
+    return nearest if math.isnan(value) else value
+
+
+@njit(cache=True, nogil=True)
+def cut_height(work, x, y):
+    """Return the height (m) to which moves have cut at a place; infinite where none of the owners around did."""
+    i = math.floor((x - work.x0) / work.spacing)
+    j = math.floor((y - work.y0) / work.spacing)
+    nx, ny = work.owner.shape
+    i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
+    j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
+    least = math.inf
+    for m in (i0, i1):
+        for n in (j0, j1):
+            for layer in range(2):
+                k = move_of(work, layer, m, n)
+                if k >= 0:
+                    least = min(least, lowest(work.joined, work.shapes, k, x, y))
+    return least
+
+
+@njit(cache=True, nogil=True, inline="always")
+def move_of(work, layer, i, j):
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of the one before), as far as it came; -1 none."""
+    k = work.owner[i, j] if layer == 0 else work.before[i, j]
+    return k if k < 0 else min(work.final[k], work.now[0])
+
+
+@njit(cache=True, nogil=True)
+def has_material(work, x, y, z, margin):
+    """Whether there is material at a place now: as `cut_height`, ended by the first owner that has cut below it.
+
+    margin : further dexels on each side whose owners are asked: 0 suffices but where three moves meet.
+    """
+    if not stock_has(work, x, y, z):
+        return False
+    i = math.floor((x - work.x0) / work.spacing)
+    j = math.floor((y - work.y0) / work.spacing)
+    nx, ny = work.owner.shape
+    previous = -1
+    for layer in range(2):
+        for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
+            for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
+                k = move_of(work, layer, m, n)
+                if k >= 0 and k != previous:
+                    if lowest(work.joined, work.shapes, k, x, y) <= z:
+                        return False
+                    previous = k
+    return True
+
+
+@njit(cache=True, nogil=True)
+def column(work, i, j, height, cut_to):
+    """Return the length (m) of material of a dexel between `cut_to` and `height`."""
+    length = 0.0
+    for n in range(work.intervals.shape[2]):
+        bottom, top = work.intervals[i, j, n, 0], work.intervals[i, j, n, 1]
+        if top > bottom:  # false for the not-a-number of a missing one
+            length += max(min(top, height) - max(bottom, cut_to), 0.0)
+    return length
+
+
+@njit(cache=True, nogil=True)
+def box_of(work, k, radius, box):
+    """Write the range of dexels (first and last index along x and y) that a move with a radius can reach."""
+    row = work.moves[k]
+    bulge = row[9] * (1.0 - math.cos(0.5 * row[11])) if row[6] == 1.0 else 0.0
+    reach = radius + bulge
+    nx, ny = work.height.shape
+    box[0] = max(math.ceil((min(row[0], row[3]) - reach - work.x0) / work.spacing), 0)
+    box[1] = min(math.floor((max(row[0], row[3]) + reach - work.x0) / work.spacing), nx - 1)
+    box[2] = max(math.ceil((min(row[1], row[4]) - reach - work.y0) / work.spacing), 0)
+    box[3] = min(math.floor((max(row[1], row[4]) + reach - work.y0) / work.spacing), ny - 1)
+
+
+@njit(cache=True, nogil=True)
+def cut_move(work, k, box, place):
+    """Take away what a move sweeps; return the volume (m^3) and whether any column beneath is above its lowest point.
+
+    place : (4,) written: depth of the deepest cut (m) below what was there, and where it is.
+    """
+    row, shape = work.moves[k], work.shapes[int(work.moves[k, 12])]
+    work.now[0] = k
+    box_of(work, k, shape[4] + work.spacing, box)  # a cut thinner than the grid owns no dexel, but has an arc
+    tip, length, is_near = min(row[2], row[5]), 0.0, False
+    place[0] = 0.0
+    for i in range(box[0], box[1] + 1):
+        x = work.x0 + i * work.spacing
+        for j in range(box[2], box[3] + 1):
+            before = work.height[i, j]
+            if before <= tip:
+                continue
+            is_near = True
+            y = work.y0 + j * work.spacing
+            z = lowest(work.moves, work.shapes, k, x, y)
+            if z < before:
+                if before - z > place[0]:
+                    place[0], place[1], place[2], place[3] = before - z, x, y, z
+                length += column(work, i, j, before, z)
+                owner = work.owner[i, j]
+                if owner >= 0 and work.final[owner] != work.final[k]:
+                    work.before[i, j] = owner  # a pass above on the same line keeps its walls
+                work.height[i, j], work.owner[i, j] = z, k
+    return length * work.spacing * work.spacing, is_near
+
+
+@njit(cache=True, nogil=True)
+def touch_move(work, k, body, lift, box, place):
+    """Whether a cylinder above the tool, (shape row `body`, from `lift` m above the tip) meets material; where, in `place`."""
+    box_of(work, k, body[4], box)
+    row = work.moves[k].copy()
+    row[2] += lift
+    row[5] += lift
+    bottom, deepest = min(row[2], row[5]), 0.0
+    for i in range(box[0], box[1] + 1):
+        x = work.x0 + i * work.spacing
+        for j in range(box[2], box[3] + 1):
+            if work.height[i, j] <= bottom:
+                continue
+            y = work.y0 + j * work.spacing
+            z = lowest_of_line(row, body, x, y) if row[6] == 0.0 else lowest_of_arc(row, body, x, y)
+            if work.height[i, j] - z > deepest:
+                deepest = work.height[i, j] - z
+                place[0], place[1], place[2], place[3] = deepest, x, y, z
+    return deepest > 0.0
+
+
+@njit(cache=True, nogil=True)
+def measure_volumes(work):
+    """Return the volumes (m^3) taken away and left: cells with walls are sampled finer on the exact envelopes."""
+    nx, ny = work.height.shape
+    removed, left = 0.0, 0.0
+    for i in range(-1, nx + 1):
+        for j in range(-1, ny + 1):
+            taken, kept = _cell(work, i, j) if _is_mixed(work, i, j) else _plain_cell(work, i, j)
+            removed += taken
+            left += kept
+    return removed * work.spacing * work.spacing, left * work.spacing * work.spacing
+
+
+@njit(cache=True, nogil=True)
+def _plain_cell(work, i, j):
+    if i < 0 or j < 0 or i >= work.height.shape[0] or j >= work.height.shape[1]:
+        return 0.0, 0.0
+    z = work.height[i, j]
+    return column(work, i, j, math.inf, z) if work.owner[i, j] >= 0 else 0.0, column(work, i, j, z, -math.inf)
+
+
+@njit(cache=True, nogil=True)
+def _is_mixed(work, i, j):
+    """Whether a wall or an edge of the stock may pass through a cell: the heights around it are not those of a smooth face."""
+    nx, ny = work.height.shape
+    edges = 0
+    for m in range(i - 1, i + 2):
+        for n in range(j - 1, j + 2):
+            inside = 0 <= m < nx and 0 <= n < ny
+            edges += 1 if not inside or work.height[m, n] == -math.inf else 0
+    if edges == 9:
+        return False
+    if edges > 0:
+        return True
+    for m, n in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        bend = work.height[i + m, j + n] - 2.0 * work.height[i, j] + work.height[i - m, j - n]
+        if abs(bend) > _WALL_BEND * work.spacing:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _cell(work, i, j):
+    """Return the mean lengths (m) taken away and left in a cell, over a lattice of lines through it."""
+    taken, kept = 0.0, 0.0
+    lower, upper = work.lower, work.upper
+    for n in range(_LATTICE_SIZE):
+        x = work.x0 + (i - 0.5 + (n + 0.5) / _LATTICE_SIZE) * work.spacing
+        y = work.y0 + (j - 0.5 + ((n * _LATTICE_STEP) % _LATTICE_SIZE + 0.5) / _LATTICE_SIZE) * work.spacing
+        z = cut_height(work, x, y)
+        if work.kind == 2:
+            m = min(max(math.floor((x - work.x0) / work.spacing + 0.5), 0), work.height.shape[0] - 1)
+            k = min(max(math.floor((y - work.y0) / work.spacing + 0.5), 0), work.height.shape[1] - 1)
+            if 0 <= i < work.height.shape[0] and 0 <= j < work.height.shape[1]:
+                taken += column(work, m, k, math.inf, z)
+                kept += column(work, m, k, z, -math.inf)
+        elif stock_has(work, x, y, lower[2]):
+            taken += max(upper[2] - max(z, lower[2]), 0.0)
+            kept += max(min(upper[2], z) - lower[2], 0.0)
+    return taken / _LATTICE_SIZE, kept / _LATTICE_SIZE

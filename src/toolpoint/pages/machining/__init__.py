@@ -1,0 +1,1 @@
+"""Pages of NC programs on a machine."""

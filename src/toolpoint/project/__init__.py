@@ -1,0 +1,26 @@
+"""Projects: one folder from records to advice, whose steps are run again only where what they rest on has changed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
+
+if TYPE_CHECKING:
+    from toolpoint.machine.description.project_plan import TriedCut
+    from toolpoint.project.demo import write_demo
+    from toolpoint.project.engine.run import StepEvent
+    from toolpoint.project.folder import Project
+    from toolpoint.project.results import ProjectResults
+    from toolpoint.project.template import write_folder
+
+__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "write_demo", "write_folder"]
+
+__getattr__, __dir__ = export_lazily(__name__, {
+    "toolpoint.machine.description.project_plan": ("TriedCut",),
+    "demo": ("write_demo",),
+    "engine.run": ("StepEvent",),
+    "folder": ("Project",),
+    "results": ("ProjectResults",),
+    "template": ("write_folder",),
+})

@@ -1,0 +1,280 @@
+"""Chain of a project: which steps its parts allow, and what one part more would give."""
+
+from __future__ import annotations
+
+import glob
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from toolpoint import io
+from toolpoint._check import ToolpointError
+from toolpoint.cutting.description import flat_values
+from toolpoint.machine.description.project_plan import (
+    STRUCTURE,
+    TIP_X,
+    TIP_Y,
+    ProjectCut,
+    ProjectDescription,
+    ProjectTest,
+)
+from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
+
+TRIED_FILE = "tried.yaml"
+# Versions of what the steps compute: raised where results change.
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 2,
+                 "limits": 5, "changes": 2, "next": 1, "contour": 1}
+
+
+@dataclass(frozen=True)
+class ProjectChain:
+    """Steps of a project, and what parts that are not there would give."""
+
+    steps: tuple[ProjectStep, ...]
+    missing: tuple[str, ...]
+
+
+def build_chain(project: ProjectDescription, root: Path) -> ProjectChain:
+    """Return the steps that the parts of a project allow, and what one part more would give."""
+    builder = _ChainBuilder(project, root)
+    return ProjectChain(tuple(builder.steps()), tuple(builder.missing))
+
+
+class _ChainBuilder:
+    """Builder of a chain: from tests over the machine to the answers."""
+
+    def __init__(self, project: ProjectDescription, root: Path) -> None:
+        self.project, self.root = project, root
+        self.missing: list[str] = []
+        self._steps: list[ProjectStep] = []
+
+    def steps(self) -> list[ProjectStep]:
+        """Return the steps in the order of their making."""
+        modes = {name: path for name, test in self.project.tests.items() if (path := self._modes_of(name, test))}
+        machine = self._machine(modes)
+        tip = self._tip()
+        sources = ({"tip": tip} if tip else {}) | ({} if machine is None else {"machine": {"machine": machine}})
+        self._answers(sources, machine)
+        self._contours()
+        self._say_missing(sources)
+        return self._steps
+
+    def _add(self, kind: str, name: str, work: Any, inputs: Mapping[str, Any], *, options: Mapping[str, Any],
+             outputs: tuple[str, ...], words: str, command: Sequence[str] = ()) -> str:
+        """Add a step; return the place of its first output."""
+        shown = shlex.join(["toolpoint", *command]) if command else ""
+        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, shown))
+        return result_path(name, outputs[0])
+
+    def _modes_of(self, name: str, test: ProjectTest) -> str | None:
+        """Add the steps from a test to its modes; return their place, None for a test of a tip."""
+        if test.modes:
+            return test.modes
+        responses = self._responses(name, test)
+        if test.of != STRUCTURE:
+            return None
+        options = {"band": test.band, "sensor_mass": test.sensor_mass, "whole_band": bool(test.responses)}
+        return self._add("modes", f"modes/{name}", _late("measuring", "find_modes"), {"responses": responses}, options=options,
+                         outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=("identify", responses))
+
+    def _responses(self, name: str, test: ProjectTest) -> str:
+        settings = {"struck": test.struck, "pattern": test.pattern}
+        if test.responses:
+            files = self._files(f"tests.{name}.responses", test.responses)
+            return self._add("responses", f"responses/{name}", _late("measuring", "gather_responses"), {"responses": files},
+                             options=settings, outputs=("responses.h5",), words=f"responses of {name}")
+        return self._add("responses", f"responses/{name}", _late("measuring", "make_responses"),
+                         self._record_inputs(name, test), options={} if test.test else {**settings, "channels": test.channels},
+                         outputs=("responses.h5", "hits.json"), words=f"hits and responses of {name}",
+                         command=("frf", test.test) if test.test else ())
+
+    def _record_inputs(self, name: str, test: ProjectTest) -> dict[str, Any]:
+        """Return the inputs of a hammer test: its records, and the test file that names them."""
+        if test.test is None:
+            return {"records": self._files(f"tests.{name}.records", test.records)}
+        description = io.read_kind(self.root / test.test, "test")[1]
+        folder = Path(test.test).parent
+        patterns = tuple((folder / text).as_posix() for part in description.records for text in part.files)
+        return {"test": test.test, "records": self._files(f"tests.{name}.test", patterns)}
+
+    def _files(self, key: str, patterns: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the files of names and patterns, relative to the project, sorted within each."""
+        files: list[str] = []
+        for pattern in patterns:
+            if not set(pattern) & set("*?["):
+                files.append(pattern)
+                continue
+            matches = sorted(glob.glob(pattern, root_dir=self.root))
+            if not matches:
+                raise ToolpointError(f"{key}: no file fits {pattern!r} in {self.root}; check the pattern and the folder")
+            files += [Path(match).as_posix() for match in matches]
+        return tuple(dict.fromkeys(files))
+
+    def _machine(self, modes: Mapping[str, str]) -> str | None:
+        """Add the steps to a machine file; return its place, None where the parts give none."""
+        project, machine, left = self.project, self.project.machine, dict(modes)
+        # Tests stand in the order of their dates: the file is refused otherwise.
+        structural = [name for name in left if project.tests[name].of == STRUCTURE]
+        drift: dict[str, str] = {}
+        if machine is None and structural and project.components and project.geometry:
+            first = structural[0]
+            machine = self._add("joints", "joints", _late("modelling", "find_joints"), {
+                "modes": left[first], "geometry": project.geometry, "components": project.components},
+                options={"pose": dict(project.tests[first].pose)},
+                outputs=("machine.yaml", "joints.json"), words=f"joints and machine from {first}", command=(
+                    "joints", left.pop(first), "--geometry", project.geometry, "--components", project.components))
+            structural.remove(first)
+            drift = self._drift(first, structural, modes, machine)
+        if machine is not None and structural and project.machine is not None:
+            drift = self._drift(structural[0], structural[1:], modes, machine)
+            inputs = {"machine": machine, "modes": tuple(left[name] for name in structural), **drift}
+            poses = [dict(project.tests[name].pose) for name in structural]
+            machine = self._add("update", "update", _late("modelling", "update_model"), inputs, options={"poses": poses},
+                                outputs=("machine.yaml", "update.json"), words=f"machine updated to {', '.join(structural)}")
+        elif machine is not None and structural and not drift:
+            self.missing.append(f"tests {', '.join(structural)} are at other poses than that of the machine: the chain does "
+                                f"not "
+                                "use them yet; toolpoint update does")
+        if machine is not None:
+            self._add("machine", "machine", _late("modelling", "look_at_machine"), {"machine": machine, **drift}, options={},
+                      outputs=("machine.json",), words="machine in words", command=("report", machine))
+        return machine
+
+    def _drift(self, first: str, others: Sequence[str], modes: Mapping[str, str], machine: str) -> dict[str, str]:
+        """Add the comparison of later tests at the pose of the first one; return its place as an input, nothing without any."""
+        tests = self.project.tests
+        later_tests = [name for name in others if dict(tests[name].pose) == dict(tests[first].pose)]
+        if not later_tests:
+            return {}
+        command = ["drift", *(modes[name] for name in later_tests), "--baseline", modes[first], "--machine", machine]
+        return {"drift": self._add("drift", "drift", _late("comparing", "judge_drift"), {
+            "baseline": modes[first], "tests": tuple(modes[name] for name in later_tests), "machine": machine}, options={
+                "names": [first, *later_tests], "pose": dict(tests[first].pose)}, outputs=("drift.json",),
+            words=f"whether the machine changed after {first}", command=command)}
+
+    def _tip(self) -> dict[str, str]:
+        """Add the verdict on the tests of a tip; return the responses of the tip that limits rest on."""
+        tests = {test.of: name for name, test in self.project.tests.items() if test.of in (TIP_X, TIP_Y)}
+        if TIP_X not in tests:
+            if TIP_Y in tests:
+                self.missing.append(f"test {tests[TIP_Y]} alone is that of a tip along y: one along x (of: tip x) gives limits")
+            return {}
+        inputs: dict[str, Any] = {}
+        settings: dict[str, Any] = {}
+        for of, name in tests.items():
+            way, test = of[-1], self.project.tests[name]
+            settings[way] = {"struck": test.struck, "pattern": test.pattern, "channels": list(test.channels)}
+            if test.responses:
+                inputs[f"responses_{way}"] = self._files(f"tests.{name}.responses", test.responses)
+            else:
+                inputs |= {f"{key}_{way}": entry for key, entry in self._record_inputs(name, test).items()}
+        for cut_name, cut in self.project.cuts.items():
+            self._add("tip", f"tip/{cut_name}", _late("measuring", "judge_tip"), inputs,
+                      options={"values": flat_values(cut.cut), "tests": settings}, outputs=("tap.json",),
+                      words=f"verdict on the tap, and speeds for the cut {cut_name}")
+        return {f"tip_{of[-1]}": result_path(f"responses/{name}", "responses.h5") for of, name in tests.items()}
+
+    def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> None:
+        """Add the steps from the machine and the tip to the answers of the goals."""
+        project = self.project
+        cuts = {name: _cut_options(cut) for name, cut in project.cuts.items()}
+        goals = {name: _plain(goal) for name, goal in project.goals.items()}
+        if not sources or not cuts:
+            return
+        kinds = {name: self._source_of(goal["pose"], sources) for name, goal in goals.items()}
+        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(kinds.values())}, cuts)
+        for name, goal in goals.items():
+            kind = kinds[name]
+            # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
+            look = {"checked": result_path("machine", "machine.json")} if kind == "machine" else {
+                "verdict": result_path(f"tip/{goal['cut']}", "tap.json")}
+            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), {**sources[kind], **weights[kind], **look},
+                      options={"name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal,
+                               "struck_pose": self._struck_pose, **self._draws}, outputs=("limits.json",),
+                      words=f"limit and probability of the goal {name}")
+        if machine is not None and goals:
+            self._advice(machine, cuts, goals)
+
+    @property
+    def _draws(self) -> dict[str, Any]:
+        return {"draws": self.project.draws, "seed": self.project.seed}
+
+    @property
+    def _struck_pose(self) -> dict[str, float]:
+        """Pose at which the tip was struck."""
+        return next((dict(test.pose) for test in self.project.tests.values() if test.of == TIP_X), {})
+
+    def _source_of(self, pose: Mapping[str, float], sources: Mapping[str, Any]) -> str:
+        """Return what the limits at a pose are computed from: the tip where it was struck there, otherwise the machine."""
+        if "machine" not in sources or ("tip" in sources and (not pose or dict(pose) == self._struck_pose)):
+            return "tip"
+        return "machine"
+
+    def _tried(self, sources: Mapping[str, Mapping[str, str]], cuts: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+        """Add the steps that weigh the draws of every source by the tried cuts; return the places of the weights."""
+        if not (self.root / TRIED_FILE).is_file():
+            return {kind: {} for kind in sources}
+        has_poses = any(goal.pose for goal in self.project.goals.values())
+        return {kind: {"weights": self._add(
+            "tried", f"tried/{kind}", _late("answering", "weigh_tried"), {**source, "tried": TRIED_FILE},
+            options={"cuts": cuts, "has_poses": has_poses, **self._draws}, outputs=("weights.json",),
+            words=f"weights of the draws of the {kind} by the cuts that were tried")} for kind, source in sources.items()}
+
+    def _advice(self, machine: str, cuts: Mapping[str, Any], goals: Mapping[str, Any]) -> None:
+        """Add the steps that rank changes and measurements."""
+        changes = {name: _plain(change) for name, change in self.project.changes.items()}
+        inputs = {"machine": machine, "checked": result_path("machine", "machine.json")}
+        self._add("changes", "changes", _late("answering", "rank_changes"), inputs, options={
+            "cuts": cuts, "goals": goals, "changes": changes, **self._draws}, outputs=("changes.json",),
+            words="changes, ranked")
+        if machine.startswith("results/"):  # its numbers were identified or updated, and have a covariance
+            poses = list(dict.fromkeys(tuple(sorted(pose.items())) for pose in self.project.workspace))
+            self._add("next", "next", _late("answering", "choose_test"), inputs, options={
+                "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
+                outputs=("next.json",), words="the test that would narrow the answer most")
+
+    def _contours(self) -> None:
+        for name, goal in self.project.contours.items():
+            if self.project.servo is None:
+                self.missing.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
+                continue
+            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), {"servo": self.project.servo},
+                      options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
+                          "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
+
+    def _say_missing(self, sources: Mapping[str, Any]) -> None:
+        """Say what one part more would give."""
+        project = self.project
+        if not sources:
+            absent = [key for key in ("components", "geometry") if getattr(project, key) is None]
+            if any(test.of == STRUCTURE for test in project.tests.values()) and absent:
+                self.missing.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits at "
+                                    "any pose")
+            else:
+                self.missing.append("a test (tests) or a machine file (machine) is where the chain begins; a tap of the tip "
+                                    "(of: tip x) and a cut give limits at once")
+        if not project.cuts:
+            self.missing.append("a cut (cuts: tool and material) gives depth limits")
+        elif not project.goals:
+            self.missing.append("a goal (goals: a cut at a speed and depth) gives its limit, and the chance that it is stable")
+        if "tip" in sources and "machine" not in sources:
+            self.missing.append("a test of the structure with components and geometry gives limits at other poses, and which "
+                                "joint to stiffen")
+        if sources and not (self.root / TRIED_FILE).is_file():
+            self.missing.append("a cut that was tried (toolpoint tried) narrows the intervals")
+
+
+def _late(module: str, name: str) -> LateWork:
+    return LateWork(f"toolpoint.project.steps.{module}", name)
+
+
+def _cut_options(cut: ProjectCut) -> dict[str, Any]:
+    return {"values": flat_values(cut.cut), "deviation": cut.coefficient_deviation}
+
+
+def _plain(part: Any) -> dict[str, Any]:
+    """Return the fields of a description as plain data."""
+    return {field.name: dict(value) if isinstance(value := getattr(part, field.name), Mapping) else value
+            for field in fields(part)}

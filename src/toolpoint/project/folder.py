@@ -1,0 +1,139 @@
+"""Project: a folder with its project file, run and asked."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import toolpoint
+from toolpoint import io
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.cutting.description import flat_values
+from toolpoint.machine.description.project_plan import ProjectDescription, TriedCut
+from toolpoint.project.chain import TRIED_FILE, ProjectChain, build_chain
+from toolpoint.project.engine.drafts import write_whole
+from toolpoint.project.engine.plan import plan_steps
+from toolpoint.project.engine.run import Listener, RunResult, run_steps
+from toolpoint.project.results import ProjectResults, gather_results
+from toolpoint.project.steps.plain_files import read_json
+
+if TYPE_CHECKING:
+    from toolpoint.project.limits.drawn_limits import DrawnLimits
+
+PROJECT_FILE, RESULT_FILE = "project.yaml", "results/project.json"
+TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line may be mended or removed by hand.\n"
+              "toolpoint: 1\ntried:\n")
+
+
+@dataclass(frozen=True)
+class Project:
+    """A folder that holds ``project.yaml``: `run` brings its results up to date, `results` are those of the last run."""
+
+    folder: Path
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Project:
+        """Return the project of a folder; raises ToolpointError for a folder without project.yaml."""
+        place = Path(folder)
+        if not (place / PROJECT_FILE).is_file():
+            raise ToolpointError(f"{place}: holds no {PROJECT_FILE}; make a project with `toolpoint new project {place}`")
+        return cls(place)
+
+    @cached_property
+    def description(self) -> ProjectDescription:
+        """Content of the project file; raises FileFaults with every fault of it."""
+        return io.read_project(self.folder / PROJECT_FILE)
+
+    @cached_property
+    def chain(self) -> ProjectChain:
+        """Steps that the parts of the project allow, and what one part more would give."""
+        return build_chain(self.description, self.folder)
+
+    def run(self, steps: Sequence[str] = (), *, workers: int = 1, overwrite: bool = False,
+            listen: Listener = lambda event: None) -> ProjectResults:
+        """Run the steps whose results are not of today's files and options, and all that they rest on.
+
+        Parameters
+        ----------
+        steps : names; all where none is named
+        workers : int
+            Steps that run side by side.
+        overwrite : bool
+            Whether results that somebody changed by hand are computed again.
+        listen : function of a StepEvent
+        """
+        result = self._run_steps(steps, workers, overwrite, listen)
+        results = gather_results(self.description.name, self.folder, self.chain.steps, run=result,
+                                 missing=self.chain.missing, version=toolpoint.__version__)
+        if not steps:  # of some steps alone it would lose the answers of the others
+            write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
+        return results
+
+    def _run_steps(self, steps: Sequence[str], workers: int, overwrite: bool, listen: Listener) -> RunResult:
+        plan = plan_steps(self.chain.steps, self.folder).chosen(steps)
+        return run_steps(plan, self.folder, workers=workers, overwrite=overwrite, versions=_versions(), listen=listen)
+
+    @property
+    def results(self) -> ProjectResults:
+        """Results of the last run."""
+        place = self.folder / RESULT_FILE
+        if not place.is_file():
+            raise ToolpointError(f"{self.folder}: has no results yet; run it (toolpoint run {self.folder})")
+        return ProjectResults(read_json(place))
+
+    @property
+    def machine_file(self) -> Path:
+        """The machine file that limits rest on; raises ToolpointError where the project has none (yet)."""
+        step = next((step for step in self.chain.steps if step.name == "machine"), None)
+        place = None if step is None else self.folder / str(step.inputs["machine"])
+        if place is None or not place.is_file():
+            raise ToolpointError(f"{self.folder}: has no machine file; run the project, or see what is missing in its results")
+        return place
+
+    def limits(self, pose: Mapping[str, float] | None = None, *, cut: str = "", speeds: Sequence[float] | FloatArray = (),
+               draws: int | None = None) -> DrawnLimits:
+        """Return the limits of a cut of the project at a pose, with draws of the machine and of the coefficients.
+
+        Parameters
+        ----------
+        pose : mapping of axis name to m or rad, optional
+        cut : name, optional
+            The first of the project where left out.
+        speeds : rev/min; 12 over the range of the cut where left out
+        draws : int; those of the project where left out
+        """
+        from toolpoint.project.limits.drawn_limits import draw_limits
+        from toolpoint.project.limits.systems import MachineDraws
+        from toolpoint.project.steps.answering import question_of
+
+        project = self.description
+        name = cut or next(iter(project.cuts), "")
+        if name not in project.cuts:
+            fail("cut", repr(name), f"must be one of {', '.join(project.cuts) or 'the cuts of project.yaml, which has none'}")
+        described = project.cuts[name]
+        asked = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
+        options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
+        question = question_of(name, options, [float(speed) for speed in asked], dict(pose or {}))
+        return draw_limits(MachineDraws(io.read_machine(self.machine_file), draws or project.draws, project.seed), question)
+
+    def report_cut(self, cut: TriedCut) -> None:
+        """Add a cut that was tried to the project's file of them; the next run weighs its draws by it."""
+        place = self.folder / TRIED_FILE
+        if place.is_file():
+            io.read_tried(place)
+        text = place.read_text(encoding="utf-8") if place.is_file() else TRIED_HEAD
+        write_whole(place, text + ("" if text.endswith("\n") else "\n") + io.line_of_tried(cut))
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of what computes, for the records."""
+    return {"toolpoint": toolpoint.__version__, "python": platform.python_version(), "numpy": np.__version__,
+            "scipy": importlib.metadata.version("scipy")}

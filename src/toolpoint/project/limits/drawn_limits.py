@@ -1,0 +1,129 @@
+"""Limits of one cut over draws of system and coefficients: interval, chance that a cut is stable, shares of the sources."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import BoolArray, FloatArray
+from toolpoint.cutting import PanelArnoldi, StabilityChart, stability
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.project.limits.systems import DrawnSystems, Pose, coefficient_factors, problem_of
+from toolpoint.studies.machines.tool_point import deep_chart
+
+SEARCH_DEPTH_RATIO = 2.5  # depth to which draws are searched, over the nominal limit
+GOAL_DEPTH_RATIO = 1.5  # the same over the depth asked about
+FIRST_LOSS = PanelArnoldi(first_only=True)
+COEFFICIENTS_SOURCE = "cutting coefficients"
+
+
+@dataclass(frozen=True)
+class CutQuestion:
+    """A cut asked about: its name and description, the relative deviation of its coefficients, speeds (rev/min) and pose.
+
+    depth : m, of the cut that may be stable or not, None where only limits are wanted.
+    """
+
+    name: str
+    cut: CuttingDescription
+    deviation: float
+    speeds: tuple[float, ...]
+    pose: Pose
+    depth: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnLimits:
+    """Limits of a cut.
+
+    limit, error, frequency : (n_speeds,) of the likeliest system, m, m, Hz; infinite and not a number where none lies above
+    depth_max; draws : (n_draws, n_speeds) m; stable : (n_draws, n_speeds) at the asked depth; frequencies : of the draws, Hz;
+    depth_max : to which was searched, m; shares : of each source in the variance of the logarithm of the least limit.
+    """
+
+    question: CutQuestion
+    limit: FloatArray
+    error: FloatArray
+    frequency: FloatArray
+    draws: FloatArray
+    stable: BoolArray
+    frequencies: FloatArray
+    depth_max: float
+    shares: dict[str, float]
+
+    def interval(self, weights: FloatArray, level: float = 0.95) -> FloatArray:
+        """Return both ends of the interval of the limit at every speed, (2, n_speeds) m; above depth_max infinite."""
+        tail = (1 - level) / 2
+        lower = [quantile_of(column, weights, tail) for column in self.draws.T]
+        upper = [quantile_of(column, weights, 1 - tail) for column in self.draws.T]
+        return np.array([np.maximum(np.array(lower) - self.error, 0.0), np.array(upper) + self.error])
+
+    def least(self, weights: FloatArray, level: float = 0.95) -> tuple[float, float, float]:
+        """Return the least limit over the speeds and the ends of its interval, m."""
+        tail, lowest = (1 - level) / 2, self.draws.min(axis=1)
+        error = float(self.error[int(np.argmin(self.limit))])
+        return (float(self.limit.min()), max(quantile_of(lowest, weights, tail) - error, 0.0),
+                quantile_of(lowest, weights, 1 - tail) + error)
+
+    def chance(self, weights: FloatArray) -> FloatArray:
+        """Return P(stable) of the asked depth at every speed; so many draws can say neither 0 nor 1 (rule of succession)."""
+        return np.asarray((weights.size * (weights @ self.stable) + 1) / (weights.size + 2))
+
+
+def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:
+    """Return a quantile of weighted draws, so far out that as much of the next draw lies beyond it (Weibull's places)."""
+    order = np.argsort(values, kind="stable")
+    reached = np.cumsum(weights[order]) * values.size / (values.size + 1)
+    place = int(np.searchsorted(reached, level))
+    if place == 0 or place >= values.size:
+        return float(values[order[min(place, values.size - 1)]])
+    below, above = float(values[order[place - 1]]), float(values[order[place]])
+    if not np.isfinite(above) or above == below:
+        return above
+    fraction = (level - reached[place - 1]) / max(float(reached[place] - reached[place - 1]), 1e-300)
+    return below + float(fraction) * (above - below)
+
+
+def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
+    """Return the limits of a cut over all draws of a project's systems and of its coefficients.
+
+    A cut is taken as stable below the first loss of stability alone; islands of stability above it count as chatter.
+    """
+    speeds = np.asarray(question.speeds, float)
+    problem = problem_of(systems.nominal(question.pose), question.cut)
+    chart = deep_chart(problem, speeds, FIRST_LOSS, end=question.cut.depth_end[0])
+    finite = chart.limit[np.isfinite(chart.limit)]
+    depth_max = max(SEARCH_DEPTH_RATIO * float(finite.max()) if finite.size else chart.depth_max,
+                    GOAL_DEPTH_RATIO * (question.depth or 0.0))
+    factors = coefficient_factors(question.name, question.deviation, systems)
+    charts = [stability.chart(problem_of(part, question.cut, row), speeds, FIRST_LOSS, depth_max=depth_max)
+              for part, row in zip(systems.drawn(question.pose), factors, strict=True)]
+    draws = np.array([drawn.limit for drawn in charts])
+    frequencies = np.array([_frequencies(drawn) for drawn in charts])
+    shares = _shares(np.minimum(draws, depth_max).min(axis=1), factors, systems.shares(question.pose, question.cut))
+    return DrawnLimits(question, chart.limit, chart.limit_error, _frequencies(chart), draws, draws > (question.depth or 0.0),
+                       frequencies, depth_max, shares)
+
+
+def _frequencies(chart: StabilityChart) -> FloatArray:
+    """Return the chatter frequency at the limit of every speed, not a number where there is none, Hz."""
+    places = chart.limit_points()
+    return np.array([float(chart.frequency[place]) if place >= 0 else np.nan for place in places])
+
+
+def _shares(lowest: FloatArray, factors: FloatArray, parts: dict[str, float]) -> dict[str, float]:
+    """Return the share of every source in the variance of the logarithm of the least limit.
+
+    What the drawn coefficients explain (linear in their logarithms, adjusted for as many terms) is theirs, the rest is the
+    system's, parted by its own shares.
+    """
+    logs = np.log(np.maximum(lowest, 1e-9))
+    if not logs.std() > 0:
+        return {}
+    terms = np.column_stack([np.ones(logs.size), np.log(factors)])
+    residual = logs - terms @ np.linalg.lstsq(terms, logs, rcond=None)[0]
+    freedom = logs.size - terms.shape[1]
+    of_systems = min(float(residual @ residual) / freedom / float(logs.var(ddof=1)), 1.0) if parts else 0.0
+    shares = {COEFFICIENTS_SOURCE: 1 - of_systems, **{part: share * of_systems for part, share in parts.items()}}
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))

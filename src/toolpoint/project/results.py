@@ -1,0 +1,151 @@
+"""Results of a project: an answer to each goal, the steps with their doubts, what to do next; one JSON of it all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._notebook import NotebookText
+from toolpoint.project.engine.decision import KEEP, STOP
+from toolpoint.project.engine.record import TracedDoubt
+from toolpoint.project.engine.run import RunResult, StepEvent
+from toolpoint.project.engine.step import ProjectStep, result_path
+from toolpoint.project.steps.plain_files import plain, read_json
+
+CERTAIN_PROBABILITY, UNLIKELY_PROBABILITY = 0.95, 0.05  # of a stable cut, from which it is called stable, or not
+METHODS = (
+    "Responses were estimated from the hits that passed the judgement (H1), modes identified with their covariance, joints and "
+    "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability "
+    "(Floquet multipliers by Gauss panels and Arnoldi iteration). Intervals are quantiles of {draws} draws of the identified "
+    "numbers and of the cutting coefficients, weighed by the cuts that were tried. toolpoint {version}.")
+ASSUMPTIONS = (
+    "Coefficients K_t and K_n are lognormal and independent of each other; those of two cuts are independent.",
+    "The numbers of the machine are normal with the covariance of its identification; uncertain masses and coordinates are in "
+    "it where the component file states them.",
+    "Tool wear, run-out beyond what is described, warm-up, and a workpiece that yields are in no interval.",
+    "A cut above the first loss of stability counts as chatter, also where an island of stability lies there.")
+
+
+@dataclass(frozen=True)
+class ProjectResults(NotebookText):
+    """Results of a project as its JSON holds them.
+
+    data : plain data, SI: answers, goals, contours, changes, next, steps, doubts, missing, assumptions, methods.
+    """
+
+    data: Mapping[str, Any]
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """The answer to each goal in a sentence."""
+        return tuple(self.data["answers"])
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """All doubts of the steps, each named with the step where it can be mended."""
+        traced = [TracedDoubt.of(entry) for entry in self.data["doubts"]]
+        # What several steps doubt alike is said once, for the first of them.
+        first = {str(entry.doubt): entry for entry in reversed(traced)}
+        return tuple(entry.doubt.within(entry.step) for entry in traced if first[str(entry.doubt)] is entry)
+
+    @property
+    def next_steps(self) -> tuple[str, ...]:
+        """What to do next, in words."""
+        return tuple(self.data["next_steps"])
+
+    def goal(self, name: str) -> Mapping[str, Any]:
+        """Return the numbers of a goal, SI."""
+        return self.data["goals"][name]
+
+    def table(self) -> str:
+        """Return answers, doubts, steps and what comes next as text."""
+        steps = [f"  {entry['step']:24s} {entry['state']:8s} {entry['words']}" for entry in self.data["steps"]]
+        rows = [*self.answers, *mark_notes(self.doubts), "Steps", *steps]
+        changes = [f"  {change['words']}" for change in self.data["changes"][:3]]
+        rows += ["What to change", *changes] if changes else []
+        return "\n".join([*rows, *(["Next", *(f"  {line}" for line in self.next_steps)] if self.next_steps else [])])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the plain data."""
+        return dict(self.data)
+
+    def __repr__(self) -> str:
+        return f"ProjectResults({self.data['project']!r}, {len(self.answers)} answers, {len(self.data['doubts'])} doubts)"
+
+
+def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: RunResult, missing: Sequence[str], version: str
+                   ) -> ProjectResults:
+    """Return the results of a run; the same results on the disk give the same data."""
+    files = {step.name: _json_of(step, root, run.of(step.name)) for step in steps}
+    goals = {key.partition("/")[2]: data for key, data in files.items() if key.startswith("limits/") and data}
+    contours = {key.partition("/")[2]: data for key, data in files.items() if key.startswith("contour/") and data}
+    answers = [_answer(step, run.of(step.name), files[step.name], run.doubts.get(step.name, ())) for step in steps
+               if step.name.startswith(("limits/", "contour/")) and run.of(step.name) is not None]
+    changes = (files.get("changes") or {}).get("changes", [])
+    doubts = list(dict.fromkeys(entry for event in run.events for entry in run.doubts[event.decision.step]))
+    draws = next((data["draws"] for data in goals.values()), 0)
+    data = {"project": name, "answers": answers, "goals": goals, "contours": contours, "changes": changes,
+            "next": files.get("next") or {}, "next_steps": _next_steps(run, goals, files, missing),
+            "steps": [_step_entry(step, event, run) for step in steps if (event := run.of(step.name)) is not None],
+            "doubts": [entry.to_dict() for entry in doubts], "missing": list(missing), "assumptions": list(ASSUMPTIONS),
+            "methods": METHODS.format(draws=draws, version=version)}
+    return ProjectResults(plain(data))
+
+
+def _json_of(step: ProjectStep, root: Path, event: StepEvent | None) -> Any:
+    """Return the plain data of a step, None where it failed or was stopped."""
+    if event is None or event.failed or event.decision.action == STOP:
+        return None
+    place = next((root / path for path in step.output_paths if path.endswith(".json")), None)
+    return read_json(place) if place is not None and place.is_file() else None
+
+
+def _answer(step: ProjectStep, event: StepEvent | None, data: Any, doubts: Sequence[TracedDoubt]) -> str:
+    """Return the answer to a goal in a sentence: whether it is met, how sure, and how many doubts it rests on."""
+    name = step.name.partition("/")[2]
+    if event is None or data is None:
+        return f"{name}: no answer, because {event.words or event.decision.reason if event else 'its step was not run'}."
+    count = len({str(entry.doubt) for entry in doubts})
+    rest = f" It rests on {count} doubt{'s' if count > 1 else ''}." if count else ""
+    if "stable_probability" not in data:
+        return f"{name}: {'met' if data['met'] else 'not met'}; {event.words}.{rest}"
+    chance = data["stable_probability"]
+    verdict = "yes" if chance >= CERTAIN_PROBABILITY else "no" if chance <= UNLIKELY_PROBABILITY else "not certain"
+    return f"{name}: {verdict}; {event.words}.{rest}"
+
+
+def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, Any], missing: Sequence[str]) -> list[str]:
+    """Return what to do next: mend what failed, mend the gravest doubts, measure, try a cut, add a part."""
+    lines = [f"mend {event.decision.step}: {event.words or event.decision.reason}" for event in run.failed]
+    remedies = [f"{entry.step}: {entry.doubt.remedy}" for event in run.events for entry in run.doubts[event.decision.step]
+                if entry.doubt.grave and entry.doubt.remedy]
+    lines += dict.fromkeys(remedies)
+    if candidates := (files.get("next") or {}).get("candidates"):
+        lines.append(f"measure {candidates[0]['test']}: it narrows the compliance of the tool most")
+    undecided = {name: goal for name, goal in goals.items()
+                 if UNLIKELY_PROBABILITY < goal["stable_probability"] < CERTAIN_PROBABILITY}
+    for name, goal in goals.items():
+        better = goal["better_speed"]
+        if goal["stable_probability"] < CERTAIN_PROBABILITY and better is not None:
+            lines.append(f"for {name} take {better['speed_rpm']:.0f} rev/min: {1e3 * better['certain_depth_m']:.2g} mm is "
+                         "stable there, and 2 % beside it, with 95 %")
+    for name, goal in undecided.items():
+        cut = goal["next_cut"]
+        lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "
+                     f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's, in the "
+                     "mean")
+    return [*lines, *missing]
+
+
+def _step_entry(step: ProjectStep, event: StepEvent, run: RunResult) -> dict[str, Any]:
+    """Return a step with its state, words, files, and the doubts that arose in it."""
+    state = ("failed" if event.failed else "stopped" if event.decision.action == STOP
+             else "by hand" if event.decision.action == KEEP else "done")
+    words = event.words or event.decision.reason
+    arisen = [str(entry.doubt) for entry in run.doubts[step.name] if entry.step == step.name]
+    return {"step": step.name, "does": step.words, "state": state, "words": words,
+            "files": [result_path(step.name, file) for file in step.outputs] if state in ("done", "by hand") else [],
+            "doubts": arisen, "command": step.command}

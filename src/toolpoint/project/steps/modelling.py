@@ -1,0 +1,100 @@
+"""Steps of models: modes to joints and a machine file, an update of a drawn machine, a look at the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint import io, studies
+from toolpoint._check import ToolpointError, fail
+from toolpoint._doubt import Doubt
+from toolpoint.machine.description import IdentifiedDescription
+from toolpoint.project.engine.step import StepOutcome
+from toolpoint.project.steps.plain_files import write_json
+from toolpoint.studies.measured.measured_update import MeasuredUpdate
+
+POSE_TOLERANCE = 1e-6  # m or rad, between the pose of a test in two files
+_EXACT_NUMBERS_DOUBT = Doubt(
+    "interval of the limits", "masses, damping and all numbers that the update did not move count as exact",
+    "identify the machine from its test (components, geometry) where their uncertainty matters")
+
+
+def find_joints(folder: Path, modes: Path, geometry: Path, components: Path, *, pose: Mapping[str, float]) -> StepOutcome:
+    """Write the joints of a machine (joints.json) and the machine of them (machine.yaml), read back and run beside its test.
+
+    Raises ToolpointError where the test was made at another pose than the component file says.
+    """
+    described = io.read_components(components)
+    for axis, position in pose.items():
+        if axis not in described.axes:
+            fail("pose of the test", axis, f"must be an axis of the component file: {', '.join(described.axes) or 'none'}")
+        at_test = described.axes[axis].at_reference
+        if abs(at_test - position) > POSE_TOLERANCE:
+            fail("pose of the test", f"{axis} at {position:g}", f"the component file says at_test {at_test:g}",
+                 remedy="a record of another pose? mend the pose in project.yaml, or at_test in the component file")
+    result = studies.study_joints(io.read_modes(modes), io.read_geometry(geometry), described)
+    if result.machine is None:
+        raise ToolpointError(f"joints were found, a machine was not: {result.no_machine_reason}")
+    io.write_machine(result.machine, folder / "machine.yaml")
+    result = result.compared(io.read_machine(folder / "machine.yaml"))
+    write_json(folder / "joints.json", result.to_dict())
+    return StepOutcome(result.status, result.doubts)
+
+
+def update_model(folder: Path, machine: Path, modes: Sequence[Path], poses: Sequence[Mapping[str, float]],
+                 drift: Path | None = None) -> StepOutcome:
+    """Write the machine file that agrees with measured modes at their poses (machine.yaml, update.json).
+
+    drift : of the tests, whose doubts this step inherits.
+    """
+    built = io.read_machine_at(machine, *poses)
+    measured = studies.pair_measurements([io.read_modes(path) for path in modes], [], poses)
+    result = studies.update_machine(built, measured, what=", ".join(path.parent.name for path in modes))
+    identified = _identified_numbers(result)
+    io.write_machine(replace(result.machine.description, identified=identified), folder / "machine.yaml")
+    write_json(folder / "update.json", result.to_dict())
+    doubts = result.doubts if identified is None else (*result.doubts, _EXACT_NUMBERS_DOUBT)
+    return StepOutcome(result.update.fit.status, doubts)
+
+
+def _identified_numbers(result: MeasuredUpdate) -> IdentifiedDescription | None:
+    """Return the numbers that the update moved with their covariance, None where it is not known."""
+    fit = result.update.fit
+    deviations = np.array([fit.standard_error.get(name, np.nan) for name in fit.free])
+    if not fit.free or not np.isfinite(deviations).all() or not np.isfinite(fit.covariance).all():
+        return None
+    # The covariance is of the fit's coordinates; correlations are those of the numbers to first order.
+    covariance = fit.correlations * np.outer(deviations, deviations)
+    rows = tuple(tuple(float(f"{value:.9g}") for value in row[:number + 1]) for number, row in enumerate(covariance))
+    return IdentifiedDescription(fit.free, rows, "update to measured modes")
+
+
+def look_at_machine(folder: Path, machine: Path, drift: Path | None = None) -> StepOutcome:
+    """Write what a machine file says and what looks odd in it (machine.json).
+
+    drift : of its tests, whose doubts this step and all that rest on it inherit.
+    """
+    built = io.read_machine(machine)
+    result = studies.check_machine(built, ())
+    identified = built.description.identified
+    data = {**result.to_dict(), "identified_numbers": 0 if identified is None else len(identified.parameters)}
+    write_json(folder / "machine.json", data)
+    return StepOutcome(f"{built.name}: {len(built.bodies)} bodies, {built.size} coordinates, axes "
+                       f"{', '.join(axis.name for axis in built.chain.axes) or 'none'}", result.doubts)
+
+
+def follow_circle(folder: Path, servo: Path, *, radius: float, feed: float, deviation: float, axes: Sequence[str]
+                  ) -> StepOutcome:
+    """Write how a servo follows a circle (contour.json): the radial deviation beside the goal."""
+    result = studies.run_drives(io.read_drives(servo), circle=(radius, feed))
+    test: Any = result.circle
+    largest = float(max(abs(test.radial_max), abs(test.radial_min)))
+    write_json(folder / "contour.json", {"deviation_m": largest, "goal_m": deviation, "met": largest <= deviation,
+                                         "axes": list(axes), "radius_m": radius, "feed_m_s": feed, "notes": list(result.notes)})
+    doubt = Doubt("contour", "the numbers of the servo file have no stated uncertainty, so this deviation has no interval",
+                  "measure a circle on the machine and compare it (toolpoint servo-data)")
+    return StepOutcome(f"radial deviation {1e6 * largest:.3g} um, goal {1e6 * deviation:.3g} um", (*result.doubts, doubt))

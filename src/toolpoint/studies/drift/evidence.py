@@ -1,0 +1,192 @@
+r"""Evidence for each change of a machine that could explain a drift.
+
+Residuals of a hypothesis with the factor :math:`e^\theta`: of every mode's change of frequency,
+:math:`\ln(f_l / f_b) - \ln(f(\theta) / f(0))`, and of the change of every entry of its shape. Their variances hold the noise of
+both tests, the repeatability, and a share of the predicted change itself, because the machine's sensitivities are only as right
+as the machine. The evidence is :math:`\int L(\theta) p(\theta) d\theta`, by Laplace's method about its largest value (MacKay,
+Information Theory, Inference, and Learning Algorithms, 2003, chapter 27).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
+
+from toolpoint._check import FloatArray, IndexArray
+from toolpoint._notebook import NotebookText
+from toolpoint.studies.drift.hypotheses import DriftModel, Hypothesis
+from toolpoint.studies.drift.mode_changes import ModeChanges
+from toolpoint.vibration import Modes
+from toolpoint.vibration.correlation import assign_modes
+
+MODEL_ERROR_FRACTION = 0.1  # of a predicted change: standard deviation by what the machine's numbers leave open
+# That the machine's file does not tell which part moves which mode: of 140 random machines whose joint was named, 4 were wrong
+# (benchmarks/drift_random.py), with files 3 and 10 % off.
+WRONG_MODEL_PROBABILITY = 0.05
+_MAX_DEVIATIONS = 4.0  # of the logarithm of a factor before the test: where it is sought
+_START_COUNT = 9  # factors that the search begins between
+_MIN_RESIDUAL_PROBABILITY = 1e-3  # below it a change does not explain what was measured
+_LOG_FACTOR_STEP = 1e-3  # of the logarithm of a factor, for the curvature of the likelihood
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation(NotebookText):
+    """A change that explains a drift more or less.
+
+    part, direction : see `Hypothesis`; factor : of its stiffness, mass, or of all frequencies; interval : its 95 % interval if
+    this is what changed; probability : of this change among those looked at, if one of them happened; misfit : probability of
+    residuals as large as what it leaves.
+    """
+
+    part: str
+    direction: str
+    factor: float
+    interval: tuple[float, float]
+    probability: float
+    misfit: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether this change alone explains what was measured."""
+        return self.misfit >= _MIN_RESIDUAL_PROBABILITY
+
+    @property
+    def change_text(self) -> str:
+        """Change by the factor in per cent: ``-15.2 %``."""
+        return f"{100 * (self.factor - 1):+.1f} %"
+
+    @property
+    def interval_text(self) -> str:
+        """The 95 % interval of the change in per cent: ``-18.1 to -11.4 %``."""
+        return f"{100 * (self.interval[0] - 1):+.1f} to {100 * (self.interval[1] - 1):+.1f} %"
+
+    @property
+    def words(self) -> str:
+        """The change in words: ``joint feet, direction z``."""
+        return f"{self.part}, direction {self.direction}" if self.direction else self.part
+
+    def __repr__(self) -> str:
+        return f"Explanation({self.words}: factor {self.factor:.3g}, probability {self.probability:.2g})"
+
+
+@dataclass(frozen=True, eq=False)
+class DriftData:
+    """Measured changes of the modes that the model has as well.
+
+    rows : modes of the baseline; model_modes : their modes of the model; change, variance : of log frequencies, (k,);
+    turn, turn_variance : of shapes scaled to the baseline's, (n_dofs, k); scale : of the model's shapes to the baseline's,
+    (k,).
+    """
+
+    rows: IndexArray
+    model_modes: IndexArray
+    change: FloatArray
+    variance: FloatArray
+    turn: FloatArray
+    turn_variance: FloatArray
+    scale: FloatArray
+
+
+def gather_data(changes: ModeChanges, model: Modes, partner: IndexArray) -> DriftData:
+    """Return the data of the modes that both tests and the model have.
+
+    model : modes of the unchanged model at the Dofs of the tests; partner : (n_baseline,) of every mode of the baseline among
+    them, -1 for none.
+    """
+    rows = np.flatnonzero((changes.partner >= 0) & (partner >= 0))
+    first, second = changes.baseline.shape[:, rows], changes.current.shape[:, changes.partner[rows]]
+    ratio = (first * second).sum(axis=0) / np.maximum((second**2).sum(axis=0), 1e-300)
+    model_shape = model.shape[:, partner[rows]]
+    scale = (first * model_shape).sum(axis=0) / np.maximum((model_shape**2).sum(axis=0), 1e-300)
+    variance = (changes.repeatability.shape * np.abs(first).max(axis=0)) ** 2 * np.ones_like(first)
+    of_tests = ((changes.baseline, rows, np.ones_like(ratio)), (changes.current, changes.partner[rows], ratio))
+    for modes, picks, factor in of_tests:
+        if modes.shape_variance is not None:
+            variance = variance + modes.shape_variance[:, picks] * factor**2
+    return DriftData(rows, partner[rows], changes.change[rows], changes.deviation[rows] ** 2, second * ratio - first, variance,
+                     scale)
+
+
+def weigh_hypotheses(model: DriftModel, data: DriftData) -> list[Explanation]:
+    """Return every hypothesis of a model with its probability, the likeliest first."""
+    nominal = model.modes(model.hypotheses[-1], 0.0)
+    fits = [_Fit.best(model, hypothesis, data, nominal) for hypothesis in model.hypotheses]
+    logs = np.array([fit.log_evidence for fit in fits])
+    shares, weights = np.exp(logs - logs.max()), np.array([hypothesis.weight for hypothesis in model.hypotheses])
+    # However clear the residuals are: where the machine's file is wrong, they say nothing.
+    shares = (1 - WRONG_MODEL_PROBABILITY) * shares / shares.sum() + WRONG_MODEL_PROBABILITY * weights / weights.sum()
+    explanations = [
+        Explanation(h.part, h.direction, float(np.exp(fit.theta)),
+                    (float(np.exp(fit.theta - 1.96 * fit.deviation)), float(np.exp(fit.theta + 1.96 * fit.deviation))),
+                    float(share), fit.misfit)
+        for h, fit, share in zip(model.hypotheses, fits, shares, strict=True)]
+    return sorted(explanations, key=lambda e: -e.probability)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """The largest posterior of one hypothesis."""
+
+    theta: float
+    deviation: float
+    log_evidence: float
+    misfit: float
+
+    @classmethod
+    def best(cls, model: DriftModel, hypothesis: Hypothesis, data: DriftData, nominal: Modes) -> _Fit:
+        def cost(theta: float) -> float:
+            prediction = _predict(model, hypothesis, float(theta), data, nominal)
+            return _cost(prediction, data) + (theta / hypothesis.deviation) ** 2 / 2
+
+        # Shapes that exchange places make a likelihood with more than one hill: the best of a grid is refined.
+        grid = hypothesis.deviation * np.linspace(-_MAX_DEVIATIONS, _MAX_DEVIATIONS, _START_COUNT)
+        costs = [cost(theta) for theta in grid]
+        k = int(np.argmin(costs))
+        bounds = (grid[max(k - 1, 0)], grid[min(k + 1, _START_COUNT - 1)])
+        theta = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-5}).x)
+        # Gauss-Newton curvature: second differences of a likelihood this narrow would be noise.
+        step = _LOG_FACTOR_STEP * hypothesis.deviation
+        residuals = [_residuals(_predict(model, hypothesis, theta + sign * step, data, nominal), data) for sign in (-1, 1)]
+        curvature = float((((residuals[1] - residuals[0]) / (2 * step)) ** 2).sum()) + hypothesis.deviation**-2
+        remaining = _residuals(_predict(model, hypothesis, theta, data, nominal), data)
+        log_evidence = (np.log(hypothesis.weight / hypothesis.deviation) - cost(theta) - np.log(curvature) / 2)
+        misfit = float(chi2.sf((remaining**2).sum(), max(remaining.size - 1, 1)))
+        # The model's error is one for all modes alike: it does not average out over them as noise does.
+        deviation = float(np.hypot(curvature**-0.5, MODEL_ERROR_FRACTION * theta))
+        return cls(theta, deviation, float(log_evidence), misfit)
+
+
+def _predict(model: DriftModel, hypothesis: Hypothesis, theta: float, data: DriftData, nominal: Modes
+             ) -> tuple[FloatArray, FloatArray]:
+    """Return predicted changes of log frequency, (k,), and of shapes scaled to the baseline's, (n_dofs, k)."""
+    changed = model.modes(hypothesis, theta)
+    # Modes of the changed model are found among the nominal ones as those of the later test among the baseline's.
+    rows, columns, _ = assign_modes(nominal, changed)
+    follower = np.empty(nominal.count, int)
+    follower[rows] = columns
+    picks = follower[data.model_modes]
+    change = np.log(changed.frequency[picks] / nominal.frequency[data.model_modes])
+    first, second = nominal.shape[:, data.model_modes], changed.shape[:, picks]
+    ratio = (first * second).sum(axis=0) / np.maximum((second**2).sum(axis=0), 1e-300)
+    return np.asarray(change), np.asarray((second * ratio - first) * data.scale)
+
+
+def _variances(predicted: tuple[FloatArray, FloatArray], data: DriftData) -> tuple[FloatArray, FloatArray]:
+    return (data.variance + (MODEL_ERROR_FRACTION * predicted[0]) ** 2,
+            data.turn_variance + (MODEL_ERROR_FRACTION * predicted[1]) ** 2)
+
+
+def _residuals(predicted: tuple[FloatArray, FloatArray], data: DriftData) -> FloatArray:
+    """Return what a prediction leaves of all changes, over the deviations, (k + n_dofs k,)."""
+    variances = _variances(predicted, data)
+    return np.concatenate([(data.change - predicted[0]) / np.sqrt(variances[0]),
+                           ((data.turn - predicted[1]) / np.sqrt(variances[1])).ravel()])
+
+
+def _cost(predicted: tuple[FloatArray, FloatArray], data: DriftData) -> float:
+    """Return minus the logarithm of the likelihood, without its constant."""
+    variances = _variances(predicted, data)
+    return float((_residuals(predicted, data) ** 2).sum() / 2 + sum(np.log(v).sum() for v in variances) / 2)

@@ -1,0 +1,1 @@
+"""NC programs on a machine, block by block: engagement, loads, stability, and what to change."""

@@ -1,0 +1,172 @@
+"""Path of a program over the stock: tools and speeds of its segments, feeds as planned, and moves whose height is not known."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
+from toolpoint.drives.program.path import Path
+from toolpoint.drives.program.planner import plan_motion
+from toolpoint.material_removal import Moves, split_moves
+from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
+
+SAFE_HEIGHT = 0.1  # m above the stock, of moves whose height the program does not hold
+_SPEED_PATTERN = re.compile(r"(?<![A-Z#])S\s*=?\s*\d")
+_REFERENCE_PATTERN = re.compile(r"\bG\s*0?(28|30|53)\b")
+
+
+class ParsedProgram(Protocol):
+    """Program as a reader gives it, see `io.program`."""
+
+    @property
+    def path(self) -> Path:
+        """Segments, m."""
+        ...
+
+    @property
+    def speed(self) -> FloatArray:
+        """Spindle speed of every segment, rev/min; 0 where none is programmed."""
+        ...
+
+    @property
+    def tool(self) -> np.ndarray:
+        """Number of the tool of every segment."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on assumptions and words left out."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramPath:
+    """Segments of a program as they are run: speed (rev/min), tool number, feed (m/s) and time (s) of each, and the pieces."""
+
+    path: Path
+    moves: Moves
+    speed: FloatArray
+    tool: np.ndarray
+    numbers: tuple[int, ...]
+    feed: FloatArray
+    time: FloatArray
+    remarks: tuple[str, ...]
+
+
+def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -> ProgramPath:
+    """Return the path of a program with its tools, speeds and feeds.
+
+    Raises ToolpointError for a cutting segment without a spindle speed, with its line.
+    """
+    path = _raised(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
+    remarks = list(program.notes)
+    tool = np.asarray(program.tool) if len(program.tool) else np.zeros(path.count, int)
+    speed = np.asarray(program.speed) if len(program.speed) else np.zeros(path.count)
+    cutting = ~path.rapid & (path.lengths > 0)
+    numbers = tuple(sorted(set(tool[cutting].tolist()))) or (0,)
+    _check_tools(path, tool, cutting, numbers, setup)
+    unset = cutting & (speed <= 0)
+    if unset.any() and not setup.speed:
+        k = int(np.argmax(unset))
+        raise ToolpointError(f"program: line {path.line[k]} cuts without a spindle speed; program S before it, or give `speed`")
+    if unset.any():
+        remarks.append(f"the program holds no S before line {path.line[int(np.argmax(unset))]}: {setup.speed:g} "
+                       f"rev/min, as given")
+    speed = np.where(speed > 0, speed, setup.speed)
+    feed, time, words = _feeds(path, setup)
+    shapes = {number: setup.shape_of(number) for number in numbers}
+    step = STEP_RATIO * min(shape.radius for shape in shapes.values())
+    index = np.searchsorted(numbers, np.clip(tool, numbers[0], numbers[-1]))
+    pieces = split_moves(path.start, path.end, step, kind=path.kind, center=path.center, sweep=path.sweep, plane=path.plane,
+                        rapid=path.rapid, shape=np.minimum(index, len(numbers) - 1))
+    return ProgramPath(path, pieces, speed, tool, numbers, feed, time, (*remarks, words))
+
+
+def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tuple[int, ...], setup: MachiningSetup) -> None:
+    """Refuse a program of several tools of which not all are given."""
+    unknown = [number for number in numbers if number not in setup.cuts]
+    if len(numbers) > 1 and len(unknown) > (1 if setup.cuts else 0):
+        lines = ", ".join(f"T{n} from line {path.line[int(np.argmax(cutting & (tool == n)))]}" for n in unknown)
+        raise ToolpointError(f"tools: the program cuts with {len(numbers)} tools and {len(setup.cuts)} are given by "
+                             f"number; give "
+                             f"the others by number too: {lines}")
+
+
+def _raised(path: Path, text: str, height: float) -> Path:
+    """Return the path with moves to the reference point, and from it to the next height, raised over the stock."""
+    lines = text.splitlines()
+    reference = np.array([bool(0 < n <= len(lines) and _REFERENCE_PATTERN.search(lines[n - 1].upper().split("(")[0]))
+                          for n in path.line.tolist()])
+    start, end, is_up = path.start.copy(), path.end.copy(), True
+    for k in range(path.count):
+        if not path.rapid[k]:
+            is_up = False
+            continue
+        if (is_up and k == 0) or is_up:
+            start[k, 2] = max(start[k, 2], height)
+        climbs = path.end[k, 2] != path.start[k, 2]
+        if reference[k]:
+            end[k, 2], is_up = max(end[k, 2], height), True
+        elif is_up and not climbs:
+            end[k, 2] = max(end[k, 2], height)
+        elif is_up:
+            is_up = False
+    # A raised end is followed by a start as high: the path stays continuous by construction, but where a cut begins at once.
+    for k in range(1, path.count):
+        if not np.array_equal(start[k], end[k - 1]):
+            start[k] = end[k - 1]
+    return Path(path.kind, start, end, path.center, path.sweep, path.plane, path.feed, path.stop, path.line, path.rapid,
+                path.dwell)
+
+
+def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, str]:
+    """Return feed and time of every segment, and where they come from."""
+    lengths = path.lengths
+    if setup.planned is None:
+        time = lengths / np.where(path.feed > 0, path.feed, 1.0) + path.dwell
+        return path.feed, time, "feeds are those programmed: no limits of acceleration and jerk are given"
+    plan = plan_motion(path, setup.planned)
+    time = np.zeros(path.count)
+    time[lengths > 0] = np.asarray(plan.times).sum(axis=1)
+    moving = np.where(time > 0, lengths / np.where(time > 0, time, 1.0), path.feed)
+    return moving, time + path.dwell, (f"feeds are means of each block by the planner (speed {60e3 * setup.planned.speed:g} "
+                                       f"mm/min, {setup.planned.acceleration:g} m/s^2, {setup.planned.jerk:g} m/s^3)")
+
+
+def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:
+    """Return the lines that hold a word S, by the number of the tool that cuts next."""
+    cutting = np.flatnonzero(~laid.path.rapid)
+    lines = dict[int, list[int]]()
+    for number, line in enumerate(text.splitlines(), 1):
+        if not _SPEED_PATTERN.search(re.sub(r"\([^)]*\)|;.*", "", line.upper())):
+            continue
+        following = cutting[laid.path.line[cutting] >= number]
+        if following.size:
+            lines.setdefault(int(laid.tool[following[0]]), []).append(number)
+    return lines
+
+
+def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], length: float) -> list[Doubt]:
+    """Return a doubt for every axis whose travel the program leaves; its zero at `zero`, the tool `length` m long."""
+    doubts = []
+    for letter, k in (("X", 0), ("Y", 1), ("Z", 2)):
+        if letter not in axes:
+            continue
+        lower, upper = axes[letter]
+        places = np.concatenate([path.start[:, k], path.end[:, k]]) + zero.get(letter, 0.0)
+        cut = ~np.concatenate([path.rapid, path.rapid])
+        line = np.concatenate([path.line, path.line])
+        excess = np.where(cut, np.maximum(lower - places, places - upper), -1.0)
+        k_worst = int(np.argmax(excess))
+        if excess[k_worst] > 1e-9:
+            tool = f", the tool {1e3 * length:g} mm long" if letter == "Z" and length else ""
+            doubts.append(Doubt(f"travel of {letter}", f"line {line[k_worst]} goes to {1e3 * places[k_worst]:.4g} mm, "
+                                                       f"{1e3 * excess[k_worst]:.4g} "
+                                f"mm beyond {1e3 * lower:g} .. {1e3 * upper:g} mm{tool}",
+                                "place the part otherwise with `zero`", grave=True))
+    return doubts

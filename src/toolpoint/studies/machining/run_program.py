@@ -1,0 +1,173 @@
+"""One call: a program over its stock on a machine, from engagement over loads and stability to the table of its blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._doubt import Doubt, doubts_among
+from toolpoint.machine import Machine
+from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_material
+from toolpoint.studies.cuts.described_cut import unit_doubts
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.machining.advice import AdviceCase, advise
+from toolpoint.studies.machining.blocks import table_blocks
+from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
+from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.loads import place_loads
+from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
+from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
+from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
+
+POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
+MAX_SAMPLED_PLACES = 3000  # at which the arcs are computed at twice the spacing too
+MIN_DOUBTED_HULL_FRACTION, MIN_DOUBTED_GROUPING = 0.01, 0.1  # of the places; of the limit over the depth
+NamedProgress = Callable[..., None]
+
+
+def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
+                name: str = "program", text: str = "", with_advice: bool = False, folder: Path | None = None,
+                progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
+    """Return what every block of a program meets.
+
+    Parameters
+    ----------
+    program : Program
+        As `io.read_program` gives it.
+    setup : MachiningSetup
+    dynamics : Machine or ToolDynamics, optional
+        A machine is posed along the program; without dynamics stability stays unknown.
+    name, text : str
+        Of the program, for the result.
+    with_advice : bool
+        Also which speeds and feeds to change.
+    folder : path, optional
+        Where solved cuts are kept: a run that was interrupted goes on from there.
+    progress : function of name, finished and total
+
+    Raises ToolpointError for a stock that no cut meets, cuts without spindle speed, tools that are not given.
+
+    Examples
+    --------
+    The force and power of a slot, its stability unknown:
+
+    >>> from toolpoint.cutting.description import CuttingDescription
+    >>> from toolpoint.io.program.gcode import parse
+    >>> from toolpoint.material_removal import Stock
+    >>> program = parse("S9000 G1 F1800 X-20 Y25 Z-2\\nX60", start=(-0.02, 0.025, 0.1))
+    >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    >>> result = run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=5e-4))
+    >>> round(1e9 * result.removed.total_volume)
+    800
+    """
+    laid = lay_program(program, setup, text)
+    shapes = [setup.shape_of(number) for number in laid.numbers]
+    removed = remove_material(laid.moves, setup.stock, shapes, RemovalSettings(setup.spacing_for(shapes), setup.slices),
+                              holders=[setup.holder_of(number) for number in laid.numbers],
+                              progress=lambda finished, total: progress("pieces cut", finished, total))
+    loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
+    margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
+    if dynamics is not None and arcs.place.size:
+        pose, poses = _poses(dynamics, removed, setup)
+        notes += poses[0].notes
+        isotropic = poses[0].y == "same"
+        groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
+        classes, solver = groups.count, StabilitySolver(setup, poses)
+        margins = place_margins(arcs, groups, laid, removed.piece, solver=solver, pose=pose, folder=folder,
+                                progress=lambda finished, total: progress("distinct engagements", finished, total))
+        doubts += _margin_doubts(margins, arcs)
+        if with_advice:
+            case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
+            advice = advise(case, find_speed_lines(laid, text),
+                            lambda finished, total: progress("advice for tools", finished, total))
+    if isinstance(dynamics, Machine):
+        axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
+        doubts += travel_doubts(laid.path, axes, dict(setup.zero), setup.stick_out)
+    blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
+    contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
+            setup)]
+    study = MachiningStudy(
+        name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
+        tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
+        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins)
+    return replace(study, notes=(*study.notes, *_assumptions(study)))
+
+
+def _poses(dynamics: Machine | ToolDynamics, removed: RemovedMaterial, setup: MachiningSetup
+           ) -> tuple[np.ndarray, Sequence[ToolDynamics]]:
+    """Return the pose of every place, and the dynamics of each pose: positions within `POSE_STEP` are one."""
+    if isinstance(dynamics, ToolDynamics):
+        return np.zeros(removed.piece.size, int), [dynamics]
+    letters = [axis.name for axis in dynamics.chain.axes if axis.name in ("X", "Y", "Z") and not axis.is_rotary]
+    if not letters:
+        return np.zeros(removed.piece.size, int), [machine_dynamics(dynamics, dict(setup.zero))]
+    positions = np.stack([removed.tip[:, "XYZ".index(name)] + setup.zero.get(name, 0.0) for name in letters], axis=1)
+    cells = np.rint(positions / POSE_STEP).astype(int)
+    cuts = removed.reach > 0
+    cells[~cuts] = cells[np.argmax(cuts)]
+    unique, pose = np.unique(cells, axis=0, return_inverse=True)
+    pose = pose.reshape(-1)
+    limits = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
+    poses = []
+    for k in range(len(unique)):
+        mean = positions[(pose == k) & cuts].mean(axis=0)
+        # Beyond its travel the machine has no dynamics: those of the end are taken, and the travel is doubted.
+        stand = {n: float(np.clip(value, *limits[n])) for n, value in zip(letters, mean, strict=True)}
+        poses.append(machine_dynamics(dynamics, {**setup.zero, **stand}))
+    return pose, poses
+
+
+def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> float:
+    """Return by how much arcs at twice the spacing differ from those here, rad: the 95 % point over sampled places."""
+    cutting = np.flatnonzero(removed.reach > 0)
+    if not cutting.size:
+        return 0.0
+    chosen = cutting[np.linspace(0, cutting.size - 1, min(MAX_SAMPLED_PLACES, cutting.size)).astype(int)]
+    is_sampled = np.zeros(removed.piece.size, bool)
+    is_sampled[chosen] = True
+    coarse = remove_material(laid.moves, setup.stock, removed.shapes, RemovalSettings(2 * removed.settings.spacing,
+                                                                                      setup.slices),
+                             sampled=is_sampled)
+    # Slices of the two may lie at other heights: means over the height of the finer are compared.
+    fine_mean = removed.arc_length[chosen].mean(axis=1)
+    coarse_mean = coarse.arc_length[chosen].mean(axis=1) * coarse.reach[chosen] / removed.reach[chosen]
+    return float(np.quantile(np.abs(fine_mean - coarse_mean), 0.95))
+
+
+def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
+    """Return doubts about limits: hulls of arcs, grouping, and cuts that could not be solved."""
+    doubts = [Doubt("stability", f"not computed for some engagements: {reason}") for reason in margins.failures[:3]]
+    hull_fraction = float(arcs.is_hull.mean())
+    if hull_fraction > MIN_DOUBTED_HULL_FRACTION:
+        doubts.append(Doubt("stability", f"at {100 * hull_fraction:.0f} % of the places the arc differs along the axis or "
+                                         f"is in "
+                            "several pieces; one arc over all of them was solved", "look at those blocks in time domain",
+                            figure=hull_fraction))
+    if margins.unsolved:
+        doubts.append(Doubt("stability", f"{margins.unsolved} places within {100 * NEAR_RATIO:g} % of a limit were judged "
+                                         f"by their group of "
+                            "engagements, not by their own arc", "judge a part of the program"))
+    if margins.grouping > MIN_DOUBTED_GROUPING:
+        doubts.append(Doubt("stability", f"grouping engagements changed limits by up to {100 * margins.grouping:.0f} % "
+                                         f"where blocks "
+                            "were solved by themselves", "blocks with more in hand than that are judged well",
+                            figure=margins.grouping))
+    return doubts
+
+
+def _assumptions(study: MachiningStudy) -> list[str]:
+    """Return what the result rests on."""
+    settings = study.removed.settings
+    return [f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of "
+            f"the tool; "
+            "rapids go straight.",
+            "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
+            "Limits are those of groups of 4° of the arc and 15° of the feed, near a limit those of each block's own arc; "
+            "positions "
+            f"within {1e3 * POSE_STEP:g} mm are one pose.",
+            "The work itself is rigid: thin walls and clamping are not in the dynamics."]

@@ -1,0 +1,124 @@
+"""MachiningSetup: stock, tools and limits with which a program is run, and what of it is computed how finely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.cutting.build import coefficients_of, tool_of
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.drives.program.jerk_profile import JerkLimits
+from toolpoint.material_removal import Holder, MillShape, Stock
+from toolpoint.material_removal.removed import DEFAULT_SLICES, SPACING_RATIO
+
+STEP_RATIO = 1 / 4  # of the tool's radius: longest piece of a move
+MAX_DEXELS_WITHOUT_WORD = 2_000_000  # of a grid where no spacing is given: 60 MB
+
+
+@dataclass(frozen=True)
+class CuttingLimits:
+    """Limits, infinite where not given: spindle power (W), torque (N m), speed (rev/min); bending of the tool (N m).
+
+    Examples
+    --------
+    >>> CuttingLimits(power=5e3).torque
+    inf
+    """
+
+    power: float = float("inf")
+    torque: float = float("inf")
+    bending: float = float("inf")
+    speed: float = float("inf")
+
+    def __post_init__(self) -> None:
+        for name in ("power", "torque", "bending", "speed"):
+            if not getattr(self, name) > 0:
+                fail(f"CuttingLimits.{name}", f"{getattr(self, name):g}", "must be above zero")
+
+
+@dataclass(frozen=True)
+class MachiningSetup:
+    """Setup of a run.
+
+    Parameters
+    ----------
+    stock : Stock
+        In the coordinates of the program.
+    cut : CuttingDescription
+        Tool and coefficients of every tool number that `cuts` does not name.
+    cuts : mapping of tool number to CuttingDescription
+    taper : float
+        Half angle of a tapered mill, rad.
+    stick_out, holder_diameter : float
+        m; 0 where not known: then no holder is looked at, and bending is taken at the top of the edges.
+    zero : mapping of axis name to position
+        Axis positions of the machine at the program's zero, m.
+    speed : float
+        rev/min where the program holds no S.
+    spacing : float
+        Of the dexels, m; from the smallest tool where 0.
+    part : (n, 3, 3) floats
+        Triangles of the part that must not be cut into, m; none where empty.
+    planned : JerkLimits, optional
+        Of the set points: speed, acceleration and jerk along the path; with them feeds are those of the planner.
+
+    Examples
+    --------
+    >>> stock = Stock.box((0, 0, -0.01), (0.1, 0.05, 0))
+    >>> cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    >>> MachiningSetup(stock, cut).shape_of(1).radius
+    0.005
+    """
+
+    stock: Stock
+    cut: CuttingDescription
+    cuts: Mapping[int, CuttingDescription] = field(default_factory=dict)
+    taper: float = 0.0
+    stick_out: float = 0.0
+    holder_diameter: float = 0.0
+    zero: Mapping[str, float] = field(default_factory=dict)
+    speed: float = 0.0
+    spacing: float = 0.0
+    slices: int = DEFAULT_SLICES
+    limits: CuttingLimits = CuttingLimits()
+    part: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    planned: JerkLimits | None = None
+
+    def __post_init__(self) -> None:
+        if self.spacing:
+            positive("spacing", self.spacing, 0.1)
+        for number, cut in {0: self.cut, **self.cuts}.items():
+            tool_of(cut), coefficients_of(cut)  # faults of a cut are told before any work
+            flute = cut.tool.flute_length
+            if self.stick_out and flute and self.stick_out < flute:
+                fail("stick_out", f"{1e3 * self.stick_out:g} mm", f"must be at least the {1e3 * flute:g} mm of the edges "
+                                                                  f"of tool "
+                     f"{number}", remedy="it is measured from the tip to the holder")
+
+    def cut_of(self, number: int) -> CuttingDescription:
+        """Return the cut of a tool number."""
+        return self.cuts.get(number, self.cut)
+
+    def shape_of(self, number: int) -> MillShape:
+        """Return the envelope of a tool."""
+        tool = self.cut_of(number).tool
+        return MillShape(tool.diameter, tool.corner_radius, self.taper, tool.flute_length or float("inf"))
+
+    def holder_of(self, number: int) -> Holder:
+        """Return what is above the edges of a tool: shank and holder as far as they are known."""
+        tool = self.cut_of(number).tool
+        if not self.stick_out or not self.holder_diameter:
+            return Holder()
+        return Holder.of(stick_out=self.stick_out, shank=tool.diameter * 0.999, flute_length=tool.flute_length or float("inf"),
+                         diameter=self.holder_diameter)
+
+    def spacing_for(self, shapes: list[MillShape]) -> float:
+        """Return the spacing of the dexels, m: the stated one, else a fraction of the smallest tool that fits the memory."""
+        if self.spacing:
+            return self.spacing
+        fine = SPACING_RATIO * min(shape.radius for shape in shapes)
+        area = float((self.stock.upper - self.stock.lower)[:2].prod())
+        return max(fine, float(np.sqrt(area / MAX_DEXELS_WITHOUT_WORD)))

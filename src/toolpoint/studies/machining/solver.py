@@ -1,0 +1,79 @@
+"""StabilitySolver: single cuts by the exact engines, as points of a study that is kept and resumed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import Engagement, MillingProblem, StabilityChart, stability
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machines.tool_point import milling_problem
+from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.vibration import Frf
+
+SEARCHED_DEPTH_RATIO = 4.0  # of a group's depth, up to which a limit is looked for
+MIN_SEARCHED_DEPTH = 5e-5  # m
+MAX_KEPT_INTERVALS = 12  # stable ones of a cut: the lowest
+
+
+@dataclass(eq=False)
+class StabilitySolver:
+    """Solver of single cuts; the problem of each tool and pose is kept."""
+
+    setup: MachiningSetup
+    dynamics: Sequence[ToolDynamics]
+
+    def __post_init__(self) -> None:
+        self._problems: dict[tuple[int, int], MillingProblem] = {}
+        self.solutions = 0
+
+    @property
+    def identity(self) -> str:
+        """Key of this solver among others: the cuts and the dynamics of every pose."""
+        digest = hashlib.sha256(repr((self.setup.cut, sorted(self.setup.cuts.items()))).encode())
+        for each in self.dynamics:
+            response = each.response
+            arrays = (response.frequency, response.values) if isinstance(response, Frf) else (
+                response.frequency, response.damping_ratio, response.shape)
+            for array in arrays:
+                digest.update(np.ascontiguousarray(array).tobytes())
+            digest.update(repr((each.x, each.y, None if each.machine is None else each.machine.description,
+                                each.pose)).encode())
+        return digest.hexdigest()
+
+    def problem(self, tool: int, pose: int) -> MillingProblem:
+        """Return the milling problem of a tool at a pose."""
+        if (tool, pose) not in self._problems:
+            dynamics = self.dynamics[pose]
+            problem = milling_problem(self.setup.cut_of(tool), dynamics.response, dynamics.x, y=dynamics.y)
+            if dynamics.at_speed is not None:
+                problem = problem.changed(dynamics=dynamics.at_speed)
+            self._problems[tool, pose] = problem
+        return self._problems[tool, pose]
+
+    def chart(self, tool: int, pose: int, arc: tuple[float, float], *, angle: float, speeds: FloatArray, depth: float
+              ) -> StabilityChart:
+        """Return the chart of a cut up to several times its depth."""
+        problem = self.problem(tool, pose).changed(engagement=Engagement(*arc), feed_angle=angle)
+        self.solutions += len(speeds)
+        deepest = max(SEARCHED_DEPTH_RATIO * depth, MIN_SEARCHED_DEPTH)
+        return stability.chart(problem, speeds, depth_max=deepest)
+
+    def __call__(self, point: Sequence[float]) -> dict[str, FloatArray]:
+        """Return limit, error, frequency, stable intervals and boundaries (m, Hz) of one cut.
+
+        point : tool, pose, entry, exit, direction of feed (rad), speed (rev/min), depth (m).
+        """
+        tool, pose, entry, leave, angle, speed, depth = point
+        chart = self.chart(int(tool), int(pose), (entry, leave), angle=angle, speeds=np.array([speed]), depth=depth)
+        boundary = int(chart.limit_points()[0])
+        intervals = np.full((MAX_KEPT_INTERVALS, 2), np.nan)
+        stable = chart.intervals(0)[:MAX_KEPT_INTERVALS]
+        intervals[:len(stable)] = stable
+        return {"limit": chart.limit[0], "intervals": intervals, "boundaries": np.array(chart.depth),
+                "error": np.array(chart.error[boundary] if boundary >= 0 else 0.0),
+                "frequency": np.array(chart.frequency[boundary] if boundary >= 0 else np.nan)}

@@ -1,0 +1,59 @@
+"""`toolpoint machining`: what cannot be judged is refused in the words of the options, and nothing is written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from toolpoint.app.main import main
+
+PROGRAM = "G21 G90\nS9000 M3\nG0 X-20 Y10 Z5\nG0 Z-2\nG1 X40 F1800\nG0 X10 Y10\nG0 Z5\n"
+TOOL = ["--diameter", "10", "--teeth", "4", "--kt", "800", "--kn", "300", "--spacing", "0.5"]
+STOCK = ["--stock", "box=0,0,-10,30,20,0"]
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path = tmp_path / "part.nc"
+    path.write_text(PROGRAM)
+    return path
+
+
+def test_blocks_come_as_json(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["machining", str(program), *STOCK, *TOOL, "--json"])
+    data = json.loads(capsys.readouterr().out)
+    (block,) = data["blocks"]
+    assert block["line"] == 5 and block["verdict"] == "not known" and block["depth_m"] == pytest.approx(2e-3)
+    assert data["removed_m3"] == pytest.approx(600e-9, rel=1e-3)
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    ([*TOOL, "--stock", "box=500,500,-10,530,520,0"], "is met by no cutting move"),
+    ([*TOOL, "--stock", "pyramid=1,2,3"], "a box, a cylinder or an STL file"),
+    ([*TOOL, "--stock", "box=0,0,0,30,20,-10"], "two corners, the second above the first"),
+    ([*STOCK, "--diameter", "10", "--teeth", "4", "--material", "unobtainium"], "unobtainium"),
+    ([*STOCK, "--diameter", "10", "--teeth", "4"], "--kt, --kn missing"),
+    ([*STOCK, *TOOL, "--flute-length", "22", "--stick-out", "15"], "at least the 22 mm of the edges"),
+])
+def test_refusals_name_the_option(program: Path, arguments: list[str], message: str,
+                                  capsys: pytest.CaptureFixture[str]) -> None:
+    page = program.parent / "page.html"
+    with pytest.raises(SystemExit):
+        main(["machining", str(program), *arguments, "--output", str(page)])
+    assert message in " ".join(capsys.readouterr().err.split())
+    assert not page.exists()
+
+
+def test_a_rapid_through_stock_comes_first(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program.write_text(PROGRAM.replace("G1 X40 F1800\nG0 X10 Y10", "G1 X10 F1800\nG0 X-20 Y16"))
+    main(["machining", str(program), *STOCK, *TOOL])
+    out = capsys.readouterr().out
+    assert out.startswith("doubt: rapid through stock: line 6, 2 mm deep at X ")
+
+
+def test_the_program_itself_is_never_written_over(program: Path) -> None:
+    with pytest.raises(SystemExit):
+        main(["machining", str(program), *STOCK, *TOOL, "--write", str(program)])
+    assert program.read_text() == PROGRAM

@@ -1,0 +1,45 @@
+"""What is published beside the package says what the package says: versions, dependencies, licence, supported Pythons."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import toolpoint
+from toolpoint.io.yaml.document import parse
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def _recipe() -> dict:
+    return parse(ROOT / "packaging/conda/recipe.yaml").data
+
+
+def test_citation_and_recipe_have_the_package_s_version():
+    citation = parse(ROOT / "CITATION.cff").data
+    assert str(citation["version"]) == toolpoint.__version__ == str(_recipe()["package"]["version"])
+    assert citation["license"] == _recipe()["about"]["license"] == "BSD-3-Clause"
+
+
+def test_recipe_asks_for_the_dependencies_of_the_package():
+    asked = {re.sub(r"\s", "", line) for line in _recipe()["requirements"]["run"]} - {"python>=3.11"}
+    assert asked == {line.replace(" ", "") for line in PROJECT["dependencies"]}
+
+
+def test_recipe_starts_the_same_command():
+    assert f"toolpoint = {PROJECT['scripts']['toolpoint']}" in _recipe()["build"]["python"]["entry_points"]
+
+
+@pytest.mark.parametrize("name", ["packaging/Containerfile", ".github/workflows/tests.yml", "SECURITY.md"])
+def test_files_of_publication_are_plain_text_and_name_no_machine(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert text.isascii() and "/home/" not in text and "\r" not in text
+
+
+def test_the_workflow_runs_every_python_that_the_package_names():
+    text = (ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8")
+    listed = re.findall(r'"(3\.\d+)"', text.split("matrix:")[1].split("runs-on")[0])
+    named = [line.rsplit(" ", 1)[1] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)]
+    assert set(named) <= set(listed)
