@@ -24,7 +24,7 @@ SOURCE_SPAN, _SOURCE_STEP = (150.0, 2500.0), 0.25  # Hz
 SOURCE_LOBES = {"x": (1025.0,), "y": (245.0, 1030.0), "z": (153.0, 198.0, 245.0, 556.0, 1165.0)}  # Hz, figures 34 to 36
 SOURCE_POINT = (15000.0, 0.5e-3)  # rev/min and m, the point that is taken from figure 37
 _MAX_LOBE_NUMBER = 60  # of the lobes drawn: those above lie below the charted speeds
-_MIN_SPEED, _MAX_SPEED, _SPEED_COUNT = 2000.0, 24000.0, 221  # rev/min
+_MIN_SPEED, _MAX_SPEED, _LIMIT_SPEED_COUNT = 2000.0, 24000.0, 221  # rev/min
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def compute_source_figures(machine: Machine, pose: Mapping[str, float]) -> Sourc
         fail("machine", "no cut", "must describe one", remedy="add 'cutting' to the machine file")
     lines = np.arange(SOURCE_SPAN[0], SOURCE_SPAN[1] + _SOURCE_STEP / 2, _SOURCE_STEP)
     response = tool_point(machine, [pose], lines).frf.values[0]
-    speeds = np.linspace(_MIN_SPEED, _MAX_SPEED, _SPEED_COUNT)
+    speeds = np.linspace(_MIN_SPEED, _MAX_SPEED, _LIMIT_SPEED_COUNT)
     law, teeth = coefficients_of(cut), tool_of(cut).teeth
     specific = float(np.hypot(law.kt, law.kn))
     limit = _zero_order(lines, response[:, 2, 2], speeds, teeth=teeth, specific=specific)
