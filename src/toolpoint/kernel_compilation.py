@@ -166,6 +166,18 @@ def _charts() -> None:
     _chart(_milling(0.5), ("auto", "panel"), 0.004)
 
 
+def _programs() -> None:
+    from toolpoint.cutting.description import CuttingDescription
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.material_removal import Stock
+    from toolpoint.studies.machining.run_program import run_program
+    from toolpoint.studies.machining.setup import MachiningSetup
+
+    program = parse("S9000 G1 F1800 X-20 Y25 Z-2\nX20\n", start=(-0.02, 0.025, 0.1))
+    cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=2e-3))
+
+
 def _measured_response() -> None:
     from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
     from toolpoint.vibration import Dof, Modes, frequency_response
@@ -252,6 +264,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "stability by measured responses": _measured_response,
     "frequencies over poses": _frequency_maps,
     "simulated cut": _simulated_cut,
+    "programs on a machine": _programs,
     "drives": _drives,
     "castings": _castings,
     "coupling of tools": _tool_coupling,

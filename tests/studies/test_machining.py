@@ -13,6 +13,7 @@ from toolpoint.cutting import Engagement, MillingProblem, stability
 from toolpoint.cutting.build import coefficients_of, tool_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import rigid_forces
+from toolpoint.drives import JerkLimits
 from toolpoint.io.program.gcode import parse
 from toolpoint.io.program.rewriting import SpeedAndFeed, rewritten
 from toolpoint.machine import build
@@ -208,3 +209,14 @@ def test_the_interval_of_the_machines_numbers_reaches_the_block() -> None:
     result = _run("S7000 G1 F2400 X-10 Y7 Z-2\nX20\n", dynamics=machine, cut=STRAIGHT)
     (note,) = [note for note in result.notes if "95 % interval of the least limit" in note]
     assert note.startswith("line 2, the block nearest to its limit") and "joint slide" in note
+
+
+def test_the_planner_gives_feeds_and_times() -> None:
+    """A long block reaches its feed; a short one only what its length and the acceleration allow, and takes longer."""
+    text = "S12000 G1 F2400 X-10 Y7 Z-1\nX20\nX20.05\nG9 X20.1\n"
+    limits = JerkLimits(speed=0.5, acceleration=1.0, jerk=50.0)
+    result = _run(text, planned=limits)
+    free = _run(text)
+    assert result.laid.feed[1] == pytest.approx(0.04, rel=1e-9)
+    assert result.laid.feed[3] < 0.04 and result.laid.time[3] > free.laid.time[3]
+    assert result.laid.time.sum() > free.laid.time.sum()

@@ -131,11 +131,15 @@ def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, s
         time = lengths / np.where(path.feed > 0, path.feed, 1.0) + path.dwell
         return path.feed, time, "feeds are those programmed: no limits of acceleration and jerk are given"
     plan = plan_motion(path, setup.planned)
-    time = np.zeros(path.count)
-    time[lengths > 0] = np.asarray(plan.times).sum(axis=1)
-    moving = np.where(time > 0, lengths / np.where(time > 0, time, 1.0), path.feed)
-    return moving, time + path.dwell, (f"feeds are means of each block by the planner (speed {60e3 * setup.planned.speed:g} "
-                                       f"mm/min, {setup.planned.acceleration:g} m/s^2, {setup.planned.jerk:g} m/s^3)")
+    time, feed, moving = np.zeros(path.count), path.feed.copy(), lengths > 0
+    phases = np.asarray(plan.times)
+    time[moving] = phases.sum(axis=1)
+    # The largest feed of a block, for its loads: that of its first end and what jerk j over t1, then t2, adds: j t1 (t1 + t2).
+    feed[moving] = plan.junction[:-1] + plan.jerk * phases[:, 0] * (phases[:, 0] + phases[:, 1])
+    limits = setup.planned
+    return feed, time + path.dwell, (f"feeds are the largest of each block by the planner (speed {60e3 * limits.speed:g} "
+                                     f"mm/min, "
+                                     f"{limits.acceleration:g} m/s^2, {limits.jerk:g} m/s^3)")
 
 
 def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:

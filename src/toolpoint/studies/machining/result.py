@@ -102,7 +102,8 @@ class MachiningStudy(NotebookText):
             least_hand = np.nanmin(np.where(self.blocks.verdict == 1, self.blocks.ratio, np.inf))
             margin = f"at least {100 * (least_hand - 1):.0f} % of depth in hand" if np.isfinite(least_hand) else \
                 "no limit within four times their depth"
-            main = f"{_counted(cutting - unknown, 'cutting block')} judged stable, {margin}"
+            main = f"{_counted(cutting - unknown, 'cutting block')} judged stable, {margin}" + (
+                f", {unknown} not judged" if unknown else "")
         force = self.blocks.loads["lateral"]
         load = f"; largest force {force.max():.0f} N in line {self.blocks.line[int(force.argmax())]}, largest power " \
                f"{self.blocks.loads['power'].max():.0f} W"
