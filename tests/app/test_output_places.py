@@ -23,7 +23,8 @@ def all_commands():
 
 
 PAGED = [name for name, each in all_commands().items() if any(p.name == "output" for p in each.params)]
-KEEPING = [name for name, each in all_commands().items() if any(p.name == "folder" for p in each.params)]
+# A folder that is an argument is what the command is about, not where it keeps parts.
+KEEPING = [name for name, each in all_commands().items() if any("--folder" in p.opts for p in each.params)]
 
 RANGES = {"--axis": "X=0:1:2", "--along": "x=0mm:100mm:2"}
 
