@@ -23,6 +23,7 @@ SPEED_COUNT = 49  # speeds looked at
 MAX_JUDGED_CLASSES = 30  # by depth; the chosen speed is then checked on all
 LIMIT_FRACTION = 0.9  # of a limit of power, torque or bending that a feed may use
 MAX_FEED_FACTOR, MIN_FEED_FACTOR = 2.0, 0.2  # of the feed per tooth
+MIN_FEED_RISE = 0.02  # of a block's feed, below which it stays as it is
 MAX_CHECKED_SPEEDS = 6  # checked on all engagements, the fastest first
 
 
@@ -236,4 +237,6 @@ def _feed_factors(case: AdviceCase, laid: ProgramPath, speed_factor: FloatArray)
         if over.max() <= 1 + 1e-3:
             break
         factor = np.maximum(factor / over, MIN_FEED_FACTOR * speed_factor)
-    return factor, loads
+    # A feed that hardly rises is no advice: it would only touch the program. One that falls keeps a limit.
+    is_slight = (factor > speed_factor) & (factor < (1 + MIN_FEED_RISE) * speed_factor)
+    return np.where(is_slight, speed_factor, factor), loads
