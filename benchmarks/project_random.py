@@ -55,8 +55,8 @@ def slip_of(seed: int) -> str:
     return SLIPS[seed // 2 % len(SLIPS)] if seed % 2 else ""
 
 
-def write_project(case, rng, slip: str, folder: Path) -> list[str]:
-    """Write the folder of a test; return words of which one must be in a doubt that names the slip."""
+def write_project(case, rng, slip: str, folder: Path) -> list[set[str]]:
+    """Write the folder of a test; return sets of words of which one must be in one doubt that names the slip."""
     frf, coordinates = jm.responses(case, rng), dict(case.points.coordinates)
     values, order, words = frf.values.copy(), None, []
     masses = {name: float(np.exp(MASS_DEVIATION * rng.normal())) for name in case.machine.description.bodies}
@@ -64,35 +64,37 @@ def write_project(case, rng, slip: str, folder: Path) -> list[str]:
     point = str(frf.outputs[channel].point)
     if slip == "sign":
         values[:, channel] *= -1
-        words = [point]
+        words = [{"points", point}, {point, frf.outputs[channel].direction}]
     elif slip == "sensitivity":
         values[:, channel] *= 1.2
-        words = [point]
+        words = [{"points", point}, {point, frf.outputs[channel].direction}]
     elif slip == "exchanged":
         first, second = rng.choice(list(coordinates), 2, replace=False).tolist()
         coordinates[first], coordinates[second] = coordinates[second], coordinates[first]
-        words = [str(first), str(second)]
+        words = [{"points", str(first)}, {"points", str(second)}]
     elif slip == "order":
         parents = {joint.child: joint.parent for joint in case.machine.description.joints.values()}
         names = list(parents)
         swap = {names[1]: names[2], names[2]: names[1]}
         order = {swap.get(child, child): swap.get(parent, parent) for child, parent in parents.items()}
-        words = ["order", "chain"]
+        words = [{"chain", "as", "told"}, {"order", "of", "the", "chain"}]
     elif slip == "mass":
         name = list(masses)[int(rng.integers(len(masses)))]
         masses[name] *= 1.15
-        words = [name, "mass"]
+        words = [{name, "mass"}]
     jm.write_test(case, replace(frf, values=values), folder, points=coordinates, masses=masses, order=order, deviation="5 %")
     (folder / "project.yaml").write_text(PROJECT)
     return words
 
 
-def is_named(words: list[str], doubts: list[str]) -> bool:
-    """Return whether a doubt names a slip, by a whole word."""
-    text = " ".join(doubts)
-    for mark in ",.:;[]()":
-        text = text.replace(mark, " ")
-    return bool(set(words) & set(text.split()))
+def is_named(words: list[set[str]], doubts: list[str]) -> bool:
+    """Return whether one doubt holds all words of a set, by whole words."""
+    for doubt in doubts:
+        for mark in ",.:;[]()":
+            doubt = doubt.replace(mark, " ")
+        if any(several <= set(doubt.split()) for several in words):
+            return True
+    return False
 
 
 def least_limit(machine, pose, cut, factors) -> float:
