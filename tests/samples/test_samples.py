@@ -65,7 +65,7 @@ def test_command(tmp_path, monkeypatch, capsys):
     shown = capsys.readouterr().out
     assert "samples-servo" in shown and "toolpoint servo-data trace.csv" in shown
     main(["samples", "program", "here", "--json"])
-    assert json.loads(capsys.readouterr().out)["files"] == ["part.nc", "servo.yaml", "README.txt"]
+    assert json.loads(capsys.readouterr().out)["files"] == ["mill.yaml", "part.nc", "servo.yaml", "README.txt"]
 
 
 def test_servo_and_drift_give_back_what_was_put_in(tmp_path, monkeypatch, capsys):

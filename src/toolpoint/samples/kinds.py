@@ -21,7 +21,7 @@ KINDS = {
     "work": "ten minutes of a machine at work, no force measured, a motor's line among the modes: to modes",
     "drift": "a baseline, two later tests and the machine file: to the joint that loosened",
     "servo": "a controller's record of an axis: to friction and the gain of its position loop",
-    "program": "an NC program and the servo that runs it: to contour errors",
+    "program": "an NC program, a servo and a machine: to contour errors, and to the load and stability of every block",
     "robot": "the datasheet of a milling robot: to its machine file",
 }
 READ_ME = "README.txt"
@@ -77,7 +77,7 @@ def write_samples(kind: str, folder: str | Path | None = None) -> SampleSet:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_samples("program", folder).files
-    ('part.nc', 'servo.yaml', 'README.txt')
+    ('mill.yaml', 'part.nc', 'servo.yaml', 'README.txt')
     """
     one_of("samples", kind, KINDS)
     target = Path(folder if folder is not None else f"samples-{kind}")

@@ -1,4 +1,4 @@
-"""Sample of an NC program: a small pocket with rounded corners, and the servo of its axes."""
+"""Sample of an NC program: a small pocket with rounded corners, the servo of its axes, and a machine that mills it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,12 @@ N150 M30
 
 
 def write(folder: Path) -> tuple[list[str], list[str]]:
-    """Write program and servo; return what was put in, and the commands."""
+    """Write program, servo and machine; return what was put in, and the commands."""
     (folder / "part.nc").write_text(PART, encoding="utf-8")
     io.write_template(folder / "servo.yaml", "servo")
+    io.write_template(folder / "mill.yaml", "machine", "three-axis-vertical")
     return ["The contour is 40 x 30 mm with corners of 6 mm, at 2400 mm/min.",
             "The servo has X and Y with friction; Z follows without error (--ideal Z)."], [
-        "toolpoint drive servo.yaml --program part.nc --ideal Z", "toolpoint drive servo.yaml --circle 50,4000"]
+        "toolpoint drive servo.yaml --program part.nc --ideal Z", "toolpoint drive servo.yaml --circle 50,4000",
+        "toolpoint machining part.nc --machine mill.yaml --zero Z=-100mm --stock box=-10,-10,-10,50,40,0 --diameter 10 "
+        "--teeth 4 --material al7075"]
