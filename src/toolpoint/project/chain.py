@@ -34,13 +34,13 @@ class ProjectChain:
     """Steps of a project, and what parts that are not there would give."""
 
     steps: tuple[ProjectStep, ...]
-    missing: tuple[str, ...]
+    absent_parts: tuple[str, ...]
 
 
 def build_chain(project: ProjectDescription, root: Path) -> ProjectChain:
     """Return the steps that the parts of a project allow, and what one part more would give."""
     builder = _ChainBuilder(project, root)
-    return ProjectChain(tuple(builder.steps()), tuple(builder.missing))
+    return ProjectChain(tuple(builder.steps()), tuple(builder.absent_parts))
 
 
 class _ChainBuilder:
@@ -48,7 +48,7 @@ class _ChainBuilder:
 
     def __init__(self, project: ProjectDescription, root: Path) -> None:
         self.project, self.root = project, root
-        self.missing: list[str] = []
+        self.absent_parts: list[str] = []
         self._steps: list[ProjectStep] = []
 
     def steps(self) -> list[ProjectStep]:
@@ -65,8 +65,8 @@ class _ChainBuilder:
     def _add(self, kind: str, name: str, work: Any, inputs: Mapping[str, Any], *, options: Mapping[str, Any],
              outputs: tuple[str, ...], words: str, command: Sequence[str] = ()) -> str:
         """Add a step; return the place of its first output."""
-        shown = shlex.join(["toolpoint", *command]) if command else ""
-        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, shown))
+        command_text = shlex.join(["toolpoint", *command]) if command else ""
+        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, command_text))
         return result_path(name, outputs[0])
 
     def _modes_of(self, name: str, test: ProjectTest) -> str | None:
@@ -135,7 +135,8 @@ class _ChainBuilder:
             machine = self._add("update", "update", _late("modelling", "update_model"), inputs, options={"poses": poses},
                                 outputs=("machine.yaml", "update.json"), words=f"machine updated to {', '.join(structural)}")
         elif machine is not None and structural and not drift:
-            self.missing.append(f"tests {', '.join(structural)} are at other poses than that of the machine: the chain does "
+            self.absent_parts.append(f"tests {', '.join(structural)} are at other poses than that of the machine: the chain "
+                                     f"does "
                                 f"not "
                                 "use them yet; toolpoint update does")
         if machine is not None:
@@ -160,12 +161,13 @@ class _ChainBuilder:
         tests = {test.of: name for name, test in self.project.tests.items() if test.of in (TIP_X, TIP_Y)}
         if TIP_X not in tests:
             if TIP_Y in tests:
-                self.missing.append(f"test {tests[TIP_Y]} alone is that of a tip along y: one along x (of: tip x) gives limits")
+                self.absent_parts.append(f"test {tests[TIP_Y]} alone is that of a tip along y: one along x (of: tip x) gives "
+                                         f"limits")
             return {}
         inputs: dict[str, Any] = {}
         settings: dict[str, Any] = {}
-        for of, name in tests.items():
-            way, test = of[-1], self.project.tests[name]
+        for kind, name in tests.items():
+            way, test = kind[-1], self.project.tests[name]
             settings[way] = {"struck": test.struck, "pattern": test.pattern, "channels": list(test.channels)}
             if test.responses:
                 inputs[f"responses_{way}"] = self._files(f"tests.{name}.responses", test.responses)
@@ -175,7 +177,7 @@ class _ChainBuilder:
             self._add("tip", f"tip/{cut_name}", _late("measuring", "judge_tip"), inputs,
                       options={"values": flat_values(cut.cut), "tests": settings}, outputs=("tap.json",),
                       words=f"verdict on the tap, and speeds for the cut {cut_name}")
-        return {f"tip_{of[-1]}": result_path(f"responses/{name}", "responses.h5") for of, name in tests.items()}
+        return {f"tip_{kind[-1]}": result_path(f"responses/{name}", "responses.h5") for kind, name in tests.items()}
 
     def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> None:
         """Add the steps from the machine and the tip to the answers of the goals."""
@@ -239,7 +241,7 @@ class _ChainBuilder:
     def _contours(self) -> None:
         for name, goal in self.project.contours.items():
             if self.project.servo is None:
-                self.missing.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
+                self.absent_parts.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
                 continue
             self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), {"servo": self.project.servo},
                       options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
@@ -251,20 +253,24 @@ class _ChainBuilder:
         if not sources:
             absent = [key for key in ("components", "geometry") if getattr(project, key) is None]
             if any(test.of == STRUCTURE for test in project.tests.values()) and absent:
-                self.missing.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits at "
+                self.absent_parts.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits "
+                                         f"at "
                                     "any pose")
             else:
-                self.missing.append("a test (tests) or a machine file (machine) is where the chain begins; a tap of the tip "
+                self.absent_parts.append("a test (tests) or a machine file (machine) is where the chain begins; a tap of the "
+                                         "tip "
                                     "(of: tip x) and a cut give limits at once")
         if not project.cuts:
-            self.missing.append("a cut (cuts: tool and material) gives depth limits")
+            self.absent_parts.append("a cut (cuts: tool and material) gives depth limits")
         elif not project.goals:
-            self.missing.append("a goal (goals: a cut at a speed and depth) gives its limit, and the chance that it is stable")
+            self.absent_parts.append("a goal (goals: a cut at a speed and depth) gives its limit, and the chance that it is "
+                                     "stable")
         if "tip" in sources and "machine" not in sources:
-            self.missing.append("a test of the structure with components and geometry gives limits at other poses, and which "
+            self.absent_parts.append("a test of the structure with components and geometry gives limits at other poses, and "
+                                     "which "
                                 "joint to stiffen")
         if sources and not (self.root / TRIED_FILE).is_file():
-            self.missing.append("a cut that was tried (toolpoint tried) narrows the intervals")
+            self.absent_parts.append("a cut that was tried (toolpoint tried) narrows the intervals")
 
 
 def _late(module: str, name: str) -> LateWork:

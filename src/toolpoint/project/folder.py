@@ -72,7 +72,7 @@ class Project:
         """
         result = self._run_steps(steps, workers, overwrite, listen)
         results = gather_results(self.description.name, self.folder, self.chain.steps, run=result,
-                                 missing=self.chain.missing, version=toolpoint.__version__)
+                                 absent_parts=self.chain.absent_parts, version=toolpoint.__version__)
         if not steps:  # of some steps alone it would lose the answers of the others
             write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
         return results
@@ -119,9 +119,9 @@ class Project:
         if name not in project.cuts:
             fail("cut", repr(name), f"must be one of {', '.join(project.cuts) or 'the cuts of project.yaml, which has none'}")
         described = project.cuts[name]
-        asked = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
+        asked_speeds = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
         options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
-        question = question_of(name, options, [float(speed) for speed in asked], dict(pose or {}))
+        question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
         return draw_limits(MachineDraws(io.read_machine(self.machine_file), draws or project.draws, project.seed), question)
 
     def report_cut(self, cut: TriedCut) -> None:

@@ -53,7 +53,7 @@ class ProjectResults(NotebookText):
 
     @property
     def next_steps(self) -> tuple[str, ...]:
-        """What to do next, in words."""
+        """Next things to do, in words."""
         return tuple(self.data["next_steps"])
 
     def goal(self, name: str) -> Mapping[str, Any]:
@@ -76,7 +76,8 @@ class ProjectResults(NotebookText):
         return f"ProjectResults({self.data['project']!r}, {len(self.answers)} answers, {len(self.data['doubts'])} doubts)"
 
 
-def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: RunResult, missing: Sequence[str], version: str
+def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: RunResult, absent_parts: Sequence[str],
+                   version: str
                    ) -> ProjectResults:
     """Return the results of a run; the same results on the disk give the same data."""
     files = {step.name: _json_of(step, root, run.of(step.name)) for step in steps}
@@ -88,9 +89,9 @@ def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: 
     doubts = list(dict.fromkeys(entry for event in run.events for entry in run.doubts[event.decision.step]))
     draws = next((data["draws"] for data in goals.values()), 0)
     data = {"project": name, "answers": answers, "goals": goals, "contours": contours, "changes": changes,
-            "next": files.get("next") or {}, "next_steps": _next_steps(run, goals, files, missing),
+            "next": files.get("next") or {}, "next_steps": _next_steps(run, goals, files, absent_parts),
             "steps": [_step_entry(step, event, run) for step in steps if (event := run.of(step.name)) is not None],
-            "doubts": [entry.to_dict() for entry in doubts], "missing": list(missing), "assumptions": list(ASSUMPTIONS),
+            "doubts": [entry.to_dict() for entry in doubts], "missing": list(absent_parts), "assumptions": list(ASSUMPTIONS),
             "methods": METHODS.format(draws=draws, version=version)}
     return ProjectResults(plain(data))
 
@@ -109,15 +110,15 @@ def _answer(step: ProjectStep, event: StepEvent | None, data: Any, doubts: Seque
     if event is None or data is None:
         return f"{name}: no answer, because {event.words or event.decision.reason if event else 'its step was not run'}."
     count = len({str(entry.doubt) for entry in doubts})
-    rest = f" It rests on {count} doubt{'s' if count > 1 else ''}." if count else ""
+    doubt_words = f" It rests on {count} doubt{'s' if count > 1 else ''}." if count else ""
     if "stable_probability" not in data:
-        return f"{name}: {'met' if data['met'] else 'not met'}; {event.words}.{rest}"
+        return f"{name}: {'met' if data['met'] else 'not met'}; {event.words}.{doubt_words}"
     chance = data["stable_probability"]
     verdict = "yes" if chance >= CERTAIN_PROBABILITY else "no" if chance <= UNLIKELY_PROBABILITY else "not certain"
-    return f"{name}: {verdict}; {event.words}.{rest}"
+    return f"{name}: {verdict}; {event.words}.{doubt_words}"
 
 
-def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, Any], missing: Sequence[str]) -> list[str]:
+def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, Any], absent_parts: Sequence[str]) -> list[str]:
     """Return what to do next: mend what failed, mend the gravest doubts, measure, try a cut, add a part."""
     lines = [f"mend {event.decision.step}: {event.words or event.decision.reason}" for event in run.failed]
     remedies = [f"{entry.step}: {entry.doubt.remedy}" for event in run.events for entry in run.doubts[event.decision.step]
@@ -128,16 +129,17 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, An
     undecided = {name: goal for name, goal in goals.items()
                  if UNLIKELY_PROBABILITY < goal["stable_probability"] < CERTAIN_PROBABILITY}
     for name, goal in goals.items():
-        better = goal["better_speed"]
-        if goal["stable_probability"] < CERTAIN_PROBABILITY and better is not None:
-            lines.append(f"for {name} take {better['speed_rpm']:.0f} rev/min: {1e3 * better['certain_depth_m']:.2g} mm is "
+        better_speed = goal["better_speed"]
+        if goal["stable_probability"] < CERTAIN_PROBABILITY and better_speed is not None:
+            lines.append(f"for {name} take {better_speed['speed_rpm']:.0f} rev/min: "
+                         f"{1e3 * better_speed['certain_depth_m']:.2g} mm is "
                          "stable there, and 2 % beside it, with 95 %")
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "
                      f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's, in the "
                      "mean")
-    return [*lines, *missing]
+    return [*lines, *absent_parts]
 
 
 def _step_entry(step: ProjectStep, event: StepEvent, run: RunResult) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint.project.engine.content import ContentCache
-from toolpoint.project.engine.record import DONE, FAILED, MOVING, KeyParts, StepRecord
+from toolpoint.project.engine.record import DONE, FAILED, IN_MOTION, KeyParts, StepRecord
 from toolpoint.project.engine.step import ProjectStep, result_path
 
 RUN, SKIP, KEEP, STOP, REPEAT = "run", "fresh", "kept", "stopped", "failed"
@@ -59,7 +59,7 @@ def _reasons(step: ProjectStep, parts: KeyParts, record: StepRecord | None, cach
     """Return in words why a step must run, nothing where it need not."""
     if record is None:
         return ["it was never run"]
-    if record.status == MOVING:
+    if record.status == IN_MOTION:
         return ["its last run was cut off"]
     reasons = _changes(parts, record.parts)
     if record.status == DONE:

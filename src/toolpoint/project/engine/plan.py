@@ -23,12 +23,12 @@ class StepPlan:
 
     def chosen(self, names: Sequence[str]) -> StepPlan:
         """Return the plan of these steps and all that they rest on; of all steps without names."""
-        known = {step.name for step in self.steps}
+        step_names = {step.name for step in self.steps}
         for name in names:
-            if name not in known:
-                raise ToolpointError(f"step {name}: not in this project; {suggestion(name, known) or 'its steps'}: "
+            if name not in step_names:
+                raise ToolpointError(f"step {name}: not in this project; {suggestion(name, step_names) or 'its steps'}: "
                                      + ", ".join(step.name for step in self.steps))
-        needed, waiting = set[str](), list(names or known)
+        needed, waiting = set[str](), list(names or step_names)
         while waiting:
             name = waiting.pop()
             if name not in needed:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from toolpoint.project.engine.content import file_digest
 from toolpoint.project.engine.drafts import list_files
-from toolpoint.project.engine.record import DONE, MOVING, RecordStore, StepRecord
+from toolpoint.project.engine.record import DONE, IN_MOTION, RecordStore, StepRecord
 from toolpoint.project.engine.step import ProjectStep
 
 
@@ -21,7 +21,7 @@ def publish(step: ProjectStep, record: StepRecord, draft: Path, *, root: Path, s
     """
     outputs = {file: file_digest(draft / file) for file in list_files(draft)}
     old = {} if earlier is None else {**earlier.earlier, **earlier.outputs}
-    moving = replace(record, status=MOVING, outputs=outputs, earlier=old)
+    moving = replace(record, status=IN_MOTION, outputs=outputs, earlier=old)
     store.write(moving)
     place = root / step.place
     for file in outputs:
@@ -36,7 +36,7 @@ def publish(step: ProjectStep, record: StepRecord, draft: Path, *, root: Path, s
 def withdraw(step: ProjectStep, record: StepRecord, *, root: Path, store: RecordStore, earlier: StepRecord | None) -> None:
     """Record that a step failed, after its results of other inputs are removed: nobody must take them for those of today."""
     if earlier is not None:
-        store.write(replace(record, status=MOVING, outputs={}, earlier={**earlier.earlier, **earlier.outputs}))
+        store.write(replace(record, status=IN_MOTION, outputs={}, earlier={**earlier.earlier, **earlier.outputs}))
         _remove(root / step.place, {**earlier.earlier, **earlier.outputs})
     store.write(record)
 

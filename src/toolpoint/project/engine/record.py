@@ -15,7 +15,7 @@ from toolpoint.project.engine.content import text_digest
 from toolpoint.project.engine.drafts import write_whole
 
 RECORD_VERSION = 1
-DONE, FAILED, MOVING = "done", "failed", "moving"
+DONE, FAILED, IN_MOTION = "done", "failed", "moving"
 
 
 @dataclass(frozen=True)

@@ -33,9 +33,9 @@ def do_work(step: ProjectStep, root: Path, draft: Path) -> WorkResult:
         warnings.simplefilter("always", ToolpointWarning)
         outcome, error, kept = _attempt(step, root, draft)
     doubts = tuple(dict.fromkeys([*outcome.doubts, *_doubts_of(caught)]))
-    missing = [name for name in step.outputs if not (draft / name).is_file()]
-    if not error and missing:
-        error = f"its work did not write {', '.join(missing)}"
+    unwritten = [name for name in step.outputs if not (draft / name).is_file()]
+    if not error and unwritten:
+        error = f"its work did not write {', '.join(unwritten)}"
     return WorkResult(StepOutcome(outcome.words, doubts), time.perf_counter() - start, error, kept)
 
 

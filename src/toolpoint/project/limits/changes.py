@@ -69,12 +69,12 @@ def rank_joints(systems: MachineDraws, questions: Mapping[str, CutQuestion], cha
             fail(f"changes.{name}.joint", repr(change["joint"]), "must be a joint with springs",
                  remedy=suggestion(change["joint"], elastic) or f"known: {', '.join(elastic)}")
     samples = [systems.machine, *(systems.samples[:CHANGE_DRAWS] if systems.count else ())]
-    before = np.array([_least_limits(sample, questions, systems, number) for number, sample in enumerate(samples)])
+    today_limits = np.array([_least_limits(sample, questions, systems, number) for number, sample in enumerate(samples)])
     ranked = []
     for name, change in listed.items():
         changed = [_stiffen(sample, change["joint"], change["stiffness"]) for sample in samples]
-        after = np.array([_least_limits(sample, questions, systems, number) for number, sample in enumerate(changed)])
-        gains = (after / before - 1).min(axis=1)
+        changed_limits = np.array([_least_limits(sample, questions, systems, number) for number, sample in enumerate(changed)])
+        gains = (changed_limits / today_limits - 1).min(axis=1)
         half_width = 2.2 * float(gains[1:].std(ddof=1)) if len(samples) > 2 else 0.0
         gain = float(gains[0])
         ranked.append(RankedChange(name, change["joint"], change["stiffness"], gain, (gain - half_width, gain + half_width),

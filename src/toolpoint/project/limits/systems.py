@@ -155,6 +155,6 @@ def log_peak(problem: MillingProblem) -> FloatArray:
 def cut_of(values: Mapping[str, Any]) -> CuttingDescription:
     """Return the cut of flat values as plain data holds them."""
     variation = values.get("speed_variation")
-    known = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
-    return CuttingDescription.of(**{**known, "speed_variation": None if variation is None
+    plain_values = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
+    return CuttingDescription.of(**{**plain_values, "speed_variation": None if variation is None
                                     else SpeedVariationDescription(**variation)})

@@ -37,16 +37,16 @@ class WeighedDraws:
 
 def weigh_draws(systems: DrawnSystems, tried: Sequence[TriedCut], questions: Mapping[str, CutQuestion]) -> WeighedDraws:
     """Return the weights of the draws after cuts that were tried; questions : the cuts of the project by name."""
-    heard = [_hear(systems, cut, _question(cut, questions)) for cut in tried]
-    doubts, likelihoods = [doubt for outcome in heard for doubt in outcome.doubts], list[float]()
-    for number, (cut, outcome) in enumerate(zip(tried, heard, strict=True)):
-        others = _weights([other.likelihood for k, other in enumerate(heard) if k != number], systems.count)
+    outcomes = [_hear(systems, cut, _question(cut, questions)) for cut in tried]
+    doubts, likelihoods = [doubt for outcome in outcomes for doubt in outcome.doubts], list[float]()
+    for number, (cut, outcome) in enumerate(zip(tried, outcomes, strict=True)):
+        others = _weights([other.likelihood for k, other in enumerate(outcomes) if k != number], systems.count)
         # The smaller of that before any cut and that beside all the others: cuts may contradict each other alone.
         share = min(float(outcome.agrees.mean()), float(others @ outcome.agrees))
         likelihoods.append(share)
         if share < MIN_OUTCOME_LIKELIHOOD:
             doubts.append(_contradiction(cut, share))
-    weights = _weights([outcome.likelihood for outcome in heard], systems.count)
+    weights = _weights([outcome.likelihood for outcome in outcomes], systems.count)
     effective = 1 / float((weights**2).sum())
     if tried and effective < MIN_EFFECTIVE_DRAWS:
         doubts.append(Doubt("tried cuts", f"only {effective:.0f} of {systems.count} draws agree with them: intervals rest "
@@ -56,7 +56,7 @@ def weigh_draws(systems: DrawnSystems, tried: Sequence[TriedCut], questions: Map
 
 @dataclass(frozen=True, eq=False)
 class _HeardCut:
-    """Of every draw, how likely a tried cut's outcome is, and whether it gives stable or chatter as it was."""
+    """Likelihood of a tried cut's outcome for every draw, and whether it gives stable or chatter as it was."""
 
     likelihood: FloatArray
     agrees: BoolArray
@@ -74,8 +74,8 @@ def _question(cut: TriedCut, questions: Mapping[str, CutQuestion]) -> CutQuestio
     name = cut.cut or (next(iter(questions)) if len(questions) == 1 else "")
     if name not in questions:
         fail("tried.cut", repr(cut.cut), f"must be one of {', '.join(questions) or 'the cuts of project.yaml, which has none'}")
-    asked = questions[name]
-    return CutQuestion(name, asked.cut, asked.deviation, (cut.speed,), cut.pose or asked.pose, cut.depth)
+    stated = questions[name]
+    return CutQuestion(name, stated.cut, stated.deviation, (cut.speed,), cut.pose or stated.pose, cut.depth)
 
 
 def _hear(systems: DrawnSystems, cut: TriedCut, question: CutQuestion) -> _HeardCut:

@@ -59,8 +59,8 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     data = {"goal": name, **_numbers(limits, weighed)}
     data["next_cut"] = choose_cut(limits, weighed).to_dict()
     certain_depth = quantile_of(limits.draws[:, 0], weighed, CERTAIN_LEVEL)
-    better = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
-    data["better_speed"] = None if better is None else better.to_dict()
+    better_speed = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
+    data["better_speed"] = None if better_speed is None else better_speed.to_dict()
     write_json(folder / "limits.json", data)
     doubts = [*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal)]
     if tip_x is not None and goal["pose"] and dict(goal["pose"]) != dict(struck_pose):
