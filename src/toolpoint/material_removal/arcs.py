@@ -50,12 +50,6 @@ def edge_length(height, shape):
 
 
 @njit(cache=True, nogil=True)
-def radius_at(height, shape):
-    """Return the radius (m) of the tool at a height above its tip."""
-    return edge_at(edge_length(height, shape), shape)[2]
-
-
-@njit(cache=True, nogil=True)
 def chip_range(kappa, level, rise):
     """Return first and last angle at which the edge advances outwards; equal where it does nowhere.
 

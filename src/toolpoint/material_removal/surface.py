@@ -84,22 +84,6 @@ def stock_has(work, x, y, z):
 
 
 @njit(cache=True, nogil=True)
-def stock_top(work, x, y):
-    """Return the top of the stock (m) before the first cut at a place; minus infinity beside it."""
-    if work.kind < 2:
-        return work.upper[2] if stock_has(work, x, y, work.upper[2]) else -math.inf
-    fx, fy = (x - work.x0) / work.spacing, (y - work.y0) / work.spacing
-    i, j = math.floor(fx + 0.5), math.floor(fy + 0.5)
-    if i < 0 or j < 0 or i >= work.intervals.shape[0] or j >= work.intervals.shape[1]:
-        return -math.inf
-    top = -math.inf
-    for n in range(work.intervals.shape[2]):
-        if not math.isnan(work.intervals[i, j, n, 1]):
-            top = max(top, _end_between(work, fx, fy, n, 1))
-    return top
-
-
-@njit(cache=True, nogil=True)
 def _end_between(work, fx, fy, n, end):
     """Return an end of a mesh's interval between four dexels, bilinear where all have it, else the nearest one's."""
     i, j = math.floor(fx), math.floor(fy)

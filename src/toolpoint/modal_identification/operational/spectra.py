@@ -44,11 +44,6 @@ class SingularSpectra(NotebookText):
     def __repr__(self) -> str:
         return f"SingularSpectra({self.frequency.size} lines up to {self.frequency[-1]:.4g} Hz, {self.values.shape[1]} values)"
 
-    def mac_with(self, frequency: float, shape: ComplexArray) -> float:
-        """Return the largest MAC of a shape with the singular vectors at the line nearest to a frequency (Hz)."""
-        line = int(np.argmin(np.abs(self.frequency - frequency)))
-        return float((np.abs(self.vectors[line].conj().T @ (shape / np.linalg.norm(shape))) ** 2).max())
-
 
 def singular_spectra(samples: list[FloatArray], rate: float, lines: int) -> SingularSpectra:
     """Return the singular spectra of records (n_samples, n_channels), from Hann windows of 2 `lines` samples."""
