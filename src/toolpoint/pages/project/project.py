@@ -33,7 +33,7 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
         caption = (f"95 % half width of the {data['next']['answer']}: today {100 * data['next']['today']:.3g} %, after a "
                    f"random one of these tests {100 * data['next']['random']:.3g} %.")
         report = report.with_section("What to measure", Table(["test", "half width after it %"], rows, caption))
-    report = report.with_section("Evidence, step by step", _steps(data["steps"]))
+    report = report.with_section("Evidence, step by step", _steps(data["steps"]), _files(data["steps"]))
     report = report.with_section("Methods", str(data["methods"]))
     if warnings:
         report = report.with_section("Remarks", Notes(list(warnings), "warning"))
@@ -72,7 +72,14 @@ def _changes(changes: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _steps(steps: Sequence[Mapping[str, Any]]) -> Table:
-    rows = [[step["step"], Cell(step["state"], MARKS[step["state"]]), step["words"], "; ".join(step["doubts"]),
-             step["command"], ", ".join(step["files"])] for step in steps]
-    columns = ["step", "state", "what it says", "doubts that arose in it", "command that opens its own page", "its files"]
-    return Table(columns, rows, "Commands and files count from the project's folder.")
+    """Return the table of the steps: what each says, and how many doubts arose in it (they stand at the top of the page)."""
+    rows = [[step["step"], Cell(step["state"], MARKS[step["state"]]), step["words"], str(len(step["doubts"]) or "")]
+            for step in steps]
+    return Table(["step", "state", "what it says", "doubts"], rows)
+
+
+def _files(steps: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the table of the steps' files, and of the commands that open their own pages."""
+    rows = [[step["step"], step["command"], ", ".join(step["files"])] for step in steps]
+    return Table(["step", "command that opens its own page", "its files"], rows,
+                 "Commands and files count from the project's folder.")

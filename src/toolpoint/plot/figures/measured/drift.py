@@ -31,7 +31,7 @@ def mode_changes(study: DriftStudy) -> go.Figure:
                           hovertemplate="%{x}<br>%{y:+.3f} %<extra>" + words + "</extra>")
     chart.update_xaxes(title_text="Mode of the baseline", type="category", categoryorder="array", categoryarray=names)
     chart.update_yaxes(title_text="Change of frequency, %")
-    chart.update_layout(legend={"orientation": "h", "y": -0.25, "yanchor": "top"})
+    chart.update_layout(legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0})
     return chart
 
 
@@ -49,5 +49,5 @@ def course_of_modes(study: DriftStudy) -> go.Figure:
                                                                               "thickness": 1})
     chart.update_xaxes(type="category", title_text="Test")
     chart.update_yaxes(title_text="Change of frequency, %")
-    chart.update_layout(legend={"orientation": "h", "y": -0.25, "yanchor": "top"})
+    chart.update_layout(legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0})
     return chart
