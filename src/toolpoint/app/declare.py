@@ -306,8 +306,10 @@ def _parameter(name: str, kind: _Kind, default: Any) -> click.Parameter:
     """Return the argument or option of an annotated parameter."""
     is_required = default is Parameter.empty
     if kind.mark(Argument) is not None:
+        # Several arguments that may be left out are empty without a default: click 8.1 refuses one.
+        settings_of_default = {} if is_required or kind.several else {"default": default}
         return click.Argument([name], type=kind.type, required=is_required, nargs=-1 if kind.several else 1,
-                              **({} if is_required else {"default": default}))
+                              **settings_of_default)
     declared: Help = kind.mark(Help)
     if is_required and declared.default:
         is_required, default = False, declared.default

@@ -126,7 +126,7 @@ def compare_modes(baseline: Modes, current: Modes, repeatability: Repeatability 
     """
     common = [dof for dof in baseline.dofs if dof in current.dofs]
     if not common:
-        fail("current", "no degree of freedom of the baseline", "must share points and directions with it",
+        fail("tests", "a later test without a degree of freedom of the baseline", "must share points and directions with it",
              remedy="name the points of both tests alike")
     first, second = (real_modes(modes.at_dofs(common)) for modes in (baseline, current))
     for name, modes in (("baseline", first), ("current", second)):
