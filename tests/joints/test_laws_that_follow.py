@@ -10,6 +10,7 @@ from toolpoint.joints.angular_contact import BearingDescription
 from toolpoint.joints.ball_screw import BallScrewDescription
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine import assemble, build
+from toolpoint.machine.assembly.joint_terms import stiffness_of_joint
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import (
     AxisDescription,
@@ -23,6 +24,7 @@ from toolpoint.machine.description import (
     SpinDescription,
 )
 from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies import map_speeds
 from toolpoint.studies.machines.check.law_doubts import question_laws
 
@@ -69,6 +71,13 @@ def test_derivatives_of_the_law_and_of_the_machine_are_differences(held):
             exact = slope_of(machine, 0.1, -1.0 if way == "-x" else 1.0)
             ahead, back = (assemble(machine, {"X": 0.1 + step}).stiffness[0, 0] for step in (h, -h))
             assert exact == pytest.approx((ahead - back) / (2 * h), rel=1e-5)
+
+
+def test_the_stiffness_of_one_joint_holds_what_follows_the_axis():
+    machine, pose = table(), {"X": 0.2}
+    of_joint = stiffness_of_joint(place_machine(machine, pose), "guide")
+    assert of_joint == pytest.approx(assemble(machine, pose, ["work:+x"]).stiffness, rel=1e-12)
+    assert of_joint[0, 0] != pytest.approx(stiffness_of_joint(place_machine(machine), "guide")[0, 0], rel=1e-3)
 
 
 def test_modes_and_maps_follow_the_axis():
