@@ -85,25 +85,26 @@ def test_servo_and_drift_give_back_what_was_put_in(tmp_path, monkeypatch, capsys
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_commands_run_as_they_stand(kind, tmp_path, monkeypatch, capsys):
+def test_commands_run_as_they_stand(kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = write_samples(kind, tmp_path / "new")
     monkeypatch.chdir(tmp_path / "new")
     for command in result.commands:
         words = [name for word in shlex.split(command)[1:] for name in (
             sorted(map(str, Path().glob(word))) if "*" in word else [word])]
-        main([*words, *(() if words[0] == "check" else ("-o", f"page-{words[0]}"))])
-        assert "Traceback" not in capsys.readouterr().out
+        page = Path(f"page-{words[0]}/index.html")
+        main([*words, *(() if words[0] == "check" else ("-o", str(page.parent)))])
+        assert words[0] == "check" or page.is_file(), command
 
 
 @pytest.mark.slow
-def test_hammer_test_leads_to_the_published_modes(tmp_path, monkeypatch, capsys):
-    # Modes of the paper's model (table 5 of the vertical machining centre), which the sample's machine is.
+def test_hammer_test_leads_to_the_modes_that_were_put_in(tmp_path, monkeypatch, capsys):
+    # The frequencies are those that the records were made with, as the read-me file lists them.
     write_samples("hammer-test", tmp_path / "new")
     monkeypatch.chdir(tmp_path / "new")
     main(["frf", *sorted(map(str, Path().glob("records/*.uff"))), "--save", "test.h5"])
     shown = capsys.readouterr().out
-    assert shown.count("refused") == 2 or "88 of 90 hits" in shown
+    assert "88 of 90 hits" in shown
     main(["identify", "test.h5", "--geometry", "points.csv", "-m", "modes.h5"])
     modes = io.read_modes("modes.h5")
     listed = (tmp_path / "new/README.txt").read_text().split("modes at ")[1].split(" Hz")[0]

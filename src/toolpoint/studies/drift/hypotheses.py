@@ -93,17 +93,11 @@ def model_drift(machine: Machine, dofs: Sequence[Dof], pose: Pose | None = None,
     Examples
     --------
     >>> from toolpoint.machine import build
-    >>> from toolpoint.machine.description import (
-    ...     BodyDescription,
-    ...     InertiaDescription,
-    ...     JointDescription,
-    ...     MachineDescription,
-    ...     PointDescription,
-    ... )
-    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
-    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7})
-    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide},
-    ...                                    points={"tip": PointDescription("head")}))
+    >>> from toolpoint.machine import description as d
+    >>> head = d.BodyDescription(100.0, inertia=d.InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = d.JointDescription("ground", "head", stiffness={"x": 1e7})
+    >>> tip = d.PointDescription("head")
+    >>> machine = build(d.MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": tip}))
     >>> [hypothesis.part for hypothesis in model_drift(machine, [Dof("tip", "+x")]).hypotheses]
     ['joint slide', 'mass of head', 'all frequencies']
     """
