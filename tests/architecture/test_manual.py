@@ -17,6 +17,10 @@ from generate.tutorials import blocks_of, run_tutorial  # noqa: E402
 from toolpoint.io.quantities import units  # noqa: E402
 
 TUTORIALS = sorted(page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
+THEORY = sorted(page for page in (ROOT / "docs" / "theory").glob("*.md") if page.stem != "index")
+WRITTEN_PAGES = [*TUTORIALS, *THEORY, *(ROOT / "docs" / "how_to").glob("*.md"), ROOT / "docs" / "start.md"]
+LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)\s]*)?\)")
+MIN_PAGE_WORDS = 280  # of a page that is no reference: a shorter one belongs to another
 
 
 @pytest.mark.slow
@@ -80,6 +84,36 @@ def test_tutorials_are_these():
         "chatter_by_ear", "hammer_test_to_machine", "has_the_machine_changed", "machine_at_work", "machine_from_nothing",
         "project_from_records", "servo_and_contour", "tap_test_to_lobes", "update_a_model"]
     assert all(len(blocks_of(page)) >= 3 for page in TUTORIALS)
+
+
+def test_pages_of_theory_state_assumptions_and_check_themselves():
+    index = (ROOT / "docs" / "theory" / "index.md").read_text(encoding="utf-8")
+    assert len(THEORY) >= 17
+    for page in THEORY:
+        text = page.read_text(encoding="utf-8")
+        assert f"\n{page.stem}\n" in index, page.stem
+        assert "## Assumptions, and when they fail" in text or page.stem == "video", page.stem
+        assert "## Check it" in text and "\nSources: " in text and len(blocks_of(page)) >= 1, page.stem
+
+
+def test_no_written_page_is_a_stub():
+    assert {page.stem: len(page.read_text(encoding="utf-8").split()) for page in WRITTEN_PAGES
+            if len(page.read_text(encoding="utf-8").split()) < MIN_PAGE_WORDS} == {}
+
+
+def test_links_within_the_repository_lead_somewhere():
+    pages = [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")]
+    broken = [(page.name, link) for page in pages if "generated" not in page.parts
+              for link in LINK.findall(page.read_text(encoding="utf-8"))
+              if not link.startswith(("http", "mailto")) and "generated/" not in link and not (page.parent / link).exists()]
+    assert broken == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_page_of_theory_checks_itself(page):
+    assert run_tutorial(page) >= 1
 
 
 @pytest.mark.slow
