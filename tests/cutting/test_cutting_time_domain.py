@@ -19,7 +19,7 @@ from toolpoint.cutting import (
 )
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation, simulate
-from toolpoint.cutting.surface.location import location_error
+from toolpoint.cutting.surface.location import location_error, static_force_series
 
 
 def at_exit(run: Simulation, direction: int = 1) -> float:
@@ -38,6 +38,35 @@ def test_location_error_from_the_response_and_from_the_simulation() -> None:
     assert 1e6 * location_error(problem, speeds, 0.5e-3) == pytest.approx(want, abs=6e-6)  # type: ignore[arg-type]
     simulated = [1e6 * at_exit(simulate(problem, n, 0.5e-3, revolutions=150, method=ExactSteps(2000))) for n in speeds]
     assert simulated == pytest.approx(want, rel=1e-4)
+
+
+@pytest.mark.parametrize("helix", [0.0, 0.6])
+def test_coefficients_of_the_static_force_are_those_of_quadrature(helix: float) -> None:
+    """The integral over the arc (and the mean over the height) by midpoints, against the closed form."""
+    material = CuttingCoefficients(7e8, 2e8, ka=1e8, edge_t=2e4, edge_n=1e4, edge_a=3e3)
+    modes = Modes([800.0], [0.03], [[1.0], [0.5]], ["tool:+x", "tool:+y"])
+    problem = MillingProblem(Tool(0.01, 3, helix=helix), Engagement(0.4, 2.1), material, modes, feed_per_tooth=1e-4)
+    depth, points = 2e-3, 20_000
+    phi = 0.4 + 1.7 * (np.arange(points) + 0.5) / points
+    sine, cosine = np.sin(phi), np.cos(phi)
+    tangential, normal, axial = (7e8 * 1e-4 * sine + 2e4, 2e8 * 1e-4 * sine + 1e4, 1e8 * 1e-4 * sine + 3e3)
+    force = -depth * np.stack([tangential * cosine + normal * sine, -tangential * sine + normal * cosine, -axial])
+    lags = 2 * np.tan(helix) / 0.01 * depth * (np.arange(200) + 0.5) / 200
+    for k in (0, 1, 5):
+        wave = np.exp(-1j * 3 * k * (phi - 0.4)) * 3 / (2 * np.pi) * 1.7 / points
+        by_hand = force @ wave * np.exp(-1j * 3 * k * lags).mean()
+        assert static_force_series(problem, depth, 5)[5 + k] == pytest.approx(by_hand, rel=1e-4, abs=1e-4)
+
+
+def test_a_joint_that_is_all_but_locked_asks_for_no_further_harmonics() -> None:
+    """A mode at 3 MHz without compliance has put ten gigabytes of harmonics into a page; the error is that without it."""
+    labels = ["tool:+x", "tool:+y"]
+    shapes = np.array([[1.0, 0.2, 0.4], [0.3, 1.2, 0.5]])
+    every = MillingProblem(Tool(0.01, 3), Engagement.down(0.3), CuttingCoefficients(7e8, 2e8),
+                           Modes([300.0, 420.0, 3e6], [0.03] * 3, shapes, labels), feed_per_tooth=1e-4)
+    soft = every.changed(dynamics=Modes([300.0, 420.0], [0.03] * 2, shapes[:, :2], labels))
+    speeds = np.array([3000.0, 9100.0])
+    assert location_error(every, speeds, 1e-3) == pytest.approx(location_error(soft, speeds, 1e-3), rel=1e-4)
 
 
 def test_location_error_with_an_axial_force_that_bends_the_tool_sideways() -> None:

@@ -16,17 +16,23 @@ GAUGE = """# Gauge: a plain bar that was struck in the spindle, from the spindle
 toolpoint: 1
 name: gauge bar
 segments:
-  bar: {length: 60 mm, diameter: 40 mm, loss_factor: 0.1 %}
-stations: {a: 55 mm, b: 15 mm}  # places that were struck and measured, from the spindle
+  bar: {length: 120 mm, diameter: 40 mm, loss_factor: 0.1 %}
+stations: {a: 115 mm, b: 65 mm, c: 15 mm}  # places that were struck and measured, from the spindle
 """
 TOOL = """# Tool that was never measured, from the spindle to its tip.
 toolpoint: 1
 name: carbide end mill of 16 mm
 segments:
-  shank: {length: 50 mm, diameter: 16 mm, material: carbide}
-  flutes: {length: 30 mm, diameter: 16 mm, material: carbide, fluted: true}
+  shank:
+    length: 70 mm
+    diameter: 16 mm
+    material: carbide
+    loss_factor: 0.5 %
+    contact: {stiffness: 300 N/um, rotational_stiffness: 2e5 N*m/rad, loss_factor: 0.12}  # of the collet
+  flutes: {length: 40 mm, diameter: 16 mm, material: carbide, fluted: true, loss_factor: 0.5 %}
+contact_deviation: 0  # how well the collet is known, a share: try 0.1, and see the interval
 """
-LINES_HZ = np.arange(10.0, 3000.0, 2.0)
+LINES_HZ = np.arange(10.0, 4500.0, 2.5)
 # Receptances of the spindle at its nose: modes (Hz, N/m, turn over motion in 1/m) and what is above them (m/N, rad/(N m)).
 SPINDLE_MODES = ((600.0, 1e8, 5.0), (1400.0, 1.8e8, -15.0))
 SPINDLE_ABOVE = (1e-9, 4e-6)

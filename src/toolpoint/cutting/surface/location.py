@@ -7,13 +7,12 @@ import warnings
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, one_of, positive
-from toolpoint.cutting.cut.arc import gauss
-from toolpoint.cutting.cut.coefficients import force_direction
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.cut.tool import Engagement
 
 WALL_ANGLE_TOLERANCE = 1e-6  # rad
+MIN_COMPLIANCE_SHARE = 1e-5  # of the static compliance: stiffer modes ask for no further harmonics
 STATIC_LINE_COUNT = 5  # lines of a measured FRF whose median stands for the response below it
 
 
@@ -21,24 +20,32 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
     r"""Return Fourier coefficients c_k, k = -H..H, of the static force over a tooth pitch, N, shape (2H + 1, 3).
 
     :math:`F(t) = -w \sum_j g_j [k(\phi_j) f_z \sin\phi_j + k_e(\phi_j)] = \sum_k c_k e^{i k \omega_T t}`, time zero at
-    tooth 0's entry; helical tools are averaged over their height.
+    tooth 0's entry; helical tools are averaged over their height. The bracket is a sum of :math:`a_m e^{i m \phi}`, m = -2..2,
+    so every coefficient is an integral in closed form, however many there are.
     """
-    tool, arc, material = problem.tool, problem.engagement, problem.coefficients
-    pitch = 2 * np.pi / tool.teeth
-    x, w, _ = gauss(40 + int(np.ceil(0.6 * harmonics * arc.arc * tool.teeth)))
-    phi = arc.entry + arc.arc * (1 + x) / 2
-    k = force_direction(material, phi) * (problem.feed_per_tooth * np.sin(phi))[:, None]
-    s, c = np.sin(phi), np.cos(phi)
-    k = k + np.stack([material.edge_t * c + material.edge_n * s, -material.edge_t * s + material.edge_n * c], axis=-1)
-    axial = -(material.ka * problem.feed_per_tooth * np.sin(phi) + material.edge_a)  # the tool is pulled along its axis
-    k = np.concatenate([k, axial[:, None]], axis=1)
+    tool, arc = problem.tool, problem.engagement
     order = np.arange(-harmonics, harmonics + 1)
-    wave = np.exp(-1j * order[:, None] * tool.teeth * (phi - arc.entry)) * (w * arc.arc / 2 / pitch)
-    series = -depth * wave @ k
+    m = np.arange(-2, 3)
+    turn = m[None, :] - order[:, None] * tool.teeth
+    wave = np.exp(1j * m * arc.entry + 1j * turn * arc.arc / 2) * np.sinc(turn * arc.arc / (2 * np.pi)) * arc.arc
+    series = -depth * tool.teeth / (2 * np.pi) * wave @ _force_waves(problem)
     if tool.has_helix:
         half = np.tan(tool.helix[0]) / tool.diameter * depth * tool.teeth * order
         series = series * (np.exp(-1j * half) * np.sinc(half / np.pi))[:, None]
     return series
+
+
+def _force_waves(problem: MillingProblem) -> ComplexArray:
+    """Return the force of a tooth per depth as a_m, m = -2..2, over x, y and the axis, N/m."""
+    material, feed = problem.coefficients, problem.feed_per_tooth
+    one = np.array([0, 0, 1, 0, 0], complex)
+    sine, cosine = np.array([0, 0.5j, 0, -0.5j, 0]), np.array([0, 0.5, 0, 0.5, 0])
+    sine_squared = np.array([-0.25, 0, 0.5, 0, -0.25])
+    sine_cosine = np.array([0.25j, 0, 0, 0, -0.25j])
+    along = feed * (material.kt * sine_cosine + material.kn * sine_squared) + material.edge_t * cosine + material.edge_n * sine
+    across = feed * (material.kn * sine_cosine - material.kt * sine_squared) - material.edge_t * sine + material.edge_n * cosine
+    axial = -(material.ka * feed * sine + material.edge_a * one)  # the tool is pulled along its axis
+    return np.stack([along, across, axial], axis=1)
 
 
 def wall_side(engagement: Engagement) -> str | None:
@@ -66,7 +73,7 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
     side : str
         ``exit`` or ``entry``: the side on which the finished surface is.
     harmonics : int
-        Tooth harmonics kept; chosen by the highest mode where 0.
+        Tooth harmonics kept; chosen by the highest mode that holds a share of the compliance where 0.
 
     A measured FRF is taken as zero above its band; below it, and for the static deflection, as the real part of its lowest
     lines, with a ToolpointWarning.
@@ -88,7 +95,7 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
     for speed in check_speeds(speeds):
         plane = problem.plane_at(float(speed))
         tooth = float(tool.teeth * speed / 60)
-        order_max = harmonics or int(np.ceil(60 * plane.span[1] / tooth)) + 200
+        order_max = harmonics or int(np.ceil(60 * _highest_frequency(plane) / tooth)) + 200
         c = static_force_series(problem, depth, order_max)
         order = np.arange(-order_max, order_max + 1)
         g = _response(plane, np.abs(order) * tooth)
@@ -98,6 +105,21 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
         # The finished wall is at the tooth's own direction n = (0, cos): outward motion there cuts too deep.
         out.append(-y[1] * (-1.0 if side == "exit" else 1.0))
     return np.array(out)
+
+
+def _highest_frequency(plane: PlaneDynamics) -> float:
+    """Return the highest frequency whose modes hold a share of the static compliance, Hz.
+
+    Joints that are all but locked put modes at MHz into a machine file. They follow a force at once, and harmonics up there
+    would be hundreds of thousands.
+    """
+    if not plane.is_modal:
+        return plane.span[1]
+    order = np.argsort(np.abs(plane.poles))
+    compliance = (np.linalg.norm(plane.residues, axis=(1, 2)) / np.abs(plane.poles))[order]
+    tail = np.cumsum(compliance[::-1])[::-1]
+    last = int(np.flatnonzero(tail >= MIN_COMPLIANCE_SHARE * tail[0]).max())
+    return float(np.abs(plane.poles[order[last]]) / (2 * np.pi))
 
 
 def _response(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:

@@ -101,8 +101,9 @@ def _mode_table(plane: PlaneDynamics) -> Table:
         omega, zeta = abs(pole), -pole.real / abs(pole)
         sizes = np.abs(np.diag(plane.residues[k]))
         # k of a direction: the mode alone has the peak 1/(2 k zeta) there, as its residue is 1/(2 i m w_d).
-        stiffness = [f"{omega**2 / (2 * abs(pole.imag) * r) / 1e6:.4g}" if r > 1e-9 * max(sizes.max(), 1e-300) else "rigid"
-                     for r in sizes]
+        smallest = 1e-9 * max(sizes.max(), 1e-300)
+        stiffness = ["overdamped" if not pole.imag else "rigid" if r <= smallest else
+                     f"{omega**2 / (2 * abs(pole.imag) * r) / 1e6:.4g}" for r in sizes]
         rows.append([k + 1, omega / (2 * np.pi), 100 * zeta, *stiffness])
     ways = "xyz"[:plane.size]
     return Table(["mode", "frequency, Hz", "damping, %", *(f"stiffness {way}, N/µm" for way in ways)], rows,
