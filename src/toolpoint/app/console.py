@@ -90,7 +90,9 @@ def show_progress(quiet: bool = False) -> Iterator[Callable[..., None]]:
     elif not interactive():
         with _progress_lines() as say:
             yield lambda name, completed, total, *, step=False: say(
-                f"{name} (step {completed + 1} of {total})" if step else f"{name}: {completed} of {total}")
+                f"{name} (step {completed + 1} of {total})" if step else
+                # One part says nothing by "0 of 1" however long it takes.
+                name if total <= 1 else f"{name}: {completed} of {total}")
     else:
         from toolpoint.app.terminal import progress_bars
 

@@ -69,6 +69,8 @@ class Frame:
         if self.steps:
             self.progress_of_parts()(name, self._steps_begun, self.steps, step=True)
             self._steps_begun += 1
+        elif self._show is not None:  # the part before has ended: its name would stand there while this goes on
+            self._show(name, 0, 1)
 
     def progress(self, name: str, folder: Path | None = None) -> Callable[[int, int], None]:
         """Return the `progress` function of a study: how much is done, and of how much; with a folder to resume from, say first

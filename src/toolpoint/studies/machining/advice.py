@@ -132,10 +132,11 @@ def advise(case: AdviceCase, speed_lines: dict[int, list[int]], progress: Callab
     laid, tools = case.laid, list[ToolAdvice]()
     speed = laid.speed.copy()
     for k, number in enumerate(case.laid.numbers):
+        progress(k, len(laid.numbers))
         advice, ratio = _advise_tool(case, number)
         tools.append(advice)
         speed = np.where(laid.tool == number, speed * ratio, speed)
-        progress(k + 1, len(laid.numbers))
+    progress(len(laid.numbers), len(laid.numbers))
     factor = np.where(laid.speed > 0, speed / np.where(laid.speed > 0, laid.speed, 1.0), 1.0)
     feed_factor, loads = _feed_factors(case, replace(laid, speed=speed, feed=laid.feed * factor), factor)
     cutting = ~laid.path.rapid
