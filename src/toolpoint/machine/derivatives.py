@@ -7,6 +7,10 @@ polynomials up to degree six, so the derivative of a part is exact to rounding w
 (geometry, null-space basis) does not depend on these parameters and is linear. Of elastic bodies modulus, density and loss
 factor scale reduced parts, and sections of beams are differenced in the shapes kept: lengths, meshes and Poisson's ratio have
 no derivative here.
+
+Gravity and loads add a geometric stiffness. Along a tree it is linear in masses and does not depend on stiffness, since loads
+are carried whatever the springs; the same difference is then exact. Loops share the load by their stiffness, as ratios of
+polynomials: there the difference errs by the sixth power of its step, 1e-10.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from toolpoint.bodies.reduced import KINDS, BodySlope
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.gyroscopics import elastic_spins
 from toolpoint.machine.assembly.joint_terms import loop_motion
+from toolpoint.machine.assembly.preload import geometric_stiffness
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.description.machine import SCALING_KEYS, MachineDescription, parameters
 from toolpoint.machine.parts.build import build
@@ -52,19 +57,19 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
     Raises
     ------
     ToolpointError
-        For a path that is not there, geometry (joint frames, points), and anything while gravity or loads make the
-        matrices depend on the parameter in other ways.
+        For a path that is not there, geometry (joint frames, points), and numbers of elastic bodies that gravity or loads
+        make enter in other ways.
     """
     names = tuple(paths)
-    description = machine.description
-    if description.gravity is not None or description.loads:
-        fail("machine", "gravity or loads", "exact derivatives leave preload out", remedy="take the machine without them")
     place = place_machine(machine, poses)
     basis = loop_basis(place) if machine.loops else None
     size = machine.size if basis is None else basis.shape[-1]
     result = {term: np.zeros((place.poses, len(names), size, size)) for term in _MATRIX_TERMS}
     for k, path in enumerate(names):
-        for term, matrix in _derivatives_to(place, path).items():
+        slopes = _derivatives_to(place, path)
+        if (of_preload := _preload_slope(place, path, poses)) is not None:
+            slopes["stiffness"] = slopes.get("stiffness", 0.0) + of_preload
+        for term, matrix in slopes.items():
             result[term][:, k] = matrix if basis is None else np.swapaxes(basis, -1, -2) @ matrix @ basis
     single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
     return MatrixDerivatives(names, **{
@@ -103,6 +108,26 @@ def _derivatives_to(place: Placement, path: str) -> dict[str, FloatArray]:
         return {}
     known_paths = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
     fail("path", repr(path), "has no exact derivative", remedy=f"known: {', '.join(known_paths[:4])} ...")
+
+
+def _preload_slope(place: Placement, path: str, poses: Pose | None) -> FloatArray | None:
+    """Return the derivative of the geometric stiffness of gravity and loads, (P, n, n); None where a number has none."""
+    machine = place.machine
+    description = machine.description
+    if description.gravity is None and not description.loads:
+        return None
+    room, _, kind = [*path.split("."), "", "", ""][:3]
+    if kind in ("inertia", "damping", "loss_factor") or path == "damping_ratio" or path.endswith(".loss_factor"):
+        return None
+    if room == "joints" and not machine.loops:
+        return None  # statically determinate: what a joint carries does not depend on its stiffness
+    if room == "bodies" and kind in SCALING_KEYS:
+        if path.endswith(".modulus") and not machine.loops:
+            return None
+        fail("path", repr(path), "has no exact derivative while gravity or loads act on the elastic body",
+             remedy="vary it by `screen`, or take gravity and loads out of the file")
+    return _difference(description, path, machine.value(path),
+                       lambda changed: np.asarray(geometric_stiffness(place_machine(build(changed), poses))))
 
 
 def _motion_terms(place: Placement, name: str, slope: BodySlope) -> dict[str, FloatArray]:

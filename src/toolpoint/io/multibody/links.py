@@ -37,7 +37,8 @@ def tree_links(machine: Machine, pose: Pose | None = None) -> tuple[TreeLink, ..
         fail("machine", "loops or elastic bodies", "must be a tree of rigid bodies to be written",
              remedy="give members springs instead")
     if machine.description.gravity is not None or machine.description.loads:
-        fail("machine", "gravity or loads", "are left out of what is written", remedy="take the machine without them")
+        fail("machine", "gravity or loads", "cannot be written: springs would have to carry them as preload",
+             remedy="remove gravity: and loads: from the file")
     place = place_machine(machine, pose)
     if place.poses != 1:
         fail("pose", f"{place.poses} poses", "must be one")
