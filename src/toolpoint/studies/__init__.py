@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
     from toolpoint.studies.listening.tried_cuts import hear_tried
+    from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
+    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
@@ -94,11 +96,14 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "BlowVerdict",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
     "DepthLimit",
     "Factor",
+    "LiveProgress",
+    "LiveTap",
     "MachiningSetup",
     "Measurement",
     "MillingSetup",
@@ -137,6 +142,7 @@ __all__ = [
     "draw_conclusions",
     "examine_environment",
     "film_machine",
+    "follow_blows",
     "gather_test",
     "hear_tried",
     "identify_modes",
@@ -252,6 +258,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
     "listening.tried_cuts": ("hear_tried",),
+    "live_testing.blow_verdict": ("BlowVerdict",),
+    "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
