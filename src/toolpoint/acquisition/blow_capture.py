@@ -92,7 +92,7 @@ class BlowCapture:
         self._size = self._before + block - round((0.02 - TRIGGER_MARGIN_SHARE) * block)
         self._force = inputs.channels[inputs.force_at]
         self._level = None if trigger is None else positive("trigger", trigger) / abs(self._force.factor)
-        self._ring = np.zeros((0, len(inputs.channels)))
+        self._ring: FloatArray = np.zeros((0, len(inputs.channels)))
         self._ring_start = 0
         self._parts, self._needed = list[FloatArray](), 0
         self._noise = list[FloatArray]()

@@ -56,7 +56,8 @@ class NiInput:
         self.physical = physical if "/" in physical else f"{physical}/ai0" + (f":{channels - 1}" if channels > 1 else "")
         self.rate, self._limit = float(rate), limit
         self.names = tuple(f"channel {k + 1}" for k in range(channels))
-        self.units, self.ranges = ("V",) * channels, (limit,) * channels
+        self.units = ("V",) * channels
+        self.ranges: tuple[float | None, ...] = (limit,) * channels
         self.doubts: tuple[tuple[str, str, str], ...] = ()
         self._task: Any = None
         self._delivered = 0
@@ -68,8 +69,8 @@ class NiInput:
             self._task = library.Task()
             self._task.ai_channels.add_ai_voltage_chan(self.physical, min_val=-self._limit, max_val=self._limit)
             if (count := len(self._task.ai_channels)) != len(self.names):
-                raise DeviceFault(f"device ni:{self.physical}: {count} inputs; {len(self.names)} channels are described; must be "
-                                  "as many")
+                raise DeviceFault(f"device ni:{self.physical}: {count} inputs; {len(self.names)} channels are described; must "
+                                  "be as many")
             self._task.timing.cfg_samp_clk_timing(self.rate, sample_mode=library.constants.AcquisitionType.CONTINUOUS,
                                                   samps_per_chan=round(BUFFER_SECONDS * self.rate))
             # Boards with converters of their own clock take the nearest rate that they have.

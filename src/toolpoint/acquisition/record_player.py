@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint.acquisition.device import DeviceFault, SampleBlock
+from toolpoint.acquisition.sample_clock import SampleClock
 
 BLOCK_SECONDS = 0.01  # s of samples in a block
 
@@ -68,6 +69,7 @@ class RecordPlayer:
         self.doubts: tuple[tuple[str, str, str], ...] = ()
         self._faults = faults or PlayerFaults()
         self._place, self._delivered, self._begun = 0, 0, 0.0
+        self._clock = SampleClock(self.rate)
 
     def open(self) -> None:
         """Begin with the first sample."""
@@ -89,7 +91,8 @@ class RecordPlayer:
         samples = self._samples[self._place:self._place + size]
         self._place += samples.shape[0]
         arrival = self._wait_until_due(self._place / self.rate)
-        block = SampleBlock(samples, self._delivered, arrival, has_overflow=bool(skipped) and faults.is_told)
+        lost = self._clock.count(samples.shape[0], arrival)
+        block = SampleBlock(samples, self._delivered, arrival, bool(skipped) and faults.is_told, lost, self._clock.lost_since)
         self._delivered = block.stop
         return block
 

@@ -1,7 +1,7 @@
 """Lost samples by the clock: samples that should have come against samples that came.
 
-Drivers do not always say that they lost samples (the ALSA device of PulseAudio never does). Blocks come late and in bursts, so the
-deficit of a single moment says nothing; the least deficit over a few seconds does: some block is always on time.
+Drivers do not always say that they lost samples (the ALSA device of PulseAudio never does). Blocks come late and in bursts, so
+the deficit of a single moment says nothing; the least deficit over a second does: some block is always on time.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MIN_WINDOW_BLOCKS = 10  # blocks of a window: a burst behind a pause holds the f
 
 
 class SampleClock:
-    """Finds samples that were lost, within two windows of a second.
+    """Finds samples that were lost, within three windows of a second.
 
     Parameters
     ----------
@@ -39,7 +39,8 @@ class SampleClock:
         self._first: float | None = None
         self._reference: float | None = None
         self._window = deque[float]()
-        self._window_start, self._checked = 0.0, 0
+        self._deficits = deque[float](maxlen=2)
+        self._window_start, self._checked = 0.0, deque[int]([0], maxlen=4)
         self.lost_since = 0
 
     def count(self, samples: int, arrival: float) -> int:
@@ -54,12 +55,18 @@ class SampleClock:
         return self._close_window(arrival)
 
     def _close_window(self, arrival: float) -> int:
-        """Compare the least deficit of the window with that of the one before."""
-        # The first quarter may still be late behind a pause; the last blocks of a burst are on time.
-        deficit = min(self._window)
-        reference, self._reference = self._reference, deficit
-        self.lost_since, self._checked = self._checked, self.received
+        """Compare the least deficit of the last two windows with that of those before."""
+        # One window alone may be late as a whole, behind a pause of the program; samples that are late come, lost ones do not.
+        self._deficits.append(min(self._window))
+        self._checked.append(self.received)
         self._window.clear()
         self._window_start = arrival
-        step = 0.0 if reference is None else deficit - reference
-        return round(step) if step > MIN_LOSS_SECONDS * self.rate else 0
+        if len(self._deficits) < 2:
+            return 0
+        reference, self._reference = self._reference, min(self._deficits)
+        step = 0.0 if reference is None else self._reference - reference
+        if step <= MIN_LOSS_SECONDS * self.rate:
+            return 0
+        # The loss may lie in the last block of the window before these two.
+        self.lost_since = self._checked[0]
+        return round(step)

@@ -56,7 +56,7 @@ class SoundInput:
         self.names = tuple(f"channel {k + 1}" for k in range(count))
         self.units = (FULL_SCALE_UNIT,) * count
         self.ranges: tuple[float | None, ...] = (1.0,) * count
-        self.doubts = (AC_COUPLED,)
+        self.doubts: tuple[tuple[str, str, str], ...] = (AC_COUPLED,)
         self._stream: Any = None
         # The callback runs in a thread of PortAudio: it may copy and enqueue, nothing that waits.
         self._queue = queue.SimpleQueue[tuple[FloatArray, bool, float]]()

@@ -110,8 +110,8 @@ class WatchedFolder:
         if not rate:
             raise ToolpointError(f"{path}: no sample rate; give it with `rate`, Hz")
         if self.names and (len(record.names) != len(self.names) or abs(rate / self.rate - 1) > 1e-6):
-            raise DeviceFault(f"{path}: {len(record.names)} channels at {rate:g} Hz; must be {len(self.names)} at {self.rate:g} "
-                              "Hz, as the first record; begin anew for another set-up")
+            raise DeviceFault(f"{path}: {len(record.names)} channels at {rate:g} Hz; must be {len(self.names)} at "
+                              f"{self.rate:g} Hz, as the first record; begin anew for another set-up")
         self.rate, self.names, self.units = float(rate), record.names, record.units
         self.ranges = (None,) * len(record.names)
         block = SampleBlock(record.samples, self._delivered, time.monotonic(), is_record=True, name=path.name)

@@ -29,8 +29,8 @@ class LiveBlows:
                                  needs="--live")] = 1.0
     trigger: Annotated[float | None, Help("Live: force that opens a blow, N; twelve times the noise where left out.", above=0,
                                           needs="--live")] = None
-    limit: Annotated[float | None, Help("Live: range of the inputs of an NI board, V; 10 where left out.", above=0, name="--range",
-                                        needs="--live")] = None
+    limit: Annotated[float | None, Help("Live: range of the inputs of an NI board, V; 10 where left out.", above=0,
+                                        name="--range", needs="--live")] = None
     patience: Annotated[float | None, Help("Live: end after this time without a blow, s.", above=0, needs="--live")] = None
 
     def follow(self, channel: tuple[str, ...], show: Any) -> Any:

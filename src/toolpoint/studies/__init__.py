@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
+    from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut
     from toolpoint.studies.listening.tried_cuts import hear_tried
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
     from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
@@ -102,6 +103,7 @@ __all__ = [
     "Dask",
     "DepthLimit",
     "Factor",
+    "HeardWindow",
     "LiveProgress",
     "LiveTap",
     "MachiningSetup",
@@ -138,11 +140,13 @@ __all__ = [
     "core_count",
     "cut_on",
     "cuts_of_options",
+    "decisive_window",
     "describe_machining",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
     "follow_blows",
+    "follow_cut",
     "gather_test",
     "hear_tried",
     "identify_modes",
@@ -257,6 +261,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
+    "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut"),
     "listening.tried_cuts": ("hear_tried",),
     "live_testing.blow_verdict": ("BlowVerdict",),
     "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),

@@ -217,13 +217,14 @@ def tap(run: Frame, files: Annotated[tuple[SourceFile, ...], Argument()] = (), *
 
 def _record_blows(run: Frame, labels: TapLabels, live: LiveBlows) -> Any:
     """Record blows, with their page written after each; return their study, None where no blow was good."""
-    def show(study: Any) -> None:
-        run.save(pages.hammer_page, study, run.warnings, "Live tap test")
+    def show(study: Any, is_growing: bool = True) -> None:
+        run.save(pages.hammer_page, study, run.warnings, "Live tap test", is_growing=is_growing)
 
     folder, tap, fault = live.follow(labels.channel, show)
     if fault is not None:
         console.warning(f"{fault}; {tap.good} good blows are kept in {folder.folder}")
     if tap.study is not None:
+        show(tap.study, False)
         run.show(tap.study, [*tap.doubts, *tap.study.doubts, *tap.study.notes])
     run.suggest(f"tap {folder.test_file} --diameter ... --teeth ... --material ...", f"frf {folder.test_file}")
     return tap.study

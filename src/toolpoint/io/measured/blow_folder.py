@@ -1,8 +1,8 @@
-"""Folder of a live test: every blow in a file of its own, written so that nothing loses it, beside the test file that reads them.
+"""Folder of a live test: every blow in a file of its own, written so that nothing loses it, beside the test file of them all.
 
-A blow is written to a draft, brought to the disk, and renamed: a name that is there is whole. The test file names the blows by a
-pattern, so it is written once. What has to be left out for a reason that the samples do not show lies in ``set_aside``, with the
-reason beside it.
+A blow is written to a draft, brought to the disk, and renamed: a name that is there is whole. The test file names the blows by
+a pattern, so it is written once. What has to be left out for a reason that the samples do not show lies in ``set_aside``, with
+the reason beside it.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ class BlowFolder:
                 draft.unlink()
             self._begin(description)
         except OSError as error:
-            raise ToolpointError(f"{self.folder}: cannot be written ({error.strerror or error}); choose another folder") from None
+            raise ToolpointError(f"{self.folder}: cannot be written ({error.strerror or error}); choose another "
+                                 "folder") from None
         self.kept = tuple((path.name, self._read(path)) for path in sorted(self.folder.glob(BLOW_PATTERN)))
 
     @property

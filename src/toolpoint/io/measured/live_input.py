@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from toolpoint.io.measured.channels import Labels, label_columns, parse_channel
 from toolpoint.io.measured.record_files import read_columns
 from toolpoint.io.suffixes import SOUND, VIDEO, WAV
 from toolpoint.io.text.columns import Columns
-from toolpoint.signals.test_description import ChannelDescription
+from toolpoint.signals.test_description import ChannelDescription, Motion
 
 KINDS_OF_INPUT = ("sound", "ni", "folder", "play")
 FORM_OF_ADDRESS = "sound, sound:NAME, ni:Dev1, ni:cDAQ1Mod1/ai0:1, folder:PATH, play:FILE or play:FILE@10 (ten times faster)"
@@ -132,7 +133,7 @@ def _with_channels(device: SampledInput, described: Sequence[ChannelDescription]
         full_scale = part.full_scale if device.units[column] == FULL_SCALE_UNIT and part.full_scale else 1.0
         channels.append(InputChannel(column, quantity, dof, float(factors[place]) if in_volts else 1.0,
                                      full_scale if in_volts else float(factors[place]), device.ranges[column]))
-        kept.append(replace(part, channel=str(place + 1), quantity=quantity, dof=dof.text, full_scale=None))
+        kept.append(replace(part, channel=str(place + 1), quantity=cast(Motion, quantity), dof=dof.text, full_scale=None))
     return LiveInput(device, InputChannels(tuple(channels)), tuple(kept), tuple(labels.notes))
 
 

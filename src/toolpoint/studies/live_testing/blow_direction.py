@@ -1,8 +1,8 @@
 r"""Direction of a blow, from the first motion of a sensor of several axes beside the struck point.
 
-While the force acts, the tip moves as its mass lets it: the velocity that a blow leaves, :math:`\int a\,dt` over the pulse, points
-where the blow went, if the mass that answers is alike in all directions. From blow to blow the structure is the same: a turn
-against the other blows is one of the hammer, whatever the masses are.
+While the force acts, the tip moves as its mass lets it: the velocity that a blow leaves, :math:`\int a\,dt` over the pulse,
+points where the blow went, if the mass that answers is alike in all directions. From blow to blow the structure is the same: a
+turn against the other blows is one of the hammer, whatever the masses are.
 """
 
 from __future__ import annotations
@@ -63,11 +63,11 @@ def question_direction(velocity: FloatArray, struck: Dof, accepted: Sequence[Flo
     aim = sign * np.eye(3)[axis][axes]
     skew = _angle(velocity[axes], aim)
     if skew > MAX_SKEW_DEGREES:
-        return (f"the first motion is {skew:.0f}° off {struck.direction}: a skew blow, a turned sensor, or a tip that is lighter "
-                "across", False)
+        return (f"the first motion is {skew:.0f}° off {struck.direction}: a skew blow, a turned sensor, or a tip that is "
+                "lighter across", False)
     return "", False
 
 
 def _angle(first: FloatArray, second: FloatArray) -> float:
-    cosine = float(first @ second / max(np.linalg.norm(first) * np.linalg.norm(second), 1e-300))
-    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    cosine = float(first @ second) / max(float(np.linalg.norm(first) * np.linalg.norm(second)), 1e-300)
+    return float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0))))
