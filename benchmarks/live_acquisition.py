@@ -97,7 +97,7 @@ def measure_losses(minutes: float) -> None:
             if block is not None:
                 parts.append(block.samples.astype("f4"))
                 flags += block.has_overflow
-                by_clock += block.lost
+                by_clock += block.lost_count
         device.close()
     came, lost, wrong = count_losses(np.concatenate(parts))
     print(f"{came} samples at {RATE} Hz in {minutes:g} min: {lost} lost, {wrong} changed or doubled; the driver flagged "

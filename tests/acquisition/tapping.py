@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint.acquisition import InputChannel, InputChannels
 from toolpoint.vibration import Dof
 
-RATE, HAMMER, SENSOR = 5000.0, 2.25e-3, 1.02e-3
+RATE, HAMMER, SENSOR = 5000.0, 2.25 * 1e-3, 1.02 * 1e-3  # Hz, V/N, V/(m/s^2): as their texts are read
 DESCRIBED = ["1=force tip:+x 2.25mV/N", "2=acceleration tip:+x 1.02mV/(m/s^2)"]
 WIDTH = 10  # samples of a pulse
 

@@ -88,8 +88,8 @@ class BlowCapture:
         block = round(positive("duration", duration) * self.rate)
         if block < 100:
             fail("duration", f"{duration:g} s", f"must hold 100 samples at least, {100 / rate:.2g} s")
-        self._before = round(PRETRIGGER_SHARE * block)
-        self._size = self._before + block - round((0.02 - TRIGGER_MARGIN_SHARE) * block)
+        self._pretrigger = round(PRETRIGGER_SHARE * block)
+        self._size = self._pretrigger + block - round((0.02 - TRIGGER_MARGIN_SHARE) * block)
         self._force = inputs.channels[inputs.force_at]
         self._level = None if trigger is None else positive("trigger", trigger) / abs(self._force.factor)
         self._ring: FloatArray = np.zeros((0, len(inputs.channels)))
@@ -132,8 +132,8 @@ class BlowCapture:
             return
         noise = np.concatenate(self._noise)
         deviation = NORMAL_DEVIATION * float(np.median(np.abs(noise - np.median(noise))))
-        least = 0.0 if self._force.limit is None else TRIGGER_RANGE_SHARE * self._force.limit * self._force.volts
-        self._level = max(TRIGGER_NOISE_RATIO * deviation, least, np.finfo(float).tiny)
+        lower_limit = 0.0 if self._force.limit is None else TRIGGER_RANGE_SHARE * self._force.limit * self._force.volts
+        self._level = max(TRIGGER_NOISE_RATIO * deviation, lower_limit, np.finfo(float).tiny)
         self._noise.clear()
 
     def _cut(self, volts: FloatArray, block: SampleBlock) -> Iterator[CapturedBlow]:
@@ -146,7 +146,7 @@ class BlowCapture:
                     self._remember(volts[place:], block.start + place)
                     return
                 self._remember(volts[place:place + rise], block.start + place)
-                self._parts, self._needed = [self._ring], self._size - self._before
+                self._parts, self._needed = [self._ring], self._size - self._pretrigger
                 place += rise
             part = volts[place:place + self._needed]
             self._parts.append(part)
@@ -154,7 +154,7 @@ class BlowCapture:
             place += part.shape[0]
             if self._needed == 0:
                 blow = self._finish(block.arrival)
-                self._ring, self._ring_start = blow.volts[-self._before:], blow.stop - self._before
+                self._ring, self._ring_start = blow.volts[-self._pretrigger:], blow.stop - self._pretrigger
                 yield blow
 
     def _find_rise(self, volts: FloatArray) -> int | None:
@@ -169,7 +169,7 @@ class BlowCapture:
 
     def _remember(self, volts: FloatArray, start: int) -> None:
         """Keep the last samples for the pretrigger of the next blow."""
-        ring = np.concatenate([self._ring, volts])[-self._before:]
+        ring = np.concatenate([self._ring, volts])[-self._pretrigger:]
         self._ring, self._ring_start = ring, start + volts.shape[0] - ring.shape[0]
 
     def _finish(self, arrival: float, is_torn: bool = False) -> CapturedBlow:

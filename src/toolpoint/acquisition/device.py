@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 
 INSTALL = "pip install 'toolpoint[acquisition]'"
 
@@ -46,7 +47,7 @@ class SampleBlock:
         When the block came, s, of a clock that never steps back.
     has_overflow : bool
         Whether the driver says that samples were lost before or inside the block.
-    lost : int
+    lost_count : int
         Samples that the clock has found lost since `lost_since` (a number of samples, as `start`); 0 where none.
     is_record : bool
         Whether the block is a whole record that nothing follows, such as a file of another program.
@@ -63,7 +64,7 @@ class SampleBlock:
     start: int
     arrival: float
     has_overflow: bool = False
-    lost: int = 0
+    lost_count: int = 0
     lost_since: int = 0
     is_record: bool = False
     name: str = ""
@@ -77,7 +78,7 @@ class SampleBlock:
 class SampledInput(Protocol):
     """An input that is read block by block. `rate` in Hz; `ranges`: largest value of each channel, None where unknown.
 
-    `doubts`: what this kind of input may falsify whatever is measured, as sentences of a Doubt's three parts.
+    `doubts`: what this kind of input may falsify whatever is measured.
 
     Examples
     --------
@@ -92,7 +93,7 @@ class SampledInput(Protocol):
     names: tuple[str, ...]
     units: tuple[str, ...]
     ranges: tuple[float | None, ...]
-    doubts: tuple[tuple[str, str, str], ...]
+    doubts: tuple[Doubt, ...]
 
     def open(self) -> None:
         """Begin to deliver samples."""

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.acquisition.device import INSTALL, DeviceDescription, DeviceFault, SampleBlock
 
-READ_SECONDS = 0.02  # s of samples in a block
-BUFFER_SECONDS = 20.0  # s that the driver keeps: longer than any pause of the program
+BOARD_READ_SECONDS = 0.02  # s of samples in a block
+DRIVER_BUFFER_SECONDS = 20.0  # s that the driver keeps: longer than any pause of the program
 DEFAULT_RANGE = 10.0  # V
 # Overwritten in the driver's buffer, or in that of the board: error numbers of NI-DAQmx.
 OVERFLOW_ERRORS = (-200279, -200361)
@@ -58,7 +59,7 @@ class NiInput:
         self.names = tuple(f"channel {k + 1}" for k in range(channels))
         self.units = ("V",) * channels
         self.ranges: tuple[float | None, ...] = (limit,) * channels
-        self.doubts: tuple[tuple[str, str, str], ...] = ()
+        self.doubts: tuple[Doubt, ...] = ()
         self._task: Any = None
         self._delivered = 0
 
@@ -72,7 +73,7 @@ class NiInput:
                 raise DeviceFault(f"device ni:{self.physical}: {count} inputs; {len(self.names)} channels are described; must "
                                   "be as many")
             self._task.timing.cfg_samp_clk_timing(self.rate, sample_mode=library.constants.AcquisitionType.CONTINUOUS,
-                                                  samps_per_chan=round(BUFFER_SECONDS * self.rate))
+                                                  samps_per_chan=round(DRIVER_BUFFER_SECONDS * self.rate))
             # Boards with converters of their own clock take the nearest rate that they have.
             self.rate = float(self._task.timing.samp_clk_rate)
             self._task.start()
@@ -86,7 +87,7 @@ class NiInput:
 
     def read(self, timeout: float) -> SampleBlock | None:
         """Return the next 20 ms of samples; a block behind an overwritten buffer says so."""
-        count = max(round(READ_SECONDS * self.rate), 1)
+        count = max(round(BOARD_READ_SECONDS * self.rate), 1)
         has_overflow = False
         while True:
             try:

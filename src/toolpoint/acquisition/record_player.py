@@ -9,23 +9,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint._doubt import Doubt
 from toolpoint.acquisition.device import DeviceFault, SampleBlock
 from toolpoint.acquisition.sample_clock import SampleClock
 
-BLOCK_SECONDS = 0.01  # s of samples in a block
+PLAYED_BLOCK_SECONDS = 0.01  # s of samples in a block
 
 
 @dataclass(frozen=True)
 class PlayerFaults:
     """Faults that a player shows: samples after which the device goes away, and samples that are lost, told or not.
 
-    unplugged_at : sample, None never; lost_at, lost : sample and number of samples that are left out; is_told : whether the
-    driver says so.
+    unplugged_at : sample, None never; lost_at, lost_count : sample and number of samples that are left out; is_told : whether
+    the driver says so.
     """
 
     unplugged_at: int | None = None
     lost_at: int | None = None
-    lost: int = 0
+    lost_count: int = 0
     is_told: bool = True
 
 
@@ -66,7 +67,7 @@ class RecordPlayer:
         self.names = tuple(names) or tuple(f"channel {k + 1}" for k in range(columns))
         self.units = tuple(units) or ("",) * columns
         self.ranges: tuple[float | None, ...] = (limit,) * columns
-        self.doubts: tuple[tuple[str, str, str], ...] = ()
+        self.doubts: tuple[Doubt, ...] = ()
         self._faults = faults or PlayerFaults()
         self._place, self._delivered, self._begun = 0, 0, 0.0
         self._clock = SampleClock(self.rate)
@@ -85,14 +86,17 @@ class RecordPlayer:
             raise DeviceFault("device: the player's device went away, as it was told to")
         if self._place >= self._samples.shape[0]:
             raise StopIteration
-        size = max(round(BLOCK_SECONDS * self.rate), 1)
-        skipped = faults.lost if faults.lost_at is not None and self._place <= faults.lost_at < self._place + size else 0
+        size = max(round(PLAYED_BLOCK_SECONDS * self.rate), 1)
+        skipped = faults.lost_count if faults.lost_at is not None and self._place <= faults.lost_at < self._place + size else 0
         self._place += skipped
         samples = self._samples[self._place:self._place + size]
         self._place += samples.shape[0]
         arrival = self._wait_until_due(self._place / self.rate)
-        lost = self._clock.count(samples.shape[0], arrival)
-        block = SampleBlock(samples, self._delivered, arrival, bool(skipped) and faults.is_told, lost, self._clock.lost_since)
+        if bool(skipped) and faults.is_told:
+            self._clock.accept_gap()
+        lost_count = self._clock.count(samples.shape[0], arrival)
+        block = SampleBlock(samples, self._delivered, arrival, bool(skipped) and faults.is_told, lost_count,
+                            self._clock.lost_since)
         self._delivered = block.stop
         return block
 

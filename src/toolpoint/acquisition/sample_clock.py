@@ -7,11 +7,15 @@ the deficit of a single moment says nothing; the least deficit over a second doe
 from __future__ import annotations
 
 from collections import deque
+from statistics import median
 
 from toolpoint._check import positive
 
 WINDOW_SECONDS = 1.0  # s over which the least deficit is taken
-MIN_LOSS_SECONDS = 0.008  # s of samples: a step of the least deficit beyond it is a loss; two clocks differ by 0.2 ms a second
+# A step of the least deficit is a loss beyond ten times its median step, and beyond these ends, s of samples: two quartz clocks
+# differ by 0.2 ms a second; a machine that is busy with other work is late by some milliseconds for a second.
+LOSS_STEP_RATIO, LOSS_STEP_RANGE = 10.0, (0.002, 0.008)
+STEP_COUNT = 30  # steps whose median is taken
 MIN_WINDOW_BLOCKS = 10  # blocks of a window: a burst behind a pause holds the first of them late
 
 
@@ -40,14 +44,21 @@ class SampleClock:
         self._reference: float | None = None
         self._window = deque[float]()
         self._deficits = deque[float](maxlen=2)
+        self._steps = deque[float](maxlen=STEP_COUNT)
         self._window_start, self._checked = 0.0, deque[int]([0], maxlen=4)
         self.lost_since = 0
+
+    def accept_gap(self) -> None:
+        """Begin anew behind a gap that the driver has told of: the clock would find it again, without its place."""
+        self._first, self._reference = None, None
+        self._window.clear()
+        self._deficits.clear()
 
     def count(self, samples: int, arrival: float) -> int:
         """Count a block that arrived at a time (s); return the samples found lost with it, between `lost_since` and now."""
         self.received += samples
         if self._first is None:
-            self._first = arrival - samples / self.rate
+            self._first = arrival - self.received / self.rate
             self._window_start = arrival
         self._window.append((arrival - self._first) * self.rate - self.received)
         if arrival - self._window_start < WINDOW_SECONDS or len(self._window) < MIN_WINDOW_BLOCKS:
@@ -65,7 +76,10 @@ class SampleClock:
             return 0
         reference, self._reference = self._reference, min(self._deficits)
         step = 0.0 if reference is None else self._reference - reference
-        if step <= MIN_LOSS_SECONDS * self.rate:
+        low_end, high_end = LOSS_STEP_RANGE
+        usual = median(self._steps) / self.rate if len(self._steps) == STEP_COUNT else high_end
+        self._steps.append(abs(step))
+        if step <= min(max(LOSS_STEP_RATIO * usual, low_end), high_end) * self.rate:
             return 0
         # The loss may lie in the last block of the window before these two.
         self.lost_since = self._checked[0]

@@ -8,13 +8,15 @@ from dataclasses import replace
 from typing import Any
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
+from toolpoint._doubt import Doubt
 from toolpoint.acquisition.device import INSTALL, DeviceDescription, DeviceFault, SampleBlock
 from toolpoint.acquisition.sample_clock import SampleClock
 
 FULL_SCALE_UNIT = "full scale"
+SOUND_BUFFER_SECONDS = 0.25  # s between device and program: a busy machine lost samples of the usual 35 ms
 MAX_SILENCE_SECONDS = 2.0  # s without a block after which the device is taken as gone
-AC_COUPLED = ("sound input", "inputs of sound cards are AC coupled: they let the force of a blow and slow motion droop, so "
-              "responses below about 20 Hz come out wrong, and their volts are not calibrated",
+AC_COUPLED = Doubt("sound input", "inputs of sound cards are AC coupled: they let the force of a blow and slow motion droop, "
+              "so responses below about 20 Hz come out wrong, and their volts are not calibrated",
               "check the scale by a blow on a known free mass; trust no line below 20 Hz")
 
 
@@ -56,7 +58,7 @@ class SoundInput:
         self.names = tuple(f"channel {k + 1}" for k in range(count))
         self.units = (FULL_SCALE_UNIT,) * count
         self.ranges: tuple[float | None, ...] = (1.0,) * count
-        self.doubts: tuple[tuple[str, str, str], ...] = (AC_COUPLED,)
+        self.doubts: tuple[Doubt, ...] = (AC_COUPLED,)
         self._stream: Any = None
         # The callback runs in a thread of PortAudio: it may copy and enqueue, nothing that waits.
         self._queue = queue.SimpleQueue[tuple[FloatArray, bool, float]]()
@@ -68,7 +70,8 @@ class SoundInput:
             self._queue.put((samples.copy(), bool(status.input_overflow), time.monotonic()))
         try:
             self._stream = self._library.InputStream(device=self._number, samplerate=self.rate, channels=len(self.names),
-                                                     dtype="float32", latency="high", callback=take)
+                                                     dtype="float32", latency=SOUND_BUFFER_SECONDS,
+                                                     callback=take)
             self._stream.start()
         except (self._library.PortAudioError, ValueError) as error:
             raise ToolpointError(f"device: {len(self.names)} inputs at {self.rate:g} Hz are refused ({error}); take another "
@@ -84,10 +87,12 @@ class SoundInput:
             raise DeviceFault("device: no samples come any more; it was unplugged, or another program took it") from None
         if samples.shape[1] != len(self.names):
             raise DeviceFault(f"device: blocks of {samples.shape[1]} channels; must be {len(self.names)}, as it was opened")
-        lost = self._clock.count(samples.shape[0], arrival)
+        if has_overflow:
+            self._clock.accept_gap()
+        lost_count = self._clock.count(samples.shape[0], arrival)
         block = SampleBlock(samples.astype(float), self._delivered, arrival, has_overflow)
         self._delivered = block.stop
-        return replace(block, lost=lost, lost_since=self._clock.lost_since) if lost else block
+        return replace(block, lost_count=lost_count, lost_since=self._clock.lost_since) if lost_count else block
 
     def close(self) -> None:
         """Stop the stream."""

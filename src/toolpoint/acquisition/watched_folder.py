@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.acquisition.device import DeviceFault, SampleBlock
 
 SETTLING_SECONDS = 0.3  # s in which a file has not grown: it is whole
@@ -50,7 +51,7 @@ class WatchedFolder:
         self.rate = 0.0 if rate is None else rate
         self.names, self.units = tuple[str, ...](), tuple[str, ...]()
         self.ranges: tuple[float | None, ...] = ()
-        self.doubts: tuple[tuple[str, str, str], ...] = ()
+        self.doubts: tuple[Doubt, ...] = ()
         self._sizes: dict[Path, tuple[tuple[int, int], float]] = {}
         self._taken, self._delivered, self._is_open = set[Path](), 0, False
         self._first: SampleBlock | None = None

@@ -66,9 +66,9 @@ def listen(run: Frame, record: Annotated[SourceFile | None, Argument()] = None, 
     cut_record = None if record is None else io.read_listened(record)
     spindle = studies.SpindleRange(highest, lowest)
     if cut_record is None:
-        heard = live.hear(teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
-        run.write("Record", live.keep, io.write_noun, heard.record)
-        result, name = heard.cut, f"heard until {heard.time:.1f} s"
+        window = live.hear(teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
+        run.write("Record", live.keep, io.write_noun, window.record)
+        result, name = window.cut, f"heard until {window.time:.1f} s"
     else:
         result = studies.listen(cut_record, teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
         name = cut_record.name

@@ -71,10 +71,10 @@ class BlowFolder:
 
     def set_aside(self, name: str, reason: str) -> None:
         """Move a blow out of those that the test file names, with the reason beside it."""
-        aside = self.folder / ASIDE_FOLDER
-        aside.mkdir(exist_ok=True)
-        (aside / name).with_suffix(".txt").write_text(reason + "\n", encoding="utf-8")
-        os.replace(self.folder / name, aside / name)
+        target = self.folder / ASIDE_FOLDER
+        target.mkdir(exist_ok=True)
+        (target / name).with_suffix(".txt").write_text(reason + "\n", encoding="utf-8")
+        os.replace(self.folder / name, target / name)
 
     def _next_number(self) -> int:
         paths = [*self.folder.glob(BLOW_PATTERN), *(self.folder / ASIDE_FOLDER).glob(BLOW_PATTERN)]

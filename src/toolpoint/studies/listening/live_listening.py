@@ -16,7 +16,7 @@ from toolpoint.studies.listening.listened_cut import ListenedCut
 from toolpoint.vibration import Dof, Record
 
 MIN_WINDOW_SECONDS = 1.0  # s: half a second of cut is the least that can be judged
-READ_SECONDS = 0.2  # s that a read waits
+HEARING_SECONDS = 0.2  # s that a read waits
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,15 +63,15 @@ def follow_cut(device: SampledInput, teeth: int, speed: float | None = None, *, 
     if window < MIN_WINDOW_SECONDS:
         fail("window", f"{window:g} s", f"must be at least {MIN_WINDOW_SECONDS:g} s")
     positive("step", step)
-    heard = _Heard(device.rate, window, len(device.names))
+    seconds_heard = _Heard(device.rate, window, len(device.names))
     device.open()
     try:
-        due = window
-        while seconds is None or heard.time < seconds:
-            is_open = heard.take(device)
-            if heard.time >= due or (not is_open and heard.time >= MIN_WINDOW_SECONDS):
-                due = heard.time + step
-                yield heard.judge(teeth, speed, judgement)
+        due, judged = window, 0.0
+        while seconds is None or seconds_heard.time < seconds:
+            is_open = seconds_heard.take(device)
+            if seconds_heard.time >= due or (not is_open and seconds_heard.time > max(judged, MIN_WINDOW_SECONDS)):
+                due, judged = seconds_heard.time + step, seconds_heard.time
+                yield seconds_heard.judge(teeth, speed, judgement)
             if not is_open:
                 return
     finally:
@@ -93,11 +93,11 @@ class _Heard:
 
     def take(self, device: SampledInput) -> bool:
         """Take all samples that wait; return whether the device goes on."""
-        parts, end = [self._samples], time.monotonic() + READ_SECONDS
+        parts, end = [self._samples], time.monotonic() + HEARING_SECONDS
         is_open = True
         while time.monotonic() < end and sum(part.shape[0] for part in parts[1:]) < self._size:
             try:
-                block = device.read(READ_SECONDS)
+                block = device.read(HEARING_SECONDS)
             except StopIteration:
                 is_open = False
                 break
@@ -105,7 +105,7 @@ class _Heard:
                 break
             parts.append(block.samples)
             self._count = block.stop
-            if block.has_overflow or block.lost:
+            if block.has_overflow or block.lost_count:
                 self._torn_at = block.stop
         self._samples = np.concatenate(parts)[-self._size:]
         return is_open

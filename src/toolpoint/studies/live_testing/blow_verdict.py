@@ -103,7 +103,8 @@ def judge_blow(record: Record, earlier: Sequence[JudgedBlow], *, rules: HitRules
         hit = _judge(record, force_at, earlier, rules, duration)
     except ToolpointError as error:
         return JudgedBlow(record, None), BlowVerdict(record.name, struck, float("nan"), (set_aside or str(error),))
-    hit = hit.rejected(set_aside) if set_aside else hit
+    # A torn or clipped record has other faults as consequences: the cause alone is told.
+    hit = replace(hit, reasons=(set_aside,)) if set_aside else hit
     velocity, remarks = find_velocity(record, hit), tuple[str, ...]()
     if velocity is not None and hit.accepted:
         good = [blow.velocity for blow in earlier if blow.hit is not None and blow.hit.accepted and blow.velocity is not None]

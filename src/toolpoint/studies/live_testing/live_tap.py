@@ -11,17 +11,19 @@ from typing import Protocol
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, count
 from toolpoint._doubt import Doubt
 from toolpoint.acquisition import BlowCapture, CapturedBlow, InputChannels, SampledInput
+from toolpoint.acquisition.device import DeviceFault
 from toolpoint.signals.hits import HitRules
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.studies.live_testing.blow_verdict import BlowVerdict, JudgedBlow, ask_for, judge_blow
 from toolpoint.studies.live_testing.response_lines import draw_response
 from toolpoint.studies.measured.hammer_study import HammerStudy, study_hammer_records
 
+CLOCK_SECONDS = 3.5  # s behind a blow after which the clock would have found samples lost in it
 READ_SECONDS_MAX = 0.5  # s that a read waits for samples
 
 
 class BlowStore(Protocol):
-    """Where blows are kept: `keep` returns the name under which a blow is safe, `set_aside` takes one out of the test."""
+    """Store of blows: `keep` returns the name under which a blow is safe, `set_aside` takes one out of the test."""
 
     def keep(self, blow: CapturedBlow) -> str:
         """Keep a blow so that nothing loses it any more; ToolpointError where it cannot be kept."""
@@ -81,7 +83,7 @@ class LiveTap:
 
     @property
     def struck(self) -> str:
-        """Where the hammer strikes."""
+        """Struck point and direction."""
         return str(self.inputs.channels[self.inputs.force_at].dof)
 
     @property
@@ -176,22 +178,27 @@ class _Session:
         self.device, self.tap, self.store = device, tap, store
         self.capture = BlowCapture(tap.inputs, device.rate, tap.duration or 1.0, trigger)
         self.unkept = list[tuple[str, CapturedBlow]]()
+        self.delivered, self.has_clock = 0, True
         self.spans, self.losses = dict[str, tuple[int, int]](), list[tuple[int, int]]()
-        tap.doubts = (*tap.doubts, *(Doubt(*parts) for parts in device.doubts))
+        tap.doubts = (*tap.doubts, *device.doubts)
 
     def run(self, patience: float | None) -> Iterator[BlowVerdict | LiveProgress | str]:
         """Yield what happens until the goal is reached, the device ends, or nobody strikes any more."""
         last, is_ready = time.monotonic(), False
         yield ask_for(self.tap.remaining, self.tap.inputs.channels[self.tap.inputs.force_at].dof)
-        while self.tap.remaining > 0:
+        while self.tap.remaining > 0 or not self._is_checked:
             try:
                 block = self.device.read(READ_SECONDS_MAX)
             except StopIteration:
                 yield "the device has nothing more to deliver"
                 break
+            except DeviceFault:
+                yield from self._keep_again(True)
+                raise
             if block is not None:
-                if block.lost:
-                    yield from self._tell_loss(block.lost, block.lost_since, block.stop)
+                self.delivered, self.has_clock = block.stop, not block.is_record
+                if block.lost_count:
+                    yield from self._tell_loss(block.lost_count, block.lost_since, block.stop)
                 for blow in self.capture.feed(block):
                     last = time.monotonic()
                     yield from self._take(blow)
@@ -202,6 +209,12 @@ class _Session:
                 yield f"no blow for {patience:g} s: the test ends"
                 break
         yield from self._keep_again(True)
+
+    @property
+    def _is_checked(self) -> bool:
+        """Whether the clock has had the time to find samples lost in the last blow."""
+        ends = [stop for name, (_, stop) in self.spans.items() if self.tap.is_counted(name)]
+        return not self.has_clock or not ends or self.delivered >= max(ends) + CLOCK_SECONDS * self.device.rate
 
     def _take(self, blow: CapturedBlow) -> Iterator[BlowVerdict | LiveProgress | str]:
         """Keep a blow, judge it, and bring the responses up to date."""
@@ -218,12 +231,19 @@ class _Session:
         self.spans[name] = (blow.start, blow.stop)
         yield replace(verdict, delay=max(time.monotonic() - blow.arrival, 0.0))
         if not self.tap.is_counted(name) and verdict.reasons:
-            self._set_aside(name, "; ".join(verdict.reasons))
+            yield from self._set_aside(name, "; ".join(verdict.reasons))
         yield self.tap.update()
+        if self.tap.remaining == 0 and self.has_clock:
+            yield "a moment: whether samples were lost in the last blow shows in the next seconds"
 
-    def _set_aside(self, name: str, reason: str) -> None:
-        if all(name != waiting for waiting, _ in self.unkept):
+    def _set_aside(self, name: str, reason: str) -> Iterator[str]:
+        """Take a kept blow out of those that are read again; say so where that fails, as its file would be read again."""
+        if any(name == waiting for waiting, _ in self.unkept):
+            return
+        try:
             self.store.set_aside(name, reason)
+        except (ToolpointError, OSError) as error:
+            yield f"{name}: could not be set aside ({error}); leave it out with `refuse` {name} when the files are read"
 
     def _keep_again(self, is_end: bool = False) -> Iterator[str]:
         """Try to keep what could not be kept; at the end it is an error that it cannot."""
@@ -234,24 +254,24 @@ class _Session:
             except (ToolpointError, OSError) as error:
                 self.unkept.append((name, blow))
                 if is_end:
-                    raise ToolpointError(f"{len(waiting)} blows are not on disk ({error}); make room and strike them "
+                    raise ToolpointError(f"{len(waiting)} of the blows are not on disk ({error}); make room and strike them "
                                          "again") from None
                 continue
             yield f"{name}: kept now, as {kept_name}"
             if not self.tap.is_counted(name):
-                self.store.set_aside(kept_name, blow.set_aside or "refused when it was struck")
+                yield from self._set_aside(kept_name, blow.set_aside or "refused when it was struck")
 
-    def _tell_loss(self, lost: int, since: int, until: int) -> Iterator[BlowVerdict | LiveProgress | str]:
+    def _tell_loss(self, lost_count: int, since: int, until: int) -> Iterator[BlowVerdict | LiveProgress | str]:
         """Withdraw the blows in whose time the clock has found samples lost."""
-        seconds = lost / self.device.rate
-        yield (f"{lost} samples ({1e3 * seconds:.0f} ms) were lost within the last {(until - since) / self.device.rate:.1f} s, "
+        rate = self.device.rate
+        yield (f"{lost_count} samples ({1e3 * lost_count / rate:.0f} ms) were lost within the last {(until - since) / rate:.1f} s, "
                "by the clock; close other programs, or lower the rate")
         self.losses.append((since, until))
         struck = [name for name, (start, stop) in self.spans.items()
                   if start < until and stop > since and self.tap.is_counted(name)]
         for name in struck:
             self.tap.withdraw(name)
-            self._set_aside(name, "samples were lost about its time")
+            yield from self._set_aside(name, "samples were lost about its time")
             yield f"{name}: withdrawn, as samples were lost about its time"
         if struck:
             yield self.tap.update()

@@ -30,9 +30,9 @@ def draw_response(frf: Frf, band: UsableBand) -> list[str]:
              f"{frequency[int(np.argmax(size))]:.4g} Hz"]
     if frf.coherence is not None:
         coherence = np.asarray(frf.coherence)[inside, 0, 0]
-        least = np.array([coherence[a:b].mean() for a, b in itertools.pairwise(edges)])
+        means = np.array([coherence[a:b].mean() for a, b in itertools.pairwise(edges)])
         share = float(np.mean(coherence > COHERENT_SHARE))
-        lines.append(f"coherence {_marks(least)}  above {COHERENT_SHARE:g} on {100 * share:.0f} % of the lines")
+        lines.append(f"coherence {_marks(means)}  above {COHERENT_SHARE:g} on {100 * share:.0f} % of the lines")
     return lines
 
 
