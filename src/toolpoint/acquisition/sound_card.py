@@ -13,7 +13,7 @@ from toolpoint.acquisition.device import INSTALL, DeviceDescription, DeviceFault
 from toolpoint.acquisition.sample_clock import SampleClock
 
 FULL_SCALE_UNIT = "full scale"
-SOUND_BUFFER_SECONDS = 0.25  # s between device and program: a busy machine lost samples of the usual 35 ms
+SOUND_BUFFER_SECONDS = 0.5  # s between device and program: a busy machine lost samples of the usual 35 ms
 MAX_SILENCE_SECONDS = 2.0  # s without a block after which the device is taken as gone
 AC_COUPLED = Doubt("sound input", "inputs of sound cards are AC coupled: they let the force of a blow and slow motion droop, "
               "so responses below about 20 Hz come out wrong, and their volts are not calibrated",

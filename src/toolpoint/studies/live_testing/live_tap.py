@@ -264,7 +264,7 @@ class _Session:
     def _tell_loss(self, lost_count: int, since: int, until: int) -> Iterator[BlowVerdict | LiveProgress | str]:
         """Withdraw the blows in whose time the clock has found samples lost."""
         rate = self.device.rate
-        yield (f"{lost_count} samples ({1e3 * lost_count / rate:.0f} ms) were lost within the last {(until - since) / rate:.1f} s, "
+        yield (f"{lost_count} samples ({1e3 * lost_count / rate:.0f} ms) were lost in the last {(until - since) / rate:.1f} s, "
                "by the clock; close other programs, or lower the rate")
         self.losses.append((since, until))
         struck = [name for name, (start, stop) in self.spans.items()
