@@ -67,6 +67,21 @@ def player(samples: np.ndarray) -> Iterator[subprocess.Popen[bytes]]:
             process.wait()
 
 
+@contextmanager
+def control_recorder() -> Iterator[Path]:
+    """Record the same monitor by the server's own program, to tell losses of the server from losses here."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "control.raw"
+        with path.open("wb") as file:
+            process = subprocess.Popen(["parec", "--raw", f"--rate={RATE}", "--channels=2", "--format=float32le",
+                                        "--latency-msec=500", "--device=toolpoint.monitor"], stdout=file)
+            try:
+                yield path
+            finally:
+                process.terminate()
+                process.wait()
+
+
 def numbered(count: int) -> np.ndarray:
     """Return samples that carry their number, from 1 on, as shares of the full scale."""
     number = np.arange(1, count + 1)
@@ -88,7 +103,7 @@ def measure_losses(minutes: float) -> None:
     """Record numbered samples and print what was lost."""
     from toolpoint.io import open_microphone
 
-    with null_sink(), player(numbered(round((minutes * 60 + 5) * RATE))):
+    with null_sink(), player(numbered(round((minutes * 60 + 5) * RATE))), control_recorder() as control:
         device = open_microphone("sound:pulse", RATE, 2)
         device.open()
         parts, flags, by_clock, begun = [], 0, 0, time.monotonic()
@@ -99,9 +114,11 @@ def measure_losses(minutes: float) -> None:
                 flags += block.has_overflow
                 by_clock += block.lost_count
         device.close()
+        control_samples = np.fromfile(control, "<f4")
     came, lost, wrong = count_losses(np.concatenate(parts))
+    of_control = count_losses(control_samples[:control_samples.size // 2 * 2].reshape(-1, 2))
     print(f"{came} samples at {RATE} Hz in {minutes:g} min: {lost} lost, {wrong} changed or doubled; the driver flagged "
-          f"{flags}, the clock {by_clock}")
+          f"{flags}, the clock {by_clock}; the server's own recorder beside it lost {of_control[1]}")
 
 
 def tap_signal(blows: int, seed: int = 0) -> np.ndarray:

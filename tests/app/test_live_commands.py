@@ -108,6 +108,7 @@ def test_a_full_scale_in_volts_makes_volts_of_a_sound_input(tmp_path, monkeypatc
         io.open_input("sound", ["1=force tip:+x 2mV/N", "2=acceleration tip:+x 0.01V/(m/s^2)"])
 
 
+@pytest.mark.slow
 def test_a_cut_is_heard_while_it_runs(tmp_path, capsys):
     rng = np.random.default_rng(0)
     quiet = 1e-3 * rng.standard_normal(2 * RATE)

@@ -64,6 +64,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
     from toolpoint.studies.measured.two_states import compare_two_states
+    from toolpoint.studies.moving.driven_axis_study import DrivenAxisStudy, study_driven_axis
+    from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
+    from toolpoint.studies.moving.traverse_study import TraverseStudy, study_traverse
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
@@ -102,6 +105,7 @@ __all__ = [
     "CuttingTest",
     "Dask",
     "DepthLimit",
+    "DrivenAxisStudy",
     "Factor",
     "HeardWindow",
     "LiveProgress",
@@ -120,6 +124,8 @@ __all__ = [
     "SpindleRange",
     "Swap",
     "ToolStance",
+    "TraverseStudy",
+    "TraverseWindow",
     "TurningCut",
     "Uncertainty",
     "WorkBlock",
@@ -139,6 +145,7 @@ __all__ = [
     "compare_with_test",
     "core_count",
     "cut_on",
+    "cut_windows",
     "cuts_of_options",
     "decisive_window",
     "describe_machining",
@@ -206,6 +213,7 @@ __all__ = [
     "study_base_reactions",
     "study_datasheet",
     "study_drift",
+    "study_driven_axis",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -223,6 +231,7 @@ __all__ = [
     "study_sensitivity",
     "study_tap",
     "study_tool",
+    "study_traverse",
     "study_video",
     "study_videos",
     "study_workspace",
@@ -290,6 +299,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.model_correlation": ("with_measured_points",),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
     "measured.two_states": ("compare_two_states",),
+    "moving.driven_axis_study": ("DrivenAxisStudy", "study_driven_axis"),
+    "moving.mode_tracks": ("TraverseWindow", "cut_windows"),
+    "moving.traverse_study": ("TraverseStudy", "study_traverse"),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
