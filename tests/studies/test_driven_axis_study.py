@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -59,13 +61,16 @@ def test_the_command_reads_columns_and_writes_its_page(tmp_path, capsys):
     noise = rng.standard_normal(count)
     time, w = np.arange(1000) / rate, 2 * np.pi * 42.0
     velocity = np.convolve(noise, np.exp(-0.03 * w * time) * np.cos(w * time) / 50.0 / rate)[:count] * 40.0
+    velocity += 0.02 * velocity.std() * rng.standard_normal(count)
     rows = np.column_stack([np.arange(count) / rate, 3.0 * noise, noise, velocity])
     np.savetxt(tmp_path / "axis.csv", rows, delimiter=",", comments="", fmt="%.9g",
                header="time [s],v set [-],current [A],velocity table:+y [m/s]")
     main(["axis-test", str(tmp_path / "axis.csv"), "--set-point", "v set", "--force", "2", "--newtons", "40",
-          "--at", "table:+y", "--band", "20:80", "-o", str(tmp_path / "page")])
-    printed = capsys.readouterr().out
-    assert "1 modes of the standing axis" in printed and "42" in printed
+          "--at", "table:+y", "--band", "20:80", "-o", str(tmp_path / "page"), "--json"])
+    state = json.loads(capsys.readouterr().out)["states"][0]
+    nearest = min(range(len(state["frequency_hz"])), key=lambda k: abs(state["frequency_hz"][k] - 42.0))
+    assert state["frequency_hz"][nearest] == pytest.approx(42.0, rel=2e-3)
+    assert state["damping_ratio"][nearest] == pytest.approx(0.03, rel=0.1)
     assert "An axis shakes itself" in (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
     with pytest.raises(SystemExit):
         main(["axis-test", str(tmp_path / "axis.csv"), "--set-point", "v sett", "--force", "2"])
