@@ -42,7 +42,7 @@ def test_loads_bias_the_plain_estimate_and_not_this_one():
     test = driven_axis_test(r, record, 0.5, band=(10.0, 100.0))
     exact = truth(test.frf.frequency)
     error = np.abs(test.frf.values[:, 0, 0] - exact)
-    plain = np.abs(test.plain[:, 0] - exact)
+    plain = np.abs(test.direct_values[:, 0] - exact)
     assert np.median(error / np.abs(exact)) < 0.3 and np.median(plain) > 2 * np.median(error)
     # A complex error within 2.45 deviations in 95 % (two components).
     assert 0.85 < np.mean(error < 2.45 * np.sqrt(test.frf.variance[:, 0, 0])) <= 1.0

@@ -28,12 +28,12 @@ class DrivenAxisTest:
     """Responses of a driven axis.
 
     frf : to the motor's force, coherence that of motion and set point; reach : (n_f,), coherence of motor's force and set
-    point: where it is low the set point shakes nothing; plain : (n_f, n_outputs), S_yu / S_uu, for comparison.
+    point: where it is low the set point shakes nothing; direct_values : (n_f, n_outputs), S_yu / S_uu, for comparison.
     """
 
     frf: Frf
     reach: FloatArray
-    plain: ComplexArray
+    direct_values: ComplexArray
 
     @property
     def shaken(self) -> tuple[float, float]:
@@ -96,8 +96,8 @@ def driven_axis_test(set_point: FloatArray, record: Record, resolution: float, *
     frf = Frf(frequency, values[:, :, None], tuple(record.channels[k] for k in outputs), (record.channels[forces[0]],),
               RESPONSE_QUANTITIES[kinds.pop()], coherence=np.minimum(coherence, 1.0)[:, :, None], variance=variance[:, :, None],
               notes=("the set point is the instrument: loads and the controller do not bias the responses",))
-    plain = (y * u.conj()[:, :, None]).mean(axis=0) / s_uu[:, None]
-    return DrivenAxisTest(frf, reach, plain)
+    direct_values = (y * u.conj()[:, :, None]).mean(axis=0) / s_uu[:, None]
+    return DrivenAxisTest(frf, reach, direct_values)
 
 
 def _spectra(reference: FloatArray, record: Record, resolution: float, band: tuple[float, float] | None

@@ -22,6 +22,7 @@ from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification
 from toolpoint.signals.driven_axis import DrivenAxisTest
 from toolpoint.studies.drift.hypotheses import model_drift
+from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
 from toolpoint.studies.measured.identification import identify_modes
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
@@ -29,7 +30,6 @@ from toolpoint.vibration import Modes
 MAX_STATE_RATIO = 0.15  # of the frequencies of a mode in two states
 STATE_ALARM = 0.01  # of a mode alike in both states of being called another
 MIN_ENERGY_SHARE = 0.05  # of a joint in a mode, from which the mode tells of its damping
-NORMAL_QUANTILE_95 = 1.959964  # standard deviations of a 95 % interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class DrivenAxisStudy(NotebookText):
             deviation = float(np.sqrt(_variance(first, i, kind) + _variance(second, j, kind)))
             ratio = abs(float(difference)) / deviation if deviation > 0 else float("nan")
             probability = 2 * float(scipy.special.ndtr(-ratio))
-            result.append((k, float(difference), NORMAL_QUANTILE_95 * deviation, probability))
+            result.append((k, float(difference), NORMAL_95_QUANTILE * deviation, probability))
         return result
 
     @property
@@ -148,7 +148,7 @@ def study_driven_axis(tests: Mapping[str, DrivenAxisTest], *, machine: Machine |
     doubts = [doubt.within(state.name) for state in states for doubt in state.modes.doubts]
     for state in states:
         inside = (state.test.frf.frequency >= state.test.shaken[0]) & (state.test.frf.frequency <= state.test.shaken[1])
-        bias = float(np.median(np.abs(state.test.plain[inside] / state.test.frf.values[inside, :, 0] - 1)))
+        bias = float(np.median(np.abs(state.test.direct_values[inside] / state.test.frf.values[inside, :, 0] - 1)))
         if bias > 1.0:
             doubts.append(Doubt(f"{state.name}: force", "the plain response to the motor's force is off by "
                                 f"{bias:.1f} times the response: loads besides the set point are loud",
@@ -184,8 +184,8 @@ def _joint_damping(states: tuple[AxisState, ...], pairs: list[tuple[int, int]], 
 
     def shares(frequency: FloatArray) -> FloatArray:
         distance = np.abs(np.log(frequency[:, None] / model.nominal.frequency[None, :]))
-        nearest = distance.argmin(axis=1)
-        return np.where(distance.min(axis=1) <= MAX_STATE_RATIO, energy[nearest], 0.0)
+        partners = distance.argmin(axis=1)
+        return np.where(distance.min(axis=1) <= MAX_STATE_RATIO, energy[partners], 0.0)
 
     at_most = []
     for each in modes:
@@ -205,7 +205,7 @@ def _joint_damping(states: tuple[AxisState, ...], pairs: list[tuple[int, int]], 
     estimate = float((weight * share * change).sum()) / information
     misfit = float((weight * (change - share * estimate) ** 2).sum())
     probability = float(scipy.special.chdtrc(len(pairs) - 1, misfit)) if len(pairs) > 1 else 1.0
-    return JointDamping(f"joint {joint}", tuple(at_most), estimate, NORMAL_QUANTILE_95 / float(np.sqrt(information)),
+    return JointDamping(f"joint {joint}", tuple(at_most), estimate, NORMAL_95_QUANTILE / float(np.sqrt(information)),
                         probability)
 
 
@@ -215,5 +215,5 @@ def _variance(modes: Modes, place: int, kind: int) -> float:
 
 def _with_interval(modes: Modes, place: int, kind: int) -> str:
     value = (float(modes.frequency[place]), 100 * float(modes.damping_ratio[place]))[kind]
-    half_width = NORMAL_QUANTILE_95 * float(np.sqrt(_variance(modes, place, kind))) * (1, 100)[kind]
+    half_width = NORMAL_95_QUANTILE * float(np.sqrt(_variance(modes, place, kind))) * (1, 100)[kind]
     return f"{value:.4g} ± {half_width:.2g}"

@@ -12,10 +12,10 @@ import numpy as np
 import scipy
 
 from toolpoint._check import FloatArray
+from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
 
 MAX_COURSE_DEGREE = 2
-MIN_MISFIT_PROBABILITY = 0.3  # of a degree that is kept: one too low makes intervals too narrow
-NORMAL_95 = 1.959964  # standard deviations of a 95 % interval
+MIN_COURSE_PROBABILITY = 0.3  # of a degree that is kept: one too low makes intervals too narrow
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,13 @@ class PoleCourse:
         """Return the course (n,) and its 95 % half width."""
         basis = np.vander((np.asarray(values, float) - self.centre) / self.half_range, self.degree + 1, increasing=True)
         variance = np.einsum("ni,ij,nj->n", basis, self.covariance, basis)
-        return basis @ self.coefficients, NORMAL_95 * np.sqrt(np.maximum(variance, 0.0))
+        return basis @ self.coefficients, NORMAL_95_QUANTILE * np.sqrt(np.maximum(variance, 0.0))
 
     def change(self, first: float, last: float) -> tuple[float, float]:
         """Return the difference of the course at two values and its 95 % half width."""
         basis = np.vander((np.array([first, last]) - self.centre) / self.half_range, self.degree + 1, increasing=True)
         step = basis[1] - basis[0]
-        return float(step @ self.coefficients), NORMAL_95 * float(np.sqrt(max(step @ self.covariance @ step, 0.0)))
+        return float(step @ self.coefficients), NORMAL_95_QUANTILE * float(np.sqrt(max(step @ self.covariance @ step, 0.0)))
 
 
 def fit_course(values: FloatArray, observed: FloatArray, deviations: FloatArray, *, degree_max: int = MAX_COURSE_DEGREE
@@ -64,6 +64,6 @@ def fit_course(values: FloatArray, observed: FloatArray, deviations: FloatArray,
         freedom = observed.size - degree - 1
         probability = float(scipy.special.chdtrc(freedom, squares))
         courses.append((probability, squares / freedom, coefficients, np.linalg.inv(basis.T @ basis)))
-    fitting = [course for course in courses if course[0] >= MIN_MISFIT_PROBABILITY]
+    fitting = [course for course in courses if course[0] >= MIN_COURSE_PROBABILITY]
     _, misfit, coefficients, covariance = fitting[0] if fitting else courses[-1]
     return PoleCourse(coefficients, covariance * max(misfit, 1.0), centre, half_range, misfit, courses[0][0])

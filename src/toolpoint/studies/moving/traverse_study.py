@@ -21,7 +21,7 @@ from toolpoint.studies.moving.pole_course import PoleCourse, fit_course
 from toolpoint.studies.text_table import text_table
 
 CHANGE_ALARM = 0.01  # of a mode that does not change, of being called changed, for all modes together
-MAX_SMEAR = 0.5  # of the half width of a resonance, that its frequency may move within a window
+MAX_WINDOW_SMEAR = 0.5  # of the half width of a resonance, that its frequency may move within a window
 MIN_NAMED_JOINT_PROBABILITY = 0.8  # of a joint that is named alone
 
 
@@ -187,7 +187,7 @@ def _doubts(windows: Sequence[TraverseWindow], tracks: Sequence[ModeTrack], cour
     for k, (track, course, ratio) in enumerate(zip(tracks, courses, damping, strict=True)):
         within = abs(course.change(windows[0].value, windows[-1].value)[0]) * windows[0].extent / span
         half_width = float(np.median(track.frequency)) * max(float(ratio.at_values(np.array([course.centre]))[0][0]), 1e-9)
-        if within > MAX_SMEAR * half_width:
+        if within > MAX_WINDOW_SMEAR * half_width:
             result.append(Doubt(f"damping of mode {k + 1}", f"its frequency moves by {100 * within / half_width:.0f} % of its "
                                 "half width within a window, which widens it", "travel slower, or cut more windows",
                                 figure=within / half_width))
