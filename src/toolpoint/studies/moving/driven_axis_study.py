@@ -29,6 +29,7 @@ from toolpoint.vibration import Modes
 
 MAX_STATE_RATIO = 0.15  # of the frequencies of a mode in two states
 STATE_ALARM = 0.01  # of a mode alike in both states of being called another
+MIN_LINES_OF_WIDTH = 6.0  # line spacings within the half-power width of a resonance
 MIN_ENERGY_SHARE = 0.05  # of a joint in a mode, from which the mode tells of its damping
 
 
@@ -153,11 +154,26 @@ def study_driven_axis(tests: Mapping[str, DrivenAxisTest], *, machine: Machine |
             doubts.append(Doubt(f"{state.name}: force", "the plain response to the motor's force is off by "
                                 f"{bias:.1f} times the response: loads besides the set point are loud",
                                 "take a louder set point, or record longer", figure=bias))
+    doubts += [doubt for state in states for doubt in _resolution_doubts(state)]
     pairs = _pair_states(states)
     damping = None
     if machine is not None:
         damping = _joint_damping(states, pairs, machine, joint, pose)
     return DrivenAxisStudy(states, tuple(pairs), damping, tuple(doubts))
+
+
+def _resolution_doubts(state: AxisState) -> list[Doubt]:
+    """Return the doubt that lines are too wide for the narrowest resonance: windowed spectra of noise smear it."""
+    frequency, modes = state.test.frf.frequency, state.modes.modes
+    spacing = float(frequency[1] - frequency[0])
+    widths = 2 * modes.frequency * modes.damping_ratio
+    if not modes.count or widths.min() >= MIN_LINES_OF_WIDTH * spacing:
+        return []
+    mode = int(widths.argmin())
+    return [Doubt(f"{state.name}: lines", f"spaced {spacing:.2g} Hz, the resonance at {modes.frequency[mode]:.4g} Hz is "
+                  f"{widths[mode]:.2g} Hz wide: its damping is too high, and it may look like two modes",
+                  f"take a `resolution` of {widths[mode] / MIN_LINES_OF_WIDTH:.1g} Hz, with a longer record",
+                  figure=spacing / float(widths[mode]))]
 
 
 def _pair_states(states: tuple[AxisState, ...]) -> list[tuple[int, int]]:
