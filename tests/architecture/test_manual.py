@@ -77,8 +77,9 @@ def test_the_page_of_peers_repeats_the_bars(tmp_path):
 
 def test_tutorials_are_these():
     assert [page.stem for page in TUTORIALS] == [
-        "chatter_by_ear", "hammer_test_to_machine", "has_the_machine_changed", "machine_at_work", "machine_from_nothing", "machine_that_moves",
-        "project_from_records", "servo_and_contour", "tap_test_to_lobes", "tap_while_you_strike", "update_a_model"]
+        "chatter_by_ear", "hammer_test_to_machine", "has_the_machine_changed", "machine_at_work", "machine_from_nothing",
+        "machine_that_moves", "project_from_records", "servo_and_contour", "tap_test_to_lobes", "tap_while_you_strike",
+        "update_a_model"]
     assert all(len(blocks_of(page)) >= 3 for page in TUTORIALS)
 
 

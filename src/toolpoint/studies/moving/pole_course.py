@@ -1,7 +1,8 @@
 r"""Common course of a pole over all windows: a polynomial through short windows, each weighed by its own interval.
 
-A window of seconds knows a frequency poorly; all windows together know its course well, if it is smooth. The lowest degree
-whose misfit is no larger than noise makes it is taken. Where even a parabola misfits, its covariance is inflated by the misfit.
+A window of seconds knows a frequency poorly; all windows together know its course well, if it is smooth. A parabola is always
+taken: of courses with the lowest degree that fits, the 95 % intervals held 84 %. Where even a parabola misfits, its covariance
+is inflated by the misfit.
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ import scipy
 from toolpoint._check import FloatArray
 from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
 
-MAX_COURSE_DEGREE = 2
-MIN_COURSE_PROBABILITY = 0.3  # of a degree that is kept: one too low makes intervals too narrow
+COURSE_DEGREE = 2  # of a frequency over the value
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,19 +51,17 @@ class PoleCourse:
         return float(step @ self.coefficients), NORMAL_95_QUANTILE * float(np.sqrt(max(step @ self.covariance @ step, 0.0)))
 
 
-def fit_course(values: FloatArray, observed: FloatArray, deviations: FloatArray, *, degree_max: int = MAX_COURSE_DEGREE
-               ) -> PoleCourse:
-    """Return the course of the lowest degree that fits observed values (n,) with their standard deviations."""
+def fit_course(values: FloatArray, observed: FloatArray, deviations: FloatArray, *, degree: int = COURSE_DEGREE) -> PoleCourse:
+    """Return the course through observed values (n,) with their standard deviations; a lower degree where they are few."""
     centre, half_range = float(values.min() + values.max()) / 2, max(float(np.ptp(values)) / 2, 1e-300)
     scaled, weight = (values - centre) / half_range, 1 / np.maximum(deviations, 1e-300)
-    courses = []
-    for degree in range(min(degree_max, observed.size - 2) + 1):
-        basis = np.vander(scaled, degree + 1, increasing=True) * weight[:, None]
-        coefficients, *_ = np.linalg.lstsq(basis, observed * weight, rcond=None)
-        squares = float(((observed * weight - basis @ coefficients) ** 2).sum())
-        freedom = observed.size - degree - 1
-        probability = float(scipy.special.chdtrc(freedom, squares))
-        courses.append((probability, squares / freedom, coefficients, np.linalg.inv(basis.T @ basis)))
-    fitting = [course for course in courses if course[0] >= MIN_COURSE_PROBABILITY]
-    _, misfit, coefficients, covariance = fitting[0] if fitting else courses[-1]
-    return PoleCourse(coefficients, covariance * max(misfit, 1.0), centre, half_range, misfit, courses[0][0])
+    degree = max(min(degree, observed.size - 2), 0)
+    basis = np.vander(scaled, degree + 1, increasing=True) * weight[:, None]
+    coefficients, *_ = np.linalg.lstsq(basis, observed * weight, rcond=None)
+    squares = float(((observed * weight - basis @ coefficients) ** 2).sum())
+    misfit = squares / (observed.size - degree - 1)
+    mean = float((observed * weight**2).sum() / (weight**2).sum())
+    # What the slope and the curvature explain, against what noise of the windows as they scatter would.
+    explained = float(((observed - mean) ** 2 * weight**2).sum()) - squares
+    probability = float(scipy.special.chdtrc(degree, max(explained, 0.0) / max(misfit, 1.0))) if degree else 1.0
+    return PoleCourse(coefficients, np.linalg.inv(basis.T @ basis) * max(misfit, 1.0), centre, half_range, misfit, probability)

@@ -165,7 +165,7 @@ def study_traverse(windows: Sequence[TraverseWindow], *, quantity: str = "positi
         raise ToolpointError(f"windows: no mode is seen in {MIN_TRACK_WINDOWS} of {len(windows)} windows; take longer "
                              "windows, or a band around the modes")
     courses = [fit_course(values[track.windows], track.frequency, track.deviations[:, 0]) for track in tracks]
-    damping = [fit_course(values[track.windows], track.damping_ratio, track.deviations[:, 1], degree_max=1) for track in tracks]
+    damping = [fit_course(values[track.windows], track.damping_ratio, track.deviations[:, 1], degree=1) for track in tracks]
     predicted, joints, unchanged = None, list[JointChange](), float("nan")
     if machine is not None and poses is not None:
         predicted = predict_tracks(machine, tracks, poses, identified[0].modes.dofs)
