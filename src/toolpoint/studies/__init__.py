@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.listening.tried_cuts import hear_tried
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
     from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
+    from toolpoint.studies.live_testing.mass_calibration import MassCalibration, calibrate_on_mass
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
@@ -111,6 +112,7 @@ __all__ = [
     "LiveProgress",
     "LiveTap",
     "MachiningSetup",
+    "MassCalibration",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -135,6 +137,7 @@ __all__ = [
     "bases_of_machine",
     "bases_of_responses",
     "calibrate",
+    "calibrate_on_mass",
     "chart_lobes",
     "chart_turning",
     "check_machine",
@@ -274,6 +277,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.tried_cuts": ("hear_tried",),
     "live_testing.blow_verdict": ("BlowVerdict",),
     "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),
+    "live_testing.mass_calibration": ("MassCalibration", "calibrate_on_mass"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
