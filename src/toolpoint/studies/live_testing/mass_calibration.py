@@ -125,9 +125,9 @@ def _doubts(band: tuple[float, float], spread: float, factor: float, highest: fl
         doubts.append(Doubt("low lines", f"the response is that of a mass only above {band[0]:.3g} Hz: the input is AC "
                             "coupled, or the suspension is stiff", f"trust no response below {band[0]:.3g} Hz from this input"))
     if band[1] < 0.5 * highest:
-        doubts.append(Doubt("high lines", f"the response leaves that of a mass above {band[1]:.4g} Hz: the block bends, or rocks",
-                            "take a more compact block"))
+        doubts.append(Doubt("high lines", f"the response leaves that of a mass above {band[1]:.4g} Hz: the block bends, or "
+                            "rocks", "take a more compact block"))
     if not 0.2 < abs(factor) < 5:
-        doubts.append(Doubt("factor", f"{factor:.3g} is no error of a calibration", "check the unit of the sensitivities (mV/g and "
-                            "mV/(m/s^2), mV/N and V/N) and the mass"))
+        doubts.append(Doubt("factor", f"{factor:.3g} is no error of a calibration", "check the unit of the sensitivities "
+                            "(mV/g and mV/(m/s^2), mV/N and V/N) and the mass"))
     return doubts
