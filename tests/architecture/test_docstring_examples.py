@@ -13,6 +13,7 @@ MODULES = [f"toolpoint.{path.relative_to(SOURCE).with_suffix('').as_posix().repl
 # Rooms whose exported names stand in examples, and the names left out: results, shown by the functions that make them, and
 # constants.
 ROOMS_WITH_EXAMPLES = {
+    "acquisition": set(),
     "spatial": {"Registration", "Screw"},
     "joints": {"DIRECTIONS"},
     "bodies": set(),
@@ -26,16 +27,18 @@ ROOMS_WITH_EXAMPLES = {
     "substructuring": set(),
     # Left out: questions that need records, a video or a file, or take longer than an example may (50 ms).
     "studies": {
-        "FILMED_TRUTH", "OperationalStudy", "bases_from_gauge", "bases_of_responses", "calibrate", "chart_lobes",
-        "chart_turning", "choose_turns", "compare_branches", "film_machine", "improve_by_plan", "improve_machine",
-        "judge_servo_data", "listen", "magnify_motion", "map_chatter", "map_servo", "map_speeds", "mill_path",
-        "modal_dynamics", "place_test", "plan_test", "question_structure", "rank_interfaces", "rank_tests",
-        "run_drives", "run_plan", "run_robot_demo", "search_regions", "seen_places", "servos_of", "simulate_cut",
-        "solve_matrix_modes", "structure_of", "study_base_reactions", "study_datasheet", "study_example_mill",
-        "study_finite_elements", "study_hammer_records", "study_joints", "study_machine",
-        "study_machine_and_responses", "study_operational", "study_region", "study_responses", "study_tap",
-        "study_tool", "study_video", "study_videos", "study_workspace", "update_from_videos",
-        "update_from_virtual_videos", "update_machine",
+        "DrivenAxisStudy", "FILMED_TRUTH", "HeardWindow", "LiveProgress", "LiveTap", "MassCalibration",
+        "OperationalStudy", "TraverseStudy", "TraverseWindow", "bases_from_gauge", "bases_of_responses", "calibrate",
+        "calibrate_on_mass", "chart_lobes", "chart_turning", "choose_turns", "compare_branches", "decisive_window",
+        "film_machine", "follow_blows", "follow_cut", "improve_by_plan", "improve_machine", "judge_servo_data",
+        "listen", "magnify_motion", "map_chatter", "map_servo", "map_speeds", "mill_path", "modal_dynamics",
+        "place_test", "plan_test", "question_structure", "rank_interfaces", "rank_tests", "run_drives", "run_plan",
+        "run_robot_demo", "search_regions", "seen_places", "servos_of", "simulate_cut", "solve_matrix_modes",
+        "structure_of", "study_base_reactions", "study_datasheet", "study_driven_axis", "study_example_mill",
+        "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
+        "study_operational", "study_region", "study_responses", "study_tap", "study_tool", "study_traverse",
+        "study_video", "study_videos", "study_workspace", "update_from_videos", "update_from_virtual_videos",
+        "update_machine",
     },
 }
 

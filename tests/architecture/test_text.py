@@ -15,10 +15,10 @@ _SPEC.loader.exec_module(house_text)
 
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
 ROOMS_REREAD = (
-    "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/meshes", "io/multibody",
-    "io/program", "io/quantities", "io/servo_data", "io/text", "io/uff", "io/urdf", "io/yaml", "joint_identification",
-    "joints", "kinematics", "machine", "modal_identification", "pages", "plot", "project", "samples", "signals", "spatial",
-    "studies", "substructuring", "updating", "vibration", "vision",
+    "acquisition", "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/meshes",
+    "io/multibody", "io/program", "io/quantities", "io/servo_data", "io/text", "io/uff", "io/urdf", "io/yaml",
+    "joint_identification", "joints", "kinematics", "machine", "modal_identification", "pages", "plot", "project",
+    "samples", "signals", "spatial", "studies", "substructuring", "updating", "vibration", "vision",
 )
 
 

@@ -46,6 +46,10 @@ def test_parallel_head():
 COMMANDS = [
     ("find_modes_of_a_machine_at_work.py", 0.5, 1.5, "inside its 95 % interval, or a little beyond"),
     ("form_responses_of_hammer_blows.py", 4, 0, "five blows, one of them weak"),
+    ("follow_modes_over_a_traverse.py", 0.75, 0.03, "the factor with which the records were made"),
+    ("shake_an_axis_by_itself.py", 42.0, 2e-3, "the frequency of the axis that was simulated, Hz"),
+    ("tap_while_you_strike.py", 4, 0, "five blows, one of them weak"),
+    ("listen_while_it_cuts.py", 1417.0, 2e-4, "the frequency that the sound was made with, Hz"),
     pytest.param("tap_a_tool.py", 1.0, 0.15, "a slot: the single-frequency solution is near", marks=pytest.mark.slow),
     pytest.param("plan_a_hammer_test.py", 1.0, 1e-2, "the bar: MAC of the expanded shapes at least 0.99",
                  marks=pytest.mark.slow),

@@ -476,6 +476,43 @@ def listening() -> Report:
 
 
 @case
+def traverse() -> Report:
+    from toolpoint.pages.measured.traverse import traverse_page
+    from toolpoint.studies.moving.mode_tracks import ModeTrack
+    from toolpoint.studies.moving.moving_joints import JointChange, PredictedTracks
+    from toolpoint.studies.moving.pole_course import fit_course
+    from toolpoint.studies.moving.traverse_study import TraverseStudy
+
+    values, rng = np.linspace(-0.2, 0.2, 8), np.random.default_rng(0)
+    frequency = [21.0 + 0.0 * values, 38.0 - 4.0 * values]
+    tracks = tuple(ModeTrack(np.arange(8), f + 0.03 * rng.standard_normal(8), np.full(8, 0.02), np.full((8, 2), [0.03, 0.001]),
+                             np.ones((2, 8))) for f in frequency)
+    courses = tuple(fit_course(values, track.frequency, track.deviations[:, 0]) for track in tracks)
+    damping = tuple(fit_course(values, track.damping_ratio, track.deviations[:, 1]) for track in tracks)
+    predicted = PredictedTracks(("joint drive_y",), np.array([frequency[0], frequency[0] + 17.0]), np.zeros((1, 2, 8)))
+    joints = (JointChange("joint drive_y", 0.97, 0.83, (0.8, 0.86), 1.1),)
+    return traverse_page(TraverseStudy("Y, m", values, tracks, courses, damping, predicted, joints, 0.03, (), ()), "travel.csv")
+
+
+@case
+def driven_axis() -> Report:
+    from toolpoint.pages.measured.driven_axis import driven_axis_page
+    from toolpoint.signals import DrivenAxisTest
+    from toolpoint.studies import study_driven_axis
+    from toolpoint.vibration import Frf, Modes, frequency_response
+
+    tests = {}
+    for name, ratio in (("standing", 0.02), ("moving", 0.05)):
+        modes = Modes([21.0, 42.0], [ratio, 0.02], [[0.05, 0.07]], ["table:+y"])
+        exact = frequency_response.modal(modes, np.arange(5.0, 60.0, 0.1), inputs=["table:+y"]).converted_to("mobility")
+        noise = 0.01 * np.abs(exact.values).max() * np.random.default_rng(0).standard_normal(exact.values.shape)
+        frf = Frf(exact.frequency, exact.values + noise, exact.outputs, exact.inputs, "mobility",
+                  variance=np.full(exact.values.shape, noise.std()**2))
+        tests[name] = DrivenAxisTest(frf, np.ones(exact.frequency.size), frf.values[:, :, 0])
+    return driven_axis_page(study_driven_axis(tests), "standing.csv")
+
+
+@case
 def planned_test() -> Report:
     from toolpoint.pages.testing.test_plan import plan_page
     from toolpoint.studies import plan_test

@@ -43,6 +43,13 @@ def remark(message: str) -> None:
     ERROR_CONSOLE.print(spell_options(message), markup=False, soft_wrap=True)
 
 
+def ring(times: int) -> None:
+    """Ring the terminal's bell, where a person is there to hear it."""
+    if interactive():
+        sys.stderr.write("\a" * times)
+        sys.stderr.flush()
+
+
 def error(message: str) -> None:
     """Print an error as plain text: file contents in it must not be read as markup."""
     click.secho("error: " + spell_options(message), err=True, fg="red")

@@ -114,7 +114,10 @@ class Frame:
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
             try:
                 with unbroken_writing():
-                    self._written.append(f"Page written: {report.save(place)}")
+                    written = f"Page written: {report.save(place)}"
+                # A page that is brought up to date while a test runs is named once.
+                if written not in self._written:
+                    self._written.append(written)
             except (ToolpointError, OSError) as error:
                 self._unwritten.append(ToolpointError(f"Page not written: {place}: {error}"))
 

@@ -17,6 +17,7 @@ from toolpoint.app.interrupt import INTERRUPT_EXIT_CODE
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _COMMANDS_OF_MODULE = {
+    "acquisition": ("devices",),
     "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate", "rcsa"),
     "condition": ("drift",),
     "demos": ("demo",),
@@ -26,7 +27,7 @@ _COMMANDS_OF_MODULE = {
     "machining": ("machining",),
     "machines": ("report", "modes", "map", "campbell", "base"),
     "models": ("identify", "joints", "update", "correlate", "compare", "sensitivity"),
-    "operation": ("operational",),
+    "operation": ("operational", "traverse", "axis-test"),
     "projects": ("run", "tried"),
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),
@@ -42,7 +43,8 @@ COMMANDS_OF_QUESTION = {
     "Begin, and see what is there": ("demo", "new", "samples", "check", "report", "doctor", "convert", "schema", "completion"),
     "All of it in one folder, from records to advice": ("run", "tried"),
     "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
-    "A machine is measured: by hammer, or at work": ("plan", "frf", "identify", "operational", "joints", "next-test", "drift"),
+    "A machine is measured: by hammer, or at work": ("plan", "devices", "frf", "identify", "operational", "traverse",
+                                                     "axis-test", "joints", "next-test", "drift"),
     "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
     "A model and its test: where they differ, what to change": ("correlate", "compare", "sensitivity", "update", "screen",
                                                                "improve"),

@@ -11,12 +11,16 @@ if TYPE_CHECKING:
     from toolpoint.io.fmu import write as write_unit
     from toolpoint.io.machine_poses import check_pose, lay_grid, read_machine_at
     from toolpoint.io.matrices.matrix_files import read_matrices
+    from toolpoint.io.measured.blow_folder import BlowFolder
+    from toolpoint.io.measured.driven_axis_files import AxisColumns
+    from toolpoint.io.measured.driven_axis_files import read as read_driven_axis
     from toolpoint.io.measured.frf_files import read as read_frf
     from toolpoint.io.measured.frf_writing import check_writable
     from toolpoint.io.measured.frf_writing import write as write_frf
     from toolpoint.io.measured.geometry_files import read as read_geometry
     from toolpoint.io.measured.geometry_files import read_lines
     from toolpoint.io.measured.listened_files import read as read_listened
+    from toolpoint.io.measured.live_input import LiveInput, open_input, open_microphone
     from toolpoint.io.measured.mode_files import read as read_modes
     from toolpoint.io.measured.noun_writing import check_name as check_noun_name
     from toolpoint.io.measured.noun_writing import write as write_noun
@@ -62,15 +66,15 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable", "hold_records", "json_schema", "kind_of", "lay_grid",
-    "line_of_tried", "list_templates", "read_choice", "read_components", "read_datasheet", "read_described_records",
-    "read_drives", "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened",
-    "read_machine", "read_machine_at", "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path",
-    "read_places", "read_plan", "read_program", "read_project", "read_record", "read_records", "read_robot",
-    "read_robot_machine", "read_servo_data", "read_shaft", "read_step", "read_surface", "read_test_nouns", "read_tried",
-    "read_two_states", "write_cutting", "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns",
-    "write_pictures", "write_planned_test", "write_points", "write_program", "write_tables", "write_template", "write_test",
-    "write_unit",
+    "AxisColumns", "BlowFolder", "LiveInput", "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable",
+    "hold_records", "json_schema", "kind_of", "lay_grid", "line_of_tried", "list_templates", "open_input", "open_microphone",
+    "read_choice", "read_components", "read_datasheet", "read_described_records", "read_driven_axis", "read_drives",
+    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
+    "read_machine_at", "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan",
+    "read_program", "read_project", "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data",
+    "read_shaft", "read_step", "read_surface", "read_test_nouns", "read_tried", "read_two_states", "write_cutting",
+    "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns", "write_pictures", "write_planned_test",
+    "write_points", "write_program", "write_tables", "write_template", "write_test", "write_unit",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -78,10 +82,13 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "fmu": ("write as write_unit",),
     "machine_poses": ("check_pose", "lay_grid", "read_machine_at"),
     "matrices.matrix_files": ("read_matrices",),
+    "measured.blow_folder": ("BlowFolder",),
+    "measured.driven_axis_files": ("AxisColumns", "read as read_driven_axis"),
     "measured.frf_files": ("read as read_frf",),
     "measured.frf_writing": ("check_writable", "write as write_frf"),
     "measured.geometry_files": ("read as read_geometry", "read_lines"),
     "measured.listened_files": ("read as read_listened",),
+    "measured.live_input": ("LiveInput", "open_input", "open_microphone"),
     "measured.mode_files": ("read as read_modes",),
     "measured.noun_writing": ("check_name as check_noun_name", "write as write_noun"),
     "measured.record_files": ("read as read_record", "read_all as read_records"),

@@ -25,11 +25,13 @@ if TYPE_CHECKING:
     from toolpoint.pages.machining.program import machining_page
     from toolpoint.pages.measured.correlation import correlation_page
     from toolpoint.pages.measured.drift import drift_page
+    from toolpoint.pages.measured.driven_axis import driven_axis_page
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.operational import operational_page
     from toolpoint.pages.measured.state_comparison import state_comparison_page
+    from toolpoint.pages.measured.traverse import traverse_page
     from toolpoint.pages.measured.update import update_page
     from toolpoint.pages.project.project import project_page
     from toolpoint.pages.robots.accuracy import accuracy_page
@@ -44,12 +46,13 @@ if TYPE_CHECKING:
     from toolpoint.pages.video import video_page
 
 __all__ = [
-    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
-    "drive_page", "finite_element_page", "first_look_page", "hammer_page", "head_source_page", "identification_page",
-    "joints_page", "listening_page", "lobes_page", "machine_page", "machining_page", "map_page", "operational_page",
-    "place_page", "plan_page", "project_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
-    "servo_data_page", "servo_map_page", "simulation_page", "state_comparison_page", "tap_page", "tool_coupling_page",
-    "turning_page", "update_page", "video_page", "workspace_page",
+    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page",
+    "drift_page", "drive_page", "driven_axis_page", "finite_element_page", "first_look_page", "hammer_page",
+    "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
+    "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "responses_page",
+    "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "simulation_page",
+    "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page", "turning_page", "update_page",
+    "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -71,11 +74,13 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.program": ("machining_page",),
     "measured.correlation": ("correlation_page",),
     "measured.drift": ("drift_page",),
+    "measured.driven_axis": ("driven_axis_page",),
     "measured.hammer_records": ("hammer_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
     "measured.operational": ("operational_page",),
     "measured.state_comparison": ("state_comparison_page",),
+    "measured.traverse": ("traverse_page",),
     "measured.update": ("update_page",),
     "project.project": ("project_page",),
     "robots.accuracy": ("accuracy_page",),

@@ -58,6 +58,8 @@ class Report:
         What the reader must know before the answer is believed; stands right under it.
     assumptions : sequence of str
         What the answer rests on; the last section.
+    reload_seconds : int
+        How often a browser that shows the page reloads it, s, while what it shows is still growing; 0 never.
     """
 
     title: str
@@ -67,6 +69,7 @@ class Report:
     date: str = ""
     doubts: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    reload_seconds: int = 0
 
     def with_section(self, title: str, *parts: Part | str) -> Report:
         """Return the report with one more section."""
@@ -112,7 +115,7 @@ class Report:
         charts = any(isinstance(part, (Chart, ClickedSeries)) for part in parts)
         pickers = (SCRIPT,) if any(isinstance(part, PolePicker) for part in parts) else ()
         scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), *pickers, "page.js")]
-        return page(self.title, self._body(sections), scripts, charts=charts)
+        return page(self.title, self._body(sections), scripts, charts=charts, reload_seconds=self.reload_seconds)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page and return its path; a path without ``.html`` is a folder and gets ``index.html``.

@@ -2,6 +2,7 @@
 
 from toolpoint.signals.calibration import calibrate
 from toolpoint.signals.checks import mass_loading, reciprocity, without_mass
+from toolpoint.signals.driven_axis import DrivenAxisTest, driven_axis_test
 from toolpoint.signals.driving_doubts import driving_points
 from toolpoint.signals.hammer import HammerTest, hammer_test
 from toolpoint.signals.hits import Hit, HitRules
@@ -9,12 +10,14 @@ from toolpoint.signals.setups import by_reciprocity, join_bands, join_setups
 from toolpoint.signals.shaker import coherences, shaker_test
 
 __all__ = [
+           "DrivenAxisTest",
            "HammerTest",
            "Hit",
            "HitRules",
            "by_reciprocity",
            "calibrate",
            "coherences",
+           "driven_axis_test",
            "driving_points",
            "hammer_test",
            "join_bands",

@@ -34,7 +34,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
+    from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut
     from toolpoint.studies.listening.tried_cuts import hear_tried
+    from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
+    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
+    from toolpoint.studies.live_testing.mass_calibration import MassCalibration, calibrate_on_mass
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
@@ -61,6 +65,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
     from toolpoint.studies.measured.two_states import compare_two_states
+    from toolpoint.studies.moving.driven_axis_study import DrivenAxisStudy, study_driven_axis
+    from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
+    from toolpoint.studies.moving.traverse_study import TraverseStudy, study_traverse
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
@@ -94,12 +101,18 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "BlowVerdict",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
     "DepthLimit",
+    "DrivenAxisStudy",
     "Factor",
+    "HeardWindow",
+    "LiveProgress",
+    "LiveTap",
     "MachiningSetup",
+    "MassCalibration",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -113,6 +126,8 @@ __all__ = [
     "SpindleRange",
     "Swap",
     "ToolStance",
+    "TraverseStudy",
+    "TraverseWindow",
     "TurningCut",
     "Uncertainty",
     "WorkBlock",
@@ -122,6 +137,7 @@ __all__ = [
     "bases_of_machine",
     "bases_of_responses",
     "calibrate",
+    "calibrate_on_mass",
     "chart_lobes",
     "chart_turning",
     "check_machine",
@@ -132,11 +148,15 @@ __all__ = [
     "compare_with_test",
     "core_count",
     "cut_on",
+    "cut_windows",
     "cuts_of_options",
+    "decisive_window",
     "describe_machining",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
+    "follow_blows",
+    "follow_cut",
     "gather_test",
     "hear_tried",
     "identify_modes",
@@ -196,6 +216,7 @@ __all__ = [
     "study_base_reactions",
     "study_datasheet",
     "study_drift",
+    "study_driven_axis",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -213,6 +234,7 @@ __all__ = [
     "study_sensitivity",
     "study_tap",
     "study_tool",
+    "study_traverse",
     "study_video",
     "study_videos",
     "study_workspace",
@@ -251,7 +273,11 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
+    "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut"),
     "listening.tried_cuts": ("hear_tried",),
+    "live_testing.blow_verdict": ("BlowVerdict",),
+    "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),
+    "live_testing.mass_calibration": ("MassCalibration", "calibrate_on_mass"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
@@ -277,6 +303,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.model_correlation": ("with_measured_points",),
     "measured.operational_study": ("OperationalStudy", "study_operational"),
     "measured.two_states": ("compare_two_states",),
+    "moving.driven_axis_study": ("DrivenAxisStudy", "study_driven_axis"),
+    "moving.mode_tracks": ("TraverseWindow", "cut_windows"),
+    "moving.traverse_study": ("TraverseStudy", "study_traverse"),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),

@@ -19,6 +19,7 @@ CORE = ("toolpoint", "numpy", "scipy", "numba", "pydantic", "ruamel.yaml", "h5py
 EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"),
           "mesh": ("netgen-mesher", "bodies from STEP files"), "control": ("control", "python-control"),
           "cluster": ("distributed", "worker processes"),
+          "acquisition": ("sounddevice", "live tests from sound inputs and, with nidaqmx, NI boards"),
           "sound": ("soundfile", "FLAC, MP3 and Ogg sound"),
           "tdms": ("nptdms", "TDMS records")}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

@@ -12,9 +12,11 @@ import numpy as np
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
+from toolpoint.app import console
 from toolpoint.app.cut_options import CutValues
-from toolpoint.app.declare import Help, command, list_given
+from toolpoint.app.declare import Argument, Help, command, list_given
 from toolpoint.app.frame import Frame
+from toolpoint.app.live_options import LiveBlows
 from toolpoint.app.options import Files, MachineFile, Pose, Poses, Quantity, Variables
 from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, SpindleSpeeds
 from toolpoint.io.suffixes import YAML
@@ -172,6 +174,10 @@ class TapLabels:
     def read(self, files: Sequence[Path], progress: Any) -> Any:
         """Return the hammer study of records, or the responses that files hold."""
         progress("reading", 0, 1)
+        if files[0].suffix.lower() in YAML:
+            records, description = io.read_hammer_test(files)
+            return studies.study_hammer_records(records, duration=description.block, final=description.window_end,
+                                                estimator=description.estimator)
         if io.hold_records(files):
             records = io.read_records(files, self.channel, struck=self.struck, pattern=self.name)
             return studies.study_hammer_records(records)
@@ -179,25 +185,49 @@ class TapLabels:
 
 
 @command()
-def tap(run: Frame, files: Files, *,
+def tap(run: Frame, files: Annotated[tuple[SourceFile, ...], Argument()] = (), *,
         across: Annotated[tuple[SourceFile, ...], Help("Records or responses along y; several times. As x where left out.",
                                                        name="--y")] = (),
         tip: Annotated[str | None, Help("The tip along x where the files hold several driving points.",
                                         metavar="POINT:DIRECTION")] = None,
         labels: TapLabels, cut: CutValues,
         speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds that the machine has, rev/min.",
-                                                     metavar="3000:20000:200")] = None) -> None:
+                                                     metavar="3000:20000:200")] = None, live: LiveBlows) -> None:
     """Spindle speeds to use, from hammer blows on a tool's tip, with a light for each step.
 
-    FILES are the records of blows along x, the feed (any format of `toolpoint frf`), or responses of the tip (any format of
-    `toolpoint identify`); --y those along y. Give the cutter (--diameter, --teeth ...) and the material (--material, or --kt
-    and --kn).
+    FILES are the records of blows along x, the feed (any format of `toolpoint frf`, or its test file), or responses of the tip
+    (any format of `toolpoint identify`); --y those along y. Give the cutter (--diameter, --teeth ...) and the material
+    (--material, or --kt and --kn). With --live blows are recorded now: each is kept in --folder, judged at once in words and by
+    the terminal's bell, and added to the responses on the page.
     """
     progress = run.progress_of_parts()
-    x, y = labels.read(files, progress), labels.read(across, progress) if across else None
+    if bool(files) == live.live:
+        raise ToolpointError("FILES and --live: must be one of them; name files of blows, or record them now with --live")
+    if live.live:
+        x = _record_blows(run, labels, live)
+        if x is None or not cut:
+            return
+    else:
+        x = labels.read(files, progress)
+    y = labels.read(across, progress) if across else None
     ends = None if speeds is None else (float(speeds[0]), float(speeds[-1]))
     result = studies.study_tap(x, y, cut, tip=tip, speeds=ends, rng=np.random.default_rng(0), progress=progress)
     run.present(pages.tap_page, result, run.warnings, notes=result.limits.notes)
+
+
+def _record_blows(run: Frame, labels: TapLabels, live: LiveBlows) -> Any:
+    """Record blows, with their page written after each; return their study, None where no blow was good."""
+    def show(study: Any, is_growing: bool = True) -> None:
+        run.save(pages.hammer_page, study, run.warnings, "Live tap test", is_growing=is_growing)
+
+    folder, tap, fault = live.follow(labels.channel, show)
+    if fault is not None:
+        console.warning(f"{fault}; {tap.good} good blows are kept in {folder.folder}")
+    if tap.study is not None:
+        show(tap.study, False)
+        run.show(tap.study, [*tap.doubts, *tap.study.doubts, *tap.study.notes])
+    run.suggest(f"tap {folder.test_file} --diameter ... --teeth ... --material ...", f"frf {folder.test_file}")
+    return tap.study
 
 
 @command(page=False)

@@ -108,6 +108,20 @@ def _matching(folder: Path, text: str) -> list[Path]:
     return paths
 
 
+def read_columns(path: Path, rate: float | None = None) -> Columns:
+    """Return the columns of a file that holds one record, as they are, without labels; for an input that plays or watches
+    files."""
+    kind = path.suffix.lower()
+    if kind in UNIVERSAL or kind in HDF5:
+        record = read(path)
+        names = tuple(f"{quantity} {dof}" for quantity, dof in zip(record.quantities, record.channels, strict=True))
+        return Columns(names, record.units, record.samples, record.sample_rate)
+    several = _columns(path, rate, {})
+    if len(several) != 1:
+        raise ToolpointError(f"{path}: holds {len(several)} records; must be one")
+    return several[0]
+
+
 def _labelled(path: Path, channels: Sequence[ChannelDescription], rate: float | None, variables: dict[str, str],
               labels: Labels) -> list[Record]:
     kind = path.suffix.lower()

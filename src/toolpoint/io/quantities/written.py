@@ -160,6 +160,11 @@ def read_masses(text: str) -> dict[str, float]:
     return read_pairs(text, lambda value: _quantity(value, units.MASS), "POINT:DIRECTION=MASS, for example tip:+x=0.5kg")
 
 
+def read_mass(text: str) -> float:
+    """Return the mass of a text like ``1.25kg`` or ``800 g``, kg; a bare number is in kg."""
+    return _quantity(text, units.MASS)
+
+
 def _quantity(text: str, kind: units.Kind) -> float:
     try:
         return units.quantity(text.strip(), kind)

@@ -13,12 +13,14 @@ from toolpoint.plot.figures.measured.response_bands import magnitude_bands
 from toolpoint.studies.measured.hammer_study import HEADER, HammerStudy, HitVerdict
 
 WIDTHS_BEFORE_PEAK, WIDTHS_AFTER_PEAK = 4, 20  # pulse widths drawn before and after a peak
+GROWING_RELOAD_SECONDS = 3  # s between two loadings of the page of a test that is still struck
 MAX_DRAWN_RESPONSES = 12  # responses drawn
 
 
-def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = "Hammer test") -> Report:
-    """Return the page of a hammer test."""
-    report = Report(title, result.status)
+def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = "Hammer test", *, is_growing: bool = False
+                ) -> Report:
+    """Return the page of a hammer test; a browser reloads that of one that is still struck."""
+    report = Report(title, result.status, reload_seconds=GROWING_RELOAD_SECONDS if is_growing else 0)
     if result.doubts:
         report = report.with_section("Doubts", Notes(list(result.doubts), "warning", "Look at these first"))
     rows = [[v.name, str(v.struck), float(f"{v.hit.force:.4g}"), Cell(v.verdict, "good" if v.hit.accepted else "doubtful"),

@@ -56,8 +56,9 @@ def deflate_block(identifier: str, text: str) -> str:
             "</script>\n")
 
 
-def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False) -> str:
-    """Return a self-contained HTML page; with `charts` the chart library goes into it.
+def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False, reload_seconds: int = 0) -> str:
+    """Return a self-contained HTML page; with `charts` the chart library goes into it; the browser reloads it
+    every so many seconds, 0 never.
 
     The content security policy allows exactly the given scripts and the library, by their SHA-256, and no connection:
     neither an escaped name that slips through nor a chart can run foreign code or reach a host.
@@ -73,7 +74,8 @@ def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False)
         f"<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n"
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<meta name=\"color-scheme\" content=\"light dark\">\n"
-        "<link rel=\"icon\" href=\"data:,\">\n"
+        + (f"<meta http-equiv=\"refresh\" content=\"{reload_seconds}\">\n" if reload_seconds else "")
+        + "<link rel=\"icon\" href=\"data:,\">\n"
         f"<title>{html.escape(title)}</title>\n<style>{style}</style></head>\n<body>\n{body}\n"
         + (chart_block() if charts else "")
         + "".join(f"<script>{script}</script>\n" for script in scripts) + "</body></html>\n")

@@ -1,0 +1,1 @@
+"""Tests and cuts judged while they are recorded: blow by blow, window by window."""
