@@ -9,6 +9,7 @@ from signals.heard_signals import RATE, comb, side_bands, with_noise
 from toolpoint._check import ToolpointError
 from toolpoint.studies import SpindleRange, hear_tried, listen
 from toolpoint.studies.listening.better_speeds import natural_frequency, propose_lobes
+from toolpoint.studies.listening.probability import temper_searched
 from toolpoint.vibration import Modes, Record
 
 SPINDLE, TEETH, CHATTER = 133.4, 4, 1417.0
@@ -187,3 +188,16 @@ def test_tried_cuts_are_taken_from_their_recordings_and_those_that_cannot_tell_a
     assert any("left out, its sound cannot tell" in remark for remark in remarks)
     with pytest.raises(ToolpointError, match="without the number of teeth"):
         hear_tried(cuts, None)
+
+
+def test_a_searched_speed_makes_the_probability_more_modest():
+    given, searched = (listen(record(chattering(16)), TEETH, speed) for speed in (60 * SPINDLE, None))
+    assert given.probability > searched.probability > 0.9
+    assert any("speed was searched" in note for note in searched.notes)
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.01, 0.3, 0.8, 0.999, 1.0])
+def test_tempered_probabilities_keep_their_order_and_come_nearer_to_even(probability):
+    tempered = temper_searched(probability)
+    assert 0 < tempered < 1 and temper_searched(min(probability + 0.001, 1.0)) >= tempered
+    assert abs(tempered - 0.4) <= abs(probability - 0.4) + 0.05

@@ -17,6 +17,24 @@ MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two te
 # random cuts (seed 0, without those of broadband power); the bars tell other seeds.
 LOGISTIC_COEFFICIENTS = (4.86, 5.49, 4.61)
 
+# Constant and slope of the log odds where the speed was searched: a wrong speed can make either verdict sure. Fitted by
+# `benchmarks/listen_searched.py --fit` to 84 random cuts (seed 4000), 27 % with a wrong speed; the bars tell another seed.
+SEARCHED_ODDS_COEFFICIENTS = (-0.42, 0.69)
+MIN_TEMPERED_PROBABILITY = 1e-6  # at either end: of what is certain the odds are no number
+
+
+def temper_searched(probability: float) -> float:
+    """Return the probability of chatter that holds where the spindle speed was searched, not given.
+
+    Examples
+    --------
+    >>> [round(temper_searched(p), 2) for p in (0.02, 0.5, 0.999)]
+    [0.04, 0.4, 0.99]
+    """
+    bounded = min(max(probability, MIN_TEMPERED_PROBABILITY), 1 - MIN_TEMPERED_PROBABILITY)
+    constant, slope = SEARCHED_ODDS_COEFFICIENTS
+    return float(1 / (1 + np.exp(-(constant + slope * np.log(bounded / (1 - bounded))))))
+
 
 def has_hidden_flip(evidence: Evidence) -> bool:
     """Whether an even number of teeth has its power of run-out at half tooth passings, as a flip has."""
