@@ -149,5 +149,13 @@ def test_fewer_points_than_asked_for_are_refused():
 
 def test_the_command_names_the_points_that_are_missing(capsys):
     with pytest.raises(SystemExit):
-        main(["plan", MACHINE, "--file-points"])
+        main(["plan", MACHINE, "--file-points", "--points", "12"])
     assert "12 points of 5" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_what_is_left_out_of_a_plan_is_said():
+    """Thirty modes are no test of a day: the lowest eighteen are planned for, unless a person says otherwise."""
+    plan = plan_test(read_machine("src/toolpoint/app/machines/gantry.yaml"), rng=np.random.default_rng(1))
+    assert plan.modes.count == 18 and len(plan.points) == 12
+    assert any("planned for the lowest 18 of" in note for note in plan.notes)

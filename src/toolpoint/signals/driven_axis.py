@@ -27,6 +27,12 @@ MIN_REACH = 0.3  # coherence of set point and motor force, below which a line is
 class DrivenAxisTest:
     """Responses of a driven axis.
 
+    Examples
+    --------
+    >>> from toolpoint.signals import DrivenAxisTest, driven_axis_test
+    >>> driven_axis_test.__annotations__["return"]
+    'DrivenAxisTest'
+
     frf : to the motor's force, coherence that of motion and set point; reach : (n_f,), coherence of motor's force and set
     point: where it is low the set point shakes nothing; direct_values : (n_f, n_outputs), S_yu / S_uu, for comparison.
     """

@@ -30,10 +30,11 @@ TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables")
 
 @command()
 def plan(run: Frame, machine: MachineFile, *, pose: Pose = None,
-         number: Annotated[int, Help("Points to measure, three directions each.", name="--points", minimum=1)] = 12,
+         number: Annotated[int | None, Help("Points to measure, three directions each; 12, or as many as the modes need, where "
+                                            "left out.", name="--points", minimum=1)] = None,
          file_points: Annotated[bool, Help("Choose among the points that the machine file names, not among 131 spread over its "
                                            "bodies.")] = False,
-         highest: Annotated[float | None, Help("Highest mode that matters, Hz; all modes of the machine where left "
+         highest: Annotated[float | None, Help("Highest mode that matters, Hz; the 18th of the machine where left "
                                                "out.")] = None,
          struck: Annotated[int, Help("Most points and directions to strike.", minimum=1)] = 3,
          noise: Annotated[float, Help("Noise of the virtual test, percent of every channel.", scale=1e-2)] = 1.0,

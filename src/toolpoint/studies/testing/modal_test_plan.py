@@ -21,6 +21,8 @@ from toolpoint.vibration import Dof, Modes
 
 # points that could be measured where the file names none; random sets beside the chosen one
 DEFAULT_CANDIDATE_POINTS, RANDOM_SETS = 131, 3
+DEFAULT_PLANNED_MODES = 18  # a test that should tell forty modes apart takes a day, and minutes to plan
+DEFAULT_MEASURED_POINTS = 12  # of a plan whose modes need no more
 PLANNED_DAMPING_RATIO = 0.02  # where the machine states none, or so little that it must be left out
 RING_DOWN_FRACTION = 0.01  # of the slowest ring-down, at the end of a block
 LINE_RANGE_RATIO = 1.3  # highest line over the highest mode
@@ -113,19 +115,20 @@ class ModalTestPlan(NotebookText):
                 "random": [outcome.to_dict() for outcome in self.random], "notes": list(self.notes)}
 
 
-def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, highest: float | None = None, struck: int = 3,
-              candidates: MeasuringPoints | None = None, noise: float = 0.01, hits: int = 3, rng: np.random.Generator,
-              progress: Progress = lambda name, finished, total: None) -> ModalTestPlan:
+def plan_test(machine: Machine, number: int | None = None, *, pose: Pose | None = None, highest: float | None = None,
+              struck: int = 3, candidates: MeasuringPoints | None = None, noise: float = 0.01, hits: int = 3,
+              rng: np.random.Generator, progress: Progress = lambda name, finished, total: None) -> ModalTestPlan:
     """Return a planned hammer test of a machine.
 
     Parameters
     ----------
     machine : Machine
-    number : int
-        Points to measure, three directions each.
+    number : int, optional
+        Points to measure, three directions each; where left out 12, or as many as tell all modes apart with half as many
+        directions to spare.
     pose : axis positions, optional
     highest : float, optional
-        Highest mode that matters, Hz; all modes where left out.
+        Highest mode that matters, Hz; the 18th where left out.
     struck : int
         Most Dofs to strike; fewer where one shows all modes.
     candidates : MeasuringPoints, optional
@@ -142,10 +145,15 @@ def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, h
         For fewer directions than modes, no mode below `highest`, bodies without extent.
     """
     places = surface_points(machine, DEFAULT_CANDIDATE_POINTS, rng) if candidates is None else candidates
+    modes, notes = _modes(machine, places, pose, highest)
+    if number is None:
+        number = min(max(DEFAULT_MEASURED_POINTS, -(-modes.count // 2)), len(places.places))
+        if number > DEFAULT_MEASURED_POINTS:
+            notes.append(f"{number} points are taken, because {modes.count} modes are to be told apart; `highest` leaves those "
+                         "out that do not matter")
     if len(places.places) < number:
         fail("number", f"{number} points of {len(places.places)} that could be measured", "must not be more",
              remedy="name more points in the machine file, or ask for fewer")
-    modes, notes = _modes(machine, places, pose, highest)
     progress("points", 0, 1)
     chosen = _choose_struck_dofs(modes, modes.dofs, struck)
     points = choose_points(modes, number, list(dict.fromkeys(dof.point for dof in chosen)))
@@ -179,13 +187,18 @@ def _part_of_progress(name: str, index: int, tests: int, progress: Progress) -> 
 def _modes(machine: Machine, places: MeasuringPoints, pose: Pose | None, highest: float | None) -> tuple[Modes, list[str]]:
     """Return the modes of the plan at all points, and the assumptions."""
     all_modes = true_modes(machine, places, PLANNED_DAMPING_RATIO, pose=pose)
-    frequency_max = np.inf if highest is None else positive("highest", highest)
+    elastic = np.sort(all_modes.frequency[all_modes.frequency > 0])
+    frequency_max = (float(elastic[:DEFAULT_PLANNED_MODES][-1]) if elastic.size else np.inf) if highest is None else \
+        positive("highest", highest)
     kept = np.flatnonzero((all_modes.frequency > 0) & (all_modes.frequency <= frequency_max))
     if kept.size == 0:
         raise ToolpointError(f"highest: {frequency_max:g} Hz; no mode of the machine lies below it; its first is at "
                              f"{all_modes.frequency.min():.4g} Hz")
     rigid_count = int((all_modes.frequency <= 0).sum())
-    notes = [f"every mode is given a damping ratio of {100 * PLANNED_DAMPING_RATIO:g} %: it is what a test measures, and no "
+    left_out = [f"planned for the lowest {kept.size} of {elastic.size} modes, to {frequency_max:.4g} Hz; `highest` takes others"
+                ] if highest is None and kept.size < elastic.size else []
+    notes = [*left_out,
+             f"every mode is given a damping ratio of {100 * PLANNED_DAMPING_RATIO:g} %: it is what a test measures, and no "
              f"model knows",
              "the machine file is believed: a mode that it does not have is planned for by no point; look at the whole machine",
              "expected errors are those of noise and processing alone; a sensor's mass, play and friction come on top",

@@ -34,7 +34,7 @@ def choose_points(modes: Modes, number: int, keep: Sequence[str | int] = ()) -> 
         fail("points", str(number), f"must be {max(1, len(keep))} .. {len(points)}: those struck, and all that can be measured")
     if sum(len(rows[point]) for point in points) < modes.count or number * max(map(len, rows.values())) < modes.count:
         fail("points", f"{number} for {modes.count} modes", "must have as many directions as modes, or more",
-             remedy=f"take {-(-modes.count // 3)} points at least")
+             remedy=f"take {-(-modes.count // 3)} points at least, or fewer modes by `highest`")
     kept = list(points)
     while len(kept) > number:
         kept_rows = [row for point in kept for row in rows[point]]
