@@ -195,6 +195,9 @@ class _Session:
             except DeviceFault:
                 yield from self._keep_again(True)
                 raise
+            except ToolpointError as error:  # one record that cannot be read; the next may
+                yield str(error)
+                continue
             if block is not None:
                 self.delivered, self.has_clock = block.stop, not block.is_record
                 if block.lost_count:
