@@ -18,7 +18,7 @@ ROOMS_WITH_EXAMPLES = {
     "joints": {"DIRECTIONS"},
     "bodies": set(),
     "bodies.solid": {"CAST_IRON", "STEEL"},
-    "signals": set(),
+    "signals": {"DrivenAxisTest"},
     "vibration": set(),
     "vibration.sparse": set(),
     "cutting": set(),

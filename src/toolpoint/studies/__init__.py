@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut
     from toolpoint.studies.listening.tried_cuts import hear_tried
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
-    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
+    from toolpoint.studies.live_testing.live_session import follow_blows
+    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap
     from toolpoint.studies.live_testing.mass_calibration import MassCalibration, calibrate_on_mass
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
@@ -276,7 +277,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut"),
     "listening.tried_cuts": ("hear_tried",),
     "live_testing.blow_verdict": ("BlowVerdict",),
-    "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),
+    "live_testing.live_session": ("follow_blows",),
+    "live_testing.live_tap": ("LiveProgress", "LiveTap"),
     "live_testing.mass_calibration": ("MassCalibration", "calibrate_on_mass"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
