@@ -129,6 +129,18 @@ def test_a_record_that_cannot_be_read_does_not_end_the_test(tmp_path, capsys):
     assert "record1.npz" in printed.err and "from 2 of 2 hits" in printed.out
 
 
+def test_one_window_of_many_that_says_chatter_is_doubted():
+    from types import SimpleNamespace
+
+    from toolpoint.studies import question_windows
+
+    def windows(*verdicts):
+        return [SimpleNamespace(cut=SimpleNamespace(verdict=verdict)) for verdict in verdicts]
+    assert question_windows(windows(*["no chatter"] * 9, "chatter"))[0].figure == 0.1
+    assert question_windows(windows(*["chatter"] * 5, *["no chatter"] * 5)) == []
+    assert question_windows(windows("no chatter", "chatter")) == []
+
+
 def test_a_full_scale_in_volts_makes_volts_of_a_sound_input(tmp_path, monkeypatch):
     from toolpoint.acquisition.sound_card import FULL_SCALE_UNIT
     from toolpoint.io.measured import live_input
