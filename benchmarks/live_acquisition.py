@@ -53,8 +53,9 @@ def null_sink() -> Iterator[None]:
 
 def _raise_priority() -> None:
     """Let the virtual sound card run ahead of other work, where that is allowed: a real card needs no processor to sample."""
-    with suppress(OSError):
+    with suppress(OSError, AttributeError):
         os.nice(-15)
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
 
 
 @contextmanager
@@ -157,10 +158,11 @@ def measure_verdicts(blows: int) -> None:
         for event in follow_blows(live.device, tap, store, patience=6.0):
             if isinstance(event, BlowVerdict):
                 verdicts.append(event)
-        kept = len(list(store.folder.glob("blow_*.npz")))
+        kept, aside = (len(list(folder.glob("blow_*.npz"))) for folder in (store.folder, store.folder / "set_aside"))
     delays = sorted(verdict.delay for verdict in verdicts)
-    print(f"{len(verdicts)} of {blows} blows taken, {sum(v.accepted for v in verdicts)} good, {kept} on disk; verdict after "
-          f"the last sample: median {1e3 * delays[len(delays) // 2]:.0f} ms, longest {1e3 * delays[-1]:.0f} ms")
+    print(f"{len(verdicts)} of {blows} blows taken, {sum(v.accepted for v in verdicts)} good, {kept} on disk, "
+          f"{aside} set aside; verdict after the last sample: median {1e3 * delays[len(delays) // 2]:.0f} ms, longest "
+          f"{1e3 * delays[-1]:.0f} ms, {sum(delay <= 0.3 for delay in delays)} within 0.3 s")
 
 
 def main() -> None:

@@ -102,7 +102,7 @@ def main() -> None:
         joint = "" if options.unchanged else str(rng.choice(list(joints_of(machine))))
         change = float(rng.choice([-1, 1]) * np.log(rng.uniform(1.15, 1.35)))
         record = traverse(machine, name, ends, joint=joint, change=change, rng=rng)
-        windows = cut_windows(record.record, *ends, WINDOWS)
+        windows = cut_windows(record.record, ends, WINDOWS)
         rough = machine.with_values({path: value * np.exp(FILE_ERROR * rng.standard_normal())
                                      for paths in joints_of(machine).values() for path, value in paths.items()})
         study = study_traverse(windows, quantity=f"{name}, m", machine=rough, poses=[{name: w.value} for w in windows])

@@ -150,6 +150,19 @@ def test_blocks_of_a_sound_card_are_copies_with_its_flags(card):
         device.read(0.1)
 
 
+def test_a_card_that_falls_silent_is_gone_though_its_stream_stays_active(card, monkeypatch):
+    monkeypatch.setattr("toolpoint.acquisition.sound_card.MAX_SILENCE_SECONDS", 0.3)
+    device = SoundInput("usb", 2)
+    device.open()
+    device._stream.active = True
+    for _ in range(3):
+        device.read(0.1)
+    assert device.read(0.05) is None
+    time.sleep(0.3)
+    with pytest.raises(DeviceFault, match="no samples come any more"):
+        device.read(0.05)
+
+
 def test_inputs_that_a_card_has_not_are_refused(card):
     with pytest.raises(ToolpointError, match="USB interface has 2 inputs; channel 3 is described"):
         SoundInput("", 3)

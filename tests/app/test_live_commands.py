@@ -91,6 +91,56 @@ def test_records_of_another_program_are_taken_from_its_folder(tmp_path, capsys):
     assert len(list((tmp_path / "x").glob("blow_*.npz"))) == 2
 
 
+def test_files_in_units_of_their_own_are_kept_in_si(tmp_path, capsys):
+    """A table in kN and g: what is kept reads back as the table itself."""
+    volts = tapping.stream((200.0, 180.0, 190.0))
+    rows = np.column_stack([np.arange(len(volts)) / tapping.RATE, volts[:, 0] / tapping.HAMMER / 1e3,
+                            volts[:, 1] / tapping.SENSOR / 9.80665])
+    np.savetxt(tmp_path / "blows.csv", rows, delimiter=",", header="time [s],force tip:+x [kN],acceleration tip:+x [g]",
+               comments="", fmt="%.12g")
+    main(["tap", "--live", "--device", f"play:{tmp_path / 'blows.csv'}@max", "--folder", str(tmp_path / "x"), "--blows", "3",
+          "--block", "0.4", "-o", str(tmp_path / "p")])
+    assert "good, 200 N" in capsys.readouterr().err
+    kept = io.read_hammer_test(tmp_path / "x" / "test.yaml")[0].records
+    table = io.read_records([tmp_path / "blows.csv"]).records[0]
+    first = kept[0].samples
+    start = int(np.argmin(np.abs(table.samples[:, 0] - first[0, 0]) + np.abs(table.samples[:, 1] - first[0, 1])))
+    assert np.allclose(first, table.samples[start:start + len(first)], rtol=1e-9)
+
+
+def test_a_record_that_cannot_be_read_does_not_end_the_test(tmp_path, capsys):
+    (tmp_path / "out").mkdir()
+    blow = tapping.stream((200.0,), lead=0.1, apart=0.5)
+
+    def write():
+        for k, content in enumerate((blow, None, blow)):
+            time.sleep(0.45)
+            if content is None:
+                (tmp_path / "out" / "record1.npz").write_bytes(b"no archive")
+                continue
+            np.savez(tmp_path / "draft.npz", samples=content, fs=tapping.RATE, channels=["hammer", "sensor"])
+            (tmp_path / "draft.npz").replace(tmp_path / "out" / f"record{k}.npz")
+    writer = threading.Thread(target=write)
+    writer.start()
+    main(["tap", "--live", "--device", f"folder:{tmp_path / 'out'}", *CHANNELS, "--folder", str(tmp_path / "x"), "--blows", "2",
+          "-o", str(tmp_path / "p")])
+    writer.join()
+    printed = capsys.readouterr()
+    assert "record1.npz" in printed.err and "from 2 of 2 hits" in printed.out
+
+
+def test_one_window_of_many_that_says_chatter_is_doubted():
+    from types import SimpleNamespace
+
+    from toolpoint.studies import question_windows
+
+    def windows(*verdicts):
+        return [SimpleNamespace(cut=SimpleNamespace(verdict=verdict)) for verdict in verdicts]
+    assert question_windows(windows(*["no chatter"] * 9, "chatter"))[0].figure == 0.1
+    assert question_windows(windows(*["chatter"] * 5, *["no chatter"] * 5)) == []
+    assert question_windows(windows("no chatter", "chatter")) == []
+
+
 def test_a_full_scale_in_volts_makes_volts_of_a_sound_input(tmp_path, monkeypatch):
     from toolpoint.acquisition.sound_card import FULL_SCALE_UNIT
     from toolpoint.io.measured import live_input

@@ -59,7 +59,7 @@ def softening():
 
 def test_the_joint_that_softens_is_named_with_its_factor(softening):
     record, frequencies = softening
-    windows = cut_windows(record, -0.2, 0.2, 8)
+    windows = cut_windows(record, (-0.2, 0.2), 8)
     study = study_traverse(windows, quantity="Y, m", machine=slides(), poses=[{}] * 8)
     assert study.joints[0].joint == "joint upper" and study.joints[0].probability > 0.9 and study.joints[0].fits
     low, high = study.joints[0].interval
@@ -73,7 +73,7 @@ def test_the_joint_that_softens_is_named_with_its_factor(softening):
 
 def test_a_machine_that_does_not_change_is_not_called_changed():
     record, _ = record_of(0.0, seed=1)
-    study = study_traverse(cut_windows(record, -0.2, 0.2, 8), machine=slides(), poses=[{}] * 8)
+    study = study_traverse(cut_windows(record, (-0.2, 0.2), 8), machine=slides(), poses=[{}] * 8)
     assert study.changed == [] and study.unchanged > 0.5
     assert "None of 4 modes changes" in study.status and "no joint need change" in study.status
 
@@ -108,12 +108,12 @@ def test_noise_alone_is_rarely_a_change():
 @pytest.mark.slow
 def test_a_fast_traverse_is_doubted():
     record, _ = record_of(np.log(0.5), seed=2)
-    study = study_traverse(cut_windows(record, 0.0, 1.0, 4))
+    study = study_traverse(cut_windows(record, (0.0, 1.0), 4))
     assert any(doubt.what.startswith("damping of mode") and "travel slower" in doubt.remedy for doubt in study.doubts)
 
 
 def test_what_cannot_be_is_refused(softening, tmp_path, capsys):
-    windows = cut_windows(softening[0], 0.0, 1.0, 4)
+    windows = cut_windows(softening[0], (0.0, 1.0), 4)
     with pytest.raises(ToolpointError, match="at least 4"):
         study_traverse(windows[:3])
     with pytest.raises(ToolpointError, match="must be both or none"):

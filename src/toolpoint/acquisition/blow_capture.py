@@ -83,7 +83,7 @@ class BlowCapture:
     (885, (510, 2))
     """
 
-    def __init__(self, inputs: InputChannels, rate: float, duration: float, trigger: float | None = None) -> None:
+    def __init__(self, inputs: InputChannels, rate: float, duration: float, *, trigger: float | None = None) -> None:
         self.inputs, self.rate = inputs, positive("rate", rate)
         block = round(positive("duration", duration) * self.rate)
         if block < 100:

@@ -52,7 +52,7 @@ class NiInput:
     Hz; limit : V.
     """
 
-    def __init__(self, physical: str, channels: int, rate: float, limit: float = DEFAULT_RANGE) -> None:
+    def __init__(self, physical: str, channels: int, rate: float, *, limit: float = DEFAULT_RANGE) -> None:
         self._library = load_nidaqmx()
         self.physical = physical if "/" in physical else f"{physical}/ai0" + (f":{channels - 1}" if channels > 1 else "")
         self.rate, self._limit = float(rate), limit

@@ -63,6 +63,7 @@ class SoundInput:
         # The callback runs in a thread of PortAudio: it may copy and enqueue, nothing that waits.
         self._queue = queue.SimpleQueue[tuple[FloatArray, bool, float]]()
         self._delivered, self._clock = 0, SampleClock(self.rate)
+        self._last_arrival = 0.0
 
     def open(self) -> None:
         """Start the stream; ToolpointError where the device refuses rate or channels."""
@@ -73,6 +74,7 @@ class SoundInput:
                                                      dtype="float32", latency=SOUND_BUFFER_SECONDS,
                                                      callback=take)
             self._stream.start()
+            self._last_arrival = time.monotonic()
         except (self._library.PortAudioError, ValueError) as error:
             raise ToolpointError(f"device: {len(self.names)} inputs at {self.rate:g} Hz are refused ({error}); take another "
                                  "`rate` or fewer channels") from None
@@ -82,9 +84,11 @@ class SoundInput:
         try:
             samples, has_overflow, arrival = self._queue.get(timeout=min(timeout, MAX_SILENCE_SECONDS))
         except queue.Empty:
-            if timeout < MAX_SILENCE_SECONDS and self._stream is not None and self._stream.active:
+            # Few systems tell PortAudio of a device that is pulled out: its stream stays active, and silent.
+            if time.monotonic() - self._last_arrival < MAX_SILENCE_SECONDS and self._stream.active:
                 return None
             raise DeviceFault("device: no samples come any more; it was unplugged, or another program took it") from None
+        self._last_arrival = arrival
         if samples.shape[1] != len(self.names):
             raise DeviceFault(f"device: blocks of {samples.shape[1]} channels; must be {len(self.names)}, as it was opened")
         if has_overflow:

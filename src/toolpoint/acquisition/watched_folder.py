@@ -45,7 +45,7 @@ class WatchedFolder:
     '*'
     """
 
-    def __init__(self, folder: str | Path, read: Callable[[Path], FolderRecord], pattern: str = "*",
+    def __init__(self, folder: str | Path, read: Callable[[Path], FolderRecord], pattern: str = "*", *,
                  rate: float | None = None) -> None:
         self.folder, self.pattern, self._read = Path(folder), pattern, read
         self.rate = 0.0 if rate is None else rate

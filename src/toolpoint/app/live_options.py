@@ -33,12 +33,16 @@ class LiveBlows:
                                         name="--range", needs="--live")] = None
     patience: Annotated[float | None, Help("Live: end after this time without a blow, s.", above=0, needs="--live")] = None
 
-    def follow(self, channel: tuple[str, ...], show: Any) -> Any:
-        """Record blows until enough are good; `show` receives the study after each. Return the folder of the blows, the test,
-        and what is wrong with the device, if it went away."""
+    def open(self, channel: tuple[str, ...]) -> Any:
+        """Return the input with its described channels."""
         if self.folder is None:
             raise ToolpointError("--folder: every blow is kept on disk before it is judged; name a folder for them")
-        live = io.open_input(self.device, channel, self.rate, limit=self.limit)
+        return io.open_input(self.device, channel, self.rate, limit=self.limit)
+
+    def follow(self, live: Any, show: Any) -> Any:
+        """Record blows until enough are good; `show` receives the study after each. Return the folder of the blows, the test,
+        and what is wrong with the device, if it went away."""
+        assert self.folder is not None
         whole_records = self.device.startswith("folder:")
         block = None if whole_records else self.block
         folder = io.BlowFolder(self.folder, live, block)

@@ -34,10 +34,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.listening.listen import SpindleRange, listen
-    from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut
+    from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut, question_windows
     from toolpoint.studies.listening.tried_cuts import hear_tried
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
-    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap, follow_blows
+    from toolpoint.studies.live_testing.live_session import follow_blows
+    from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap
     from toolpoint.studies.live_testing.mass_calibration import MassCalibration, calibrate_on_mass
     from toolpoint.studies.machines.base_reaction_study import study_base_reactions
     from toolpoint.studies.machines.campbell import map_speeds
@@ -192,6 +193,7 @@ __all__ = [
     "propose_speeds",
     "question_part",
     "question_structure",
+    "question_windows",
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
@@ -273,10 +275,11 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.tuned_damper": ("tune_damper",),
     "first_look": ("study_machine_and_responses",),
     "listening.listen": ("SpindleRange", "listen"),
-    "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut"),
+    "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut", "question_windows"),
     "listening.tried_cuts": ("hear_tried",),
     "live_testing.blow_verdict": ("BlowVerdict",),
-    "live_testing.live_tap": ("LiveProgress", "LiveTap", "follow_blows"),
+    "live_testing.live_session": ("follow_blows",),
+    "live_testing.live_tap": ("LiveProgress", "LiveTap"),
     "live_testing.mass_calibration": ("MassCalibration", "calibrate_on_mass"),
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),

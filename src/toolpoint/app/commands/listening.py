@@ -28,7 +28,7 @@ class LiveSound:
     keep: Annotated[NewFile | None, Help("Live: keep the seconds that decide here (HDF5, CSV, NumPy).", needs="--live")] = None
 
     def hear(self, teeth: int, speed: float | None, **judgement: Any) -> Any:
-        """Print the verdict on every window; return the one that decides."""
+        """Print the verdict on every window; return the one that decides, and doubts about it."""
         device = io.open_microphone(self.device, self.rate)
         windows = []
         try:
@@ -42,7 +42,7 @@ class LiveSound:
         decisive = studies.decisive_window(windows)
         if decisive is None:
             raise ToolpointError("no cut was heard; hold the microphone nearer, or look at `device` and `rate`")
-        return decisive
+        return decisive, studies.question_windows(windows)
 
 
 @command(replace=True)
@@ -66,7 +66,8 @@ def listen(run: Frame, record: Annotated[SourceFile | None, Argument()] = None, 
     cut_record = None if record is None else io.read_listened(record)
     spindle = studies.SpindleRange(highest, lowest)
     if cut_record is None:
-        window = live.hear(teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
+        window, doubts = live.hear(teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
+        run.file_doubts += doubts
         run.write("Record", live.keep, io.write_noun, window.record)
         result, name = window.cut, f"heard until {window.time:.1f} s"
     else:

@@ -98,7 +98,7 @@ def traverse(run: Frame, files: Files, *,
         raise ToolpointError(f"--value: {len(value)} values for {len(records.records)} records; must be one for each")
     run.step("identification")
     if travel is not None:
-        windows = studies.cut_windows(records.records[0], float(travel.first), float(travel.last), travel.number)
+        windows = studies.cut_windows(records.records[0], (float(travel.first), float(travel.last)), travel.number)
         poses = [{**(pose or {}), travel.name: window.value} for window in windows]
         quantity = f"{travel.name}, m"
     else:

@@ -221,12 +221,15 @@ def _record_blows(run: Frame, labels: TapLabels, live: LiveBlows) -> Any:
     def show(study: Any, is_growing: bool = True) -> None:
         run.save(pages.hammer_page, study, run.warnings, "Live tap test", is_growing=is_growing)
 
-    folder, tap, fault = live.follow(labels.channel, show)
+    source = live.open(labels.channel)
+    # What the kind of input falsifies stands before everything that rests on it, limits and pages too.
+    run.file_doubts += source.device.doubts
+    folder, tap, fault = live.follow(source, show)
     if fault is not None:
         console.warning(f"{fault}; {tap.good} good blows are kept in {folder.folder}")
     if tap.study is not None:
         show(tap.study, False)
-        run.show(tap.study, [*tap.doubts, *tap.study.doubts, *tap.study.notes])
+        run.show(tap.study, [*tap.study.doubts, *tap.study.notes])
     run.suggest(f"tap {folder.test_file} --diameter ... --teeth ... --material ...", f"frf {folder.test_file}")
     return tap.study
 

@@ -46,7 +46,9 @@ class BlowFolder:
         self.folder = Path(folder)
         self._names = [f"channel {k + 1}" for k in range(len(live.inputs.channels))]
         self._rate = live.device.rate
-        description = HammerTestDescription("Live tap test", (RecordsDescription((BLOW_PATTERN,)),), live.described,
+        # The name is what a page of the test begins with: what the input falsifies must not be left behind.
+        title = "; ".join(["Live tap test", *(f"{doubt.what}: {doubt.why}" for doubt in live.device.doubts)])
+        description = HammerTestDescription(title, (RecordsDescription((BLOW_PATTERN,)),), live.described,
                                             block=duration)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

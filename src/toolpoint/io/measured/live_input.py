@@ -82,7 +82,7 @@ def _device_of(address: str, count: int | None, rate: float | None, limit: float
     if kind == "sound":
         return SoundInput(place, count, rate)
     if kind == "ni":
-        return NiInput(place, count or 1, rate or DEFAULT_RATE, limit or DEFAULT_RANGE)
+        return NiInput(place, count or 1, rate or DEFAULT_RATE, limit=limit or DEFAULT_RANGE)
     if kind == "folder":
         folder = WatchedFolder(place, _read_folder_record, rate=rate)
         folder.wait_for_first()

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint.acquisition import SampledInput
 from toolpoint.studies.listening.listen import listen
-from toolpoint.studies.listening.listened_cut import ListenedCut
+from toolpoint.studies.listening.listened_cut import CHATTER, ListenedCut
 from toolpoint.vibration import Dof, Record
 
+MIN_JUDGED_WINDOWS, MAX_LONE_SHARE = 8, 0.25  # windows of a cut, and the share of them below which chatter is doubted
 MIN_WINDOW_SECONDS = 1.0  # s: half a second of cut is the least that can be judged
 HEARING_SECONDS = 0.2  # s that a read waits
 
@@ -120,6 +122,16 @@ class _Heard:
             return HeardWindow(self.time, record, listen(record, teeth, speed, **judgement), is_torn=is_torn)
         except ToolpointError as error:
             return HeardWindow(self.time, record, None, f"no cut is heard ({error})", is_torn)
+
+
+def question_windows(windows: list[HeardWindow]) -> list[Doubt]:
+    """Return the doubt that few of many windows say chatter: the strongest of many is strong by chance alone."""
+    cuts = [each.cut for each in windows if each.cut is not None]
+    count = sum(cut.verdict == CHATTER for cut in cuts)
+    if not count or len(cuts) < MIN_JUDGED_WINDOWS or count > MAX_LONE_SHARE * len(cuts):
+        return []
+    return [Doubt("chatter", f"{count} of {len(cuts)} windows say so, and the strongest is shown",
+                  "listen to the same cut again, or to what was going on then", figure=count / len(cuts))]
 
 
 def decisive_window(windows: list[HeardWindow]) -> HeardWindow | None:

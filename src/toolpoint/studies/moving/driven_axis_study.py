@@ -18,6 +18,7 @@ import scipy
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import with_uncertainty
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification
 from toolpoint.signals.driven_axis import DrivenAxisTest
@@ -81,15 +82,23 @@ class DrivenAxisStudy(NotebookText):
     def status(self) -> str:
         """The answer in a sentence or two."""
         first = self.states[0]
-        words = f"{first.modes.modes.count} modes of the {first.name} axis, shaken from {first.test.shaken[0]:.4g} to " \
+        count = first.modes.modes.count
+        words = f"{count} mode{'s' * (count != 1)} of the {first.name} axis, shaken from {first.test.shaken[0]:.4g} to " \
                 f"{first.test.shaken[1]:.4g} Hz"
-        if len(self.states) == 2:
-            alarm = STATE_ALARM / max(2 * len(self.pairs), 1)
-            changed = sorted({k for kind in (0, 1) for k, _, _, p in self._changes(kind) if p < alarm})
-            names = ", ".join(f"{first.modes.modes.frequency[self.pairs[k][0]]:.4g} Hz" for k in changed)
-            words += (f"; {self.states[1].name}, {len(changed)} of {len(self.pairs)} are others ({names})" if changed
-                      else f"; {self.states[1].name}, none of {len(self.pairs)} differs beyond its interval")
-        return words + "." + self._damping_words()
+        return words + self._state_words() + "." + self._damping_words()
+
+    def _state_words(self) -> str:
+        """Return which modes of the second state are others, and in what."""
+        if len(self.states) < 2:
+            return ""
+        first, second = (state.modes.modes for state in self.states)
+        alarm = STATE_ALARM / max(2 * len(self.pairs), 1)
+        parts = [f"frequency {first.frequency[i]:.4g} to {second.frequency[j]:.4g} Hz" if kind == 0 else
+                 f"damping of {first.frequency[i]:.4g} Hz {100 * first.damping_ratio[i]:.3g} to "
+                 f"{100 * second.damping_ratio[j]:.3g} %"
+                 for kind in (0, 1) for k, _, _, p in self._changes(kind) if p < alarm for i, j in [self.pairs[k]]]
+        name = self.states[1].name
+        return f"; {name}: {', '.join(parts)}" if parts else f"; {name}, none of {len(self.pairs)} differs beyond its interval"
 
     def _damping_words(self) -> str:
         if self.damping is None:
@@ -232,4 +241,4 @@ def _variance(modes: Modes, place: int, kind: int) -> float:
 def _with_interval(modes: Modes, place: int, kind: int) -> str:
     value = (float(modes.frequency[place]), 100 * float(modes.damping_ratio[place]))[kind]
     half_width = NORMAL_95_QUANTILE * float(np.sqrt(_variance(modes, place, kind))) * (1, 100)[kind]
-    return f"{value:.4g} ± {half_width:.2g}"
+    return with_uncertainty(value, half_width, "") if half_width > 0 else f"{value:.4g}"

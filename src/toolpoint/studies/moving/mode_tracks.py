@@ -40,8 +40,8 @@ class ModeTrack:
     shapes: FloatArray
 
 
-def cut_windows(record: Record, first: float, last: float, number: int) -> list[TraverseWindow]:
-    """Return the equal parts of a record during which an axis moved steadily from `first` to `last`.
+def cut_windows(record: Record, ends: tuple[float, float], number: int) -> list[TraverseWindow]:
+    """Return the equal parts of a record during which an axis moved steadily from one of the ends to the other.
 
     Examples
     --------
@@ -49,16 +49,16 @@ def cut_windows(record: Record, first: float, last: float, number: int) -> list[
     >>> from toolpoint.studies import cut_windows
     >>> from toolpoint.vibration import Record
     >>> record = Record(np.zeros((1000, 1)), 100.0, ["tool:+x"], "acceleration")
-    >>> [(round(window.value, 6), window.record.duration) for window in cut_windows(record, -0.2, 0.2, 2)]
+    >>> [(round(window.value, 6), window.record.duration) for window in cut_windows(record, (-0.2, 0.2), 2)]
     [(-0.1, 5.0), (0.1, 5.0)]
     """
     if number < MIN_TRACK_WINDOWS - 2:
         fail("number", str(number), f"must be at least {MIN_TRACK_WINDOWS - 2} windows")
     size = record.samples.shape[0] // number
-    extent = (last - first) / number
+    extent = (ends[1] - ends[0]) / number
     return [TraverseWindow(record.between((k * size - 0.5) / record.sample_rate + record.start,
                                           ((k + 1) * size - 0.5) / record.sample_rate + record.start),
-                           first + (k + 0.5) * extent, abs(extent)) for k in range(number)]
+                           ends[0] + (k + 0.5) * extent, abs(extent)) for k in range(number)]
 
 
 def track_modes(modes: Sequence[Modes]) -> list[ModeTrack]:

@@ -56,8 +56,8 @@ class PredictedTracks:
     sensitivity: FloatArray
 
 
-def predict_tracks(machine: Machine, tracks: Sequence[ModeTrack], poses: Sequence[Mapping[str, float]], dofs: Sequence[Dof]
-                   ) -> PredictedTracks:
+def predict_tracks(machine: Machine, tracks: Sequence[ModeTrack], poses: Sequence[Mapping[str, float]], *,
+                   dofs: Sequence[Dof]) -> PredictedTracks:
     """Return what a machine predicts for tracks at the poses of the windows."""
     highest = max(float(track.frequency.max()) for track in tracks)
     models = [model_drift(machine, dofs, pose, highest=highest) for pose in poses]

@@ -168,7 +168,7 @@ def study_traverse(windows: Sequence[TraverseWindow], *, quantity: str = "positi
     damping = [fit_course(values[track.windows], track.damping_ratio, track.deviations[:, 1], degree=1) for track in tracks]
     predicted, joints, unchanged = None, list[JointChange](), float("nan")
     if machine is not None and poses is not None:
-        predicted = predict_tracks(machine, tracks, poses, identified[0].modes.dofs)
+        predicted = predict_tracks(machine, tracks, poses, dofs=identified[0].modes.dofs)
         joints, unchanged = weigh_joints(tracks, predicted, values)
     notes = [f"{len(windows)} windows of {windows[0].record.duration:.3g} s; each is taken as standing still, and the course "
              "through all of them as smooth"]
