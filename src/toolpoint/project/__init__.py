@@ -8,16 +8,18 @@ from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.machine.description.project_plan import TriedCut
+    from toolpoint.project.changed_machine import change_machine
     from toolpoint.project.demo import write_demo
     from toolpoint.project.engine.run import StepEvent
     from toolpoint.project.folder import Project
     from toolpoint.project.results import ProjectResults
     from toolpoint.project.template import write_folder
 
-__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "write_demo", "write_folder"]
+__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "change_machine", "write_demo", "write_folder"]
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "toolpoint.machine.description.project_plan": ("TriedCut",),
+    "changed_machine": ("change_machine",),
     "demo": ("write_demo",),
     "engine.run": ("StepEvent",),
     "folder": ("Project",),

@@ -1,0 +1,93 @@
+"""Desk of the workbench: one project folder, read anew where its files have changed, its machines kept by their content."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from toolpoint import io
+from toolpoint._check import FileDoubt, ToolpointWarning
+from toolpoint._doubt import Doubt
+from toolpoint.machine import Machine
+from toolpoint.project import Project
+from toolpoint.project.engine.content import ContentCache, file_digest
+from toolpoint.project.engine.outlook import StepOutlook
+
+STATE_PLACE = ".toolpoint/workbench"  # of the token, the last job and the server's address
+KEPT_MACHINES = 4  # files of machines kept in memory
+IGNORED_FOLDERS = (".toolpoint", "results", "incoming")
+
+
+@dataclass(frozen=True)
+class ReadMachine:
+    """A machine with the doubts that its file states, and the digest of the file."""
+
+    machine: Machine
+    doubts: tuple[Doubt, ...]
+    digest: str
+
+
+@dataclass
+class Desk:
+    """The folder of a project, as the workbench sees it."""
+
+    folder: Path
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    _cache: ContentCache | None = None
+
+    @property
+    def has_project(self) -> bool:
+        """Whether the folder holds a project file."""
+        return (self.folder / "project.yaml").is_file()
+
+    def project(self) -> Project:
+        """Return the project as its file is now; raises ToolpointError for a folder without one."""
+        return Project.open(self.folder)
+
+    def outlook(self, project: Project) -> tuple[StepOutlook, ...]:
+        """Return the state of all steps; files are read again only where they have changed."""
+        with self.lock:
+            if self._cache is None:
+                self._cache = ContentCache(self.folder, self.folder / ".toolpoint" / "contents.json")
+            return project.outlook(self._cache)
+
+    def machine(self, file: Path) -> ReadMachine:
+        """Return the machine of a file with the doubts that came with it."""
+        with self.lock:
+            return _read_machine(str(file), file_digest(file))
+
+    def stamp(self) -> str:
+        """Return a text that changes when a file that views rest on has changed: names, sizes and times."""
+        places = [self.folder / name for name in ("project.yaml", "tried.yaml", "results/project.json")]
+        places += sorted((self.folder / ".toolpoint" / "steps").glob("*.json"))
+        places += sorted(path for path in self.folder.glob("*") if path.is_file())
+        places += [path for path in sorted(self.folder.glob("*")) if path.is_dir() and path.name not in IGNORED_FOLDERS]
+        entries = []
+        for path in dict.fromkeys(places):
+            try:
+                status = path.stat()
+            except OSError:
+                continue
+            entries.append(f"{path.name} {status.st_size} {status.st_mtime_ns}")
+        return "\n".join(entries)
+
+
+@lru_cache(maxsize=KEPT_MACHINES)
+def _read_machine(file: str, digest: str) -> ReadMachine:
+    machine, doubts = collect_doubts(lambda: io.read_machine(file))
+    return ReadMachine(machine, doubts, digest)
+
+
+def collect_doubts(call: Callable[[], Any]) -> tuple[Any, tuple[Doubt, ...]]:
+    """Return what a call returns, and the doubts that it warned of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ToolpointWarning)
+        result = call()
+    doubts = [warning.message.args[0] if issubclass(warning.category, FileDoubt) else Doubt.parsed(str(warning.message))
+              for warning in caught if issubclass(warning.category, ToolpointWarning) and isinstance(warning.message, Warning)]
+    return result, tuple(dict.fromkeys(doubts))

@@ -1,0 +1,183 @@
+"""Look at a machine in one state of the page: modes, responses of the tool, the limit of a cut; fast enough for a slider."""
+
+from __future__ import annotations
+
+import base64
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt, doubts_among
+from toolpoint.cutting import MillingProblem, ZeroOrder, stability
+from toolpoint.cutting.description import CuttingDescription, flat_values
+from toolpoint.machine import Machine
+from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.plot.shape_view.scene import Scene
+from toolpoint.project.changed_machine import change_machine
+from toolpoint.project.limits.systems import problem_of
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.machines.tool_point import deep_chart, depth_limit, tool_point
+from toolpoint.workbench.state.machine_request import MAX_LOOKED_MODES, MachineRequest
+
+LOOKED_LINES = 400  # frequency lines of the drawn responses
+MAX_LOOKED_SPEEDS = 400  # of a chart that is drawn while a slider moves
+QUICK_NOTE = ("the thin line is the single-frequency solution (usual error 2 to 15 %, more at small immersion): it follows the "
+              "slider; the number at your speed and the thick line are exact")
+
+
+@dataclass(frozen=True, eq=False)
+class MachineState:
+    """A machine with the numbers of the page, and the cut that is asked about."""
+
+    machine: Machine
+    pose: Mapping[str, float]
+    cut: CuttingDescription | None
+
+    @property
+    def has_tool(self) -> bool:
+        """Whether the file names the point where the tool cuts."""
+        return self.machine.description.tool is not None
+
+
+def state_of(machine: Machine, request: MachineRequest, cut: CuttingDescription | None) -> MachineState:
+    """Return the machine and cut as the page has changed them; raises ToolpointError for what cannot be."""
+    if request.cut_values and cut is not None:
+        values: dict[str, Any] = {**flat_values(cut), **request.cut_values}
+        values["teeth"] = round(values["teeth"])
+        if "tangential" in request.cut_values or "normal" in request.cut_values:
+            values["material"] = ""
+        cut = CuttingDescription.of(**values)
+    for axis in request.pose:
+        if axis not in machine.description.axes:
+            raise ToolpointError(f"axis {axis}: not of this machine; its axes: {', '.join(machine.description.axes) or 'none'}")
+    return MachineState(change_machine(machine, request.values), dict(request.pose), cut)
+
+
+def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dict[str, Any]:
+    """Return modes, the drawn shape, responses and the limit at the asked speed as plain data.
+
+    lines : (n,) Hz of the responses. Arrays of numbers are packed as base64 of 32-bit floats.
+    """
+    start = time.perf_counter()
+    scene, shapes = drawn_shapes(state.machine, state.pose)
+    mode = min(request.mode, shapes.count - 1)
+    data: dict[str, Any] = {"frequency_hz": shapes.frequency, "damping_ratio": shapes.damping_ratio,
+                            "nodes": pack(scene.nodes), "shape": pack(np.real(shapes.displacement[mode])), "mode": mode}
+    doubts: list[Doubt] = []
+    if state.has_tool:
+        data["response"] = response_of(state, lines)
+        if state.cut is not None:
+            data["limit"], doubts = limit_at(state, request)
+    own = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
+    data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*own, *doubts])]
+    data["seconds"] = time.perf_counter() - start
+    return data
+
+
+def drawn_shapes(machine: Machine, pose: Mapping[str, float]) -> tuple[Scene, AnimatedShapes]:
+    """Return scene and lowest modes of a machine whose only drawn points are tool and table: measured ones would hide it."""
+    description = machine.description
+    points = {name: point for name, point in description.points.items() if name in (description.tool, description.table)}
+    drawn = replace(machine, description=replace(description, points=points))
+    return machine_shapes(drawn, pose, min(MAX_LOOKED_MODES, machine.size))
+
+
+def response_of(state: MachineState, lines: FloatArray) -> dict[str, Any]:
+    """Return the magnitude of the tool's receptance along x, y and z, m/N, packed."""
+    study = tool_point(state.machine, [dict(state.pose)], lines)
+    values = study.frf.values[0]
+    return {way: pack(np.abs(values[:, place, place])) for place, way in enumerate("xyz")}
+
+
+def limit_at(state: MachineState, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
+    """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
+    assert state.cut is not None
+    dynamics = machine_dynamics(state.machine, state.pose)
+    problem = problem_of(dynamics, state.cut)
+    speed = asked_speed(state.cut, request)
+    exact = deep_chart(problem, np.array([speed]), None, end=state.cut.depth_end[0])
+    place = int(exact.limit_points()[0])
+    data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
+            "chatter_hz": None if place < 0 else float(exact.frequency[place]), "method": exact.method,
+            "quick": _quick_curve(state.cut, problem, dynamics, request)}
+    return data, [*doubts_among(dynamics.notes), *exact.doubts]
+
+
+def asked_speed(cut: CuttingDescription, request: MachineRequest) -> float:
+    """Return the asked speed, rev/min: the middle of the cut's range where none is, and never beyond it."""
+    lower, upper = cut.speeds
+    return float(np.clip((lower + upper) / 2 if request.speed is None else request.speed, lower, upper))
+
+
+def _quick_curve(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest
+                 ) -> dict[str, Any] | None:
+    """Return the single-frequency limits over the speeds, None where that method cannot take the cut."""
+    if dynamics.at_speed is not None:
+        return None
+    speeds = np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
+    try:
+        chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
+    except ToolpointError:
+        return None
+    return {"speeds": pack(speeds), "limit": pack(chart.limit), "note": QUICK_NOTE}
+
+
+def exact_curve(state: MachineState, request: MachineRequest) -> dict[str, Any]:
+    """Return the exact limits over the speeds as plain data; for when the slider rests."""
+    assert state.cut is not None
+    problem = problem_of(machine_dynamics(state.machine, state.pose), state.cut)
+    speeds = np.linspace(*state.cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
+    chart = deep_chart(problem, speeds, None, end=state.cut.depth_end[0])
+    return {"speeds": pack(speeds), "limit": pack(chart.limit), "searched_m": chart.depth_max, "method": chart.method,
+            "doubts": [str(doubt) for doubt in chart.doubts], "notes": [str(note) for note in chart.notes]}
+
+
+def pack(values: Any) -> str:
+    """Return numbers as base64 of little-endian 32-bit floats, row by row: what is not finite stays so."""
+    return base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii")
+
+
+def response_lines(machine: Machine) -> FloatArray:
+    """Return the lines (LOOKED_LINES,) Hz of the drawn responses: over the modes that the page lists."""
+    frequency = machine_shapes_frequency(machine)
+    return np.geomspace(0.4 * frequency[0], 1.4 * frequency[-1], LOOKED_LINES)
+
+
+def machine_shapes_frequency(machine: Machine) -> FloatArray:
+    """Return the natural frequencies above zero of the lowest modes, Hz."""
+    frequency = drawn_shapes(machine, {})[1].frequency
+    moving = frequency[frequency > 1e-6 * frequency.max()]
+    return np.asarray(moving if moving.size else np.array([1.0, 100.0]))
+
+
+@lru_cache(maxsize=8)
+def compliance_shares(machine: Machine) -> dict[str, float]:
+    """Return what share of the static compliance of tool against table each spring brings: -d ln c / d ln k, c its trace.
+
+    They add up to one where the machine stands on springs alone. Empty for a machine without a tool.
+    """
+    if machine.description.tool is None:
+        return {}
+    shares = {}
+    for path in spring_paths(machine):
+        value = machine.value(path)
+        ends = [_static_compliance(machine.with_values({path: value * (1 + step)})) for step in (-1e-3, 1e-3)]
+        shares[path] = -(np.log(ends[1]) - np.log(ends[0])) / (np.log(1 + 1e-3) - np.log(1 - 1e-3))
+    return shares
+
+
+def _static_compliance(machine: Machine) -> float:
+    study = tool_point(machine, [{}], np.array([0.0, 1.0]))
+    return float(np.trace(np.real(study.frf.values[0, 0])))
+
+
+def spring_paths(machine: Machine) -> list[str]:
+    """Return the paths of the springs of joints that a slider may move."""
+    return [f"joints.{name}.stiffness.{way}" for name, joint in machine.description.joints.items()
+            for way, value in joint.stiffness.items() if value > 0]

@@ -1,0 +1,41 @@
+"use strict";
+// The existing shape view, fed by the server: other nodes at another pose, another shape of the same mode, its list of modes.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  W.MachineScene = class {
+    constructor(scene, onmode) {
+      this.node = W.make("div", { class: "tp-view", "data-name": "machine" });
+      this.view = new window.ToolpointShapeView(this.node, scene);
+      this.onmode = onmode;
+      this.last = null;
+      const view = this.view;
+      view.showMode = (mode) => { // the shapes of the page are those of the server, never kept ones
+        view.mode = mode;
+        view.buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(i === mode)));
+        onmode(mode);
+      };
+    }
+
+    update({ nodes, shape, mode, frequency_hz: frequency, damping_ratio: damping }) {
+      const view = this.view, pane = view.panes[0], places = W.floats(nodes), moved = W.floats(shape);
+      if (places.length === pane.nodes.length && view.renderer) {
+        pane.nodes.set(places);
+        view.renderer.setNodes(0, places);
+      }
+      view.buttons.forEach((button, i) => {
+        if (frequency[i] === undefined) return;
+        button.querySelector(".tp-f").textContent = W.hertz(frequency[i]);
+        button.querySelector(".tp-z").textContent = "ζ " + (100 * damping[i]).toFixed(2) + " %";
+      });
+      if (moved.length !== pane.nodes.length) return;
+      // A mode has no sign of its own: that of the last shape is kept, so that it does not jump.
+      let product = 0;
+      if (this.last && this.mode === mode) for (let i = 0; i < moved.length; i++) product += moved[i] * this.last[i];
+      if (product < 0) for (let i = 0; i < moved.length; i++) moved[i] = -moved[i];
+      this.last = moved; this.mode = mode;
+      view.load(0, { real: moved, imaginary: new Float32Array(moved.length) },
+        `${W.word("mode")} ${mode + 1}, ${W.hertz(frequency[mode])}, ζ ${(100 * damping[mode]).toFixed(2)} %`);
+    }
+  };
+  W.hertz = (f) => (f >= 1000 ? f.toFixed(0) : f >= 100 ? f.toFixed(1) : f.toFixed(2)) + " Hz";
+})(window.Workbench);
