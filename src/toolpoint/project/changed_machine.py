@@ -27,14 +27,14 @@ def change_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
         return machine
     description = machine.description.with_values(changed)
     parts = {tuple(path.split(".")[:2]) for path in changed}
-    for section in ("joints", "bodies"):
-        entries = getattr(description, section)
-        marked = {name: replace(entry, source=CHOSEN_SOURCE) if (section, name) in parts else entry
-                  for name, entry in entries.items()}
-        description = replace(description, **{section: marked})
-    doubts = tuple(Doubt(path, f"was changed by hand from {machine.value(path):.6g} to {value:.6g}; no interval holds this change",
+    joints = {name: replace(joint, source=CHOSEN_SOURCE) if ("joints", name) in parts else joint
+              for name, joint in description.joints.items()}
+    bodies = {name: replace(body, source=CHOSEN_SOURCE) if ("bodies", name) in parts else body
+              for name, body in description.bodies.items()}
+    doubts = tuple(Doubt(path, f"was changed by hand from {machine.value(path):.6g} to {value:.6g}, which no interval holds",
                          "measure the changed machine, and identify it anew") for path, value in changed.items())
-    return machine.rebuild(replace(description, identified=_without(description.identified, list(changed)),
+    identified = _without(description.identified, list(changed))
+    return machine.rebuild(replace(description, joints=joints, bodies=bodies, identified=identified,
                                    doubts=(*description.doubts, *doubts)))
 
 

@@ -27,3 +27,52 @@ def serve(run: Frame, folder: Annotated[AnyPath, Argument()] = Path("."), *,
         run.show_text(f"Workbench written: {workbench.export_workbench(folder, export)}")
         return
     workbench.serve(folder, port=port, host=host, ready=lambda address: print(f"Workbench: {address}", flush=True))
+
+
+@command("add", page=False, json=False)
+def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotated[tuple[Path, ...], Argument()] = (), *,
+              kind: Annotated[tuple[str, ...], Help("What a file is, where its content does not say it; several times.",
+                                                    metavar="FILE=KIND")] = (),
+              part: Annotated[tuple[str, ...], Help("A part of project.yaml; several times.",
+                                                    metavar="'goals.rough: {speed: 8000 rpm, depth: 3 mm}'")] = ()) -> None:
+    """Add files to a project, each where it belongs and entered in project.yaml, and parts: cuts, goals, changes.
+
+    Files are copied; what each is, is told by its content. Nothing is overwritten.
+    """
+    kinds = dict(_pair(text, "=", "--kind") for text in kind)
+    entered = project.add_files(folder, files, kinds) if files else None
+    for text in part:
+        project.add_part(folder, *_pair(text, ":", "--part"))
+    lines = [f"Added: {place}" for place in (() if entered is None else entered.places)]
+    lines += [f"Entered: {place}: {value}" for place, value in (() if entered is None else entered.parts)]
+    run.show_text(*lines, *(f"Entered: {text}" for text in part))
+    run.suggest(f"run {folder}")
+
+
+@command("change", page=False, json=False, replace=True)
+def change_numbers(run: Frame, machine: Annotated[Path, Argument()], numbers: Annotated[tuple[str, ...], Argument()], *,
+                   output: Annotated[NewFile, Help("Machine file to write.", name="-o --output")]) -> None:
+    """Change numbers of a machine file by hand, NUMBERS like joints.guide.stiffness.x=4e8 in SI, and write another file.
+
+    The joints are marked as chosen, the numbers leave the covariance of the identified ones, and the file carries a doubt that
+    names them.
+    """
+    built = io.read_machine(machine)
+    values = {}
+    for text in numbers:
+        path, value = _pair(text, "=", "NUMBERS")
+        try:
+            values[path] = float(value)
+        except ValueError:
+            raise ToolpointError(f"{path}: {value!r} is not a number; write it in SI, without its unit") from None
+    changed = project.change_machine(built, values)
+    run.write("Machine", output, io.write_machine, changed.description)
+    run.show_rest()
+
+
+def _pair(text: str, sign: str, option: str) -> tuple[str, str]:
+    """Return what stands before and behind a sign; a text without it is refused."""
+    name, separator, value = text.partition(sign)
+    if not separator:
+        raise ToolpointError(f"{option}: {text!r}; must be a name, {sign!r} and a value")
+    return name.strip(), value.strip()

@@ -20,8 +20,8 @@ _STATE_OF_ACTION = {SKIP: FRESH, RUN: STALE, KEEP: BY_HAND, REPEAT: BROKEN, STOP
 class StepOutlook:
     """State of a step's results today.
 
-    state : ``fresh`` (of today's files), ``stale`` (would run again), ``never run``, ``by hand``, ``failed``, ``stopped`` (rests
-    on a step that failed or cannot be believed); reason : in words; record : of its last run, None where there is none.
+    state : ``fresh`` (of today's files), ``stale`` (would run again), ``never run``, ``by hand``, ``failed``, ``stopped``
+    (rests on a step that failed or cannot be believed); reason : in words; record : of its last run, None where there is none.
     """
 
     step: ProjectStep

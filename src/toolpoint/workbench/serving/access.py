@@ -82,9 +82,8 @@ class Access:
             return Refusal(403, "requests of other sites are refused")
         if headers.get("sec-fetch-site", ["none"])[0] not in ("none", "same-origin") and path != "/":
             return Refusal(403, "requests of other sites are refused")
-        if method not in READING_METHODS:
-            if (refusal := _refused_change(method, origins, headers)) is not None:
-                return refusal
+        if method not in READING_METHODS and (refusal := _refused_change(method, origins, headers)) is not None:
+            return refusal
         if path.startswith(("/api/", "/page/")) and path != "/api/session" and not self._has_cookie(headers):
             return Refusal(401, "open the address that `toolpoint serve` printed")
         return None

@@ -10,7 +10,8 @@ from toolpoint._check import fail
 
 SHARED_ASSETS = ("page.css", "shape_view.css", "packed_data.js", "shape_renderer.js", "shape_view.js", "shape_controls.js")
 SCRIPTS = ("words.js", "parts.js", "connection.js", "line_chart.js", "chain_picture.js", "machine_scene.js", "project_view.js",
-           "machine_view.js", "machine_page.js", "main.js")
+           "intake_view.js", "machine_view.js", "machine_page.js", "lobes_view.js", "test_views.js", "advice_view.js",
+           "main.js")
 STYLES = ("workbench.css",)
 LANGUAGES = ("en", "de")
 MEDIA_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".html": "text/html; charset=utf-8",

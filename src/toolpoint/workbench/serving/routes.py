@@ -6,9 +6,15 @@
 | GET /api/view/NAME | | `WorkbenchView` as JSON |
 | GET /api/events | Last-Event-ID | events ``step``, ``job``, ``changed``, ``reset`` |
 | GET, POST, DELETE /api/job | ``{steps, overwrite}`` | the job; starts one, stops it |
-| POST /api/machine/look, curve, interval | `MachineRequest` | numbers of one state of the machine |
+| POST /api/machine/look, limit, curve, interval | `MachineRequest` | numbers of one state of the machine |
 | POST /api/machine/number | ``{text, path}`` | a typed number in SI |
 | POST /api/machine/save | ``{name, values}`` | the file that was written |
+| POST /api/begin | | begins a project in an empty folder |
+| PUT /api/file/NAME | the file's bytes | puts it into ``incoming``, to be told and confirmed |
+| GET, POST /api/intake | ``{kinds}`` | what the files there seem to be; enters them |
+| POST /api/part | ``{place, value}`` | writes a part of project.yaml |
+| POST /api/hit | ``{test, hit, accept}`` | writes a decision about a blow into its test file |
+| POST /api/tried | ``{speed_rpm, depth_m, stable, frequency_hz, cut}`` | reports a cut that was tried |
 | GET /page/NAME | | an existing page, sandboxed |
 
 A wrong input is answered by 422 and ``{error}``, the sentence that a command prints.
@@ -16,13 +22,13 @@ A wrong input is answered by 422 and ``{error}``, the sentence that a command pr
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from toolpoint._check import ToolpointError, fail
 from toolpoint.workbench.serving.assets import index_page, media_type, web_file
-from toolpoint.workbench.serving.requests import json_of, text_of
+from toolpoint.workbench.serving.intake_routes import intake_entries
+from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of
 from toolpoint.workbench.state.machine_request import MachineRequest, read_typed_number
 from toolpoint.workbench.views import catalogue
 
@@ -32,8 +38,6 @@ if TYPE_CHECKING:
     from starlette.routing import Route
 
     from toolpoint.workbench.serving.server import Workbench
-
-JSON_SPACING = (",", ":")
 
 
 def routes_of(bench: Workbench) -> list[Route]:
@@ -46,7 +50,7 @@ def routes_of(bench: Workbench) -> list[Route]:
         ("/api/view/{name}", api.view, "GET"), ("/api/events", api.events, "GET"), ("/api/job", api.job, "GET"),
         ("/api/job", api.start_job, "POST"), ("/api/job", api.stop_job, "DELETE"),
         ("/api/machine/{deed}", api.machine, "POST"), ("/page/{name:path}", api.page, "GET")]
-    return [Route(path, endpoint, methods=[method]) for path, endpoint, method in entries]
+    return [Route(path, endpoint, methods=[method]) for path, endpoint, method in (*entries, *intake_entries(bench))]
 
 
 class _Api:
@@ -75,7 +79,7 @@ class _Api:
         access = self.bench.access
         data = await json_of(request)
         if not access.has_token(data.get("token")):
-            return _error("this token is not that of the workbench", 401)
+            return error_answer("this token is not that of the workbench", 401)
         response = Response(status_code=204)
         response.set_cookie(access.cookie_name, access.cookie_value, httponly=True, samesite="strict", path="/")
         return response
@@ -83,8 +87,8 @@ class _Api:
     async def view(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name == "list":
-            return await _answer(lambda: catalogue.list_views(self.bench.desk))
-        return await _answer(lambda: catalogue.view_of(self.bench.desk, name, dict(request.query_params)).to_dict())
+            return await answer(lambda: catalogue.list_views(self.bench.desk))
+        return await answer(lambda: catalogue.view_of(self.bench.desk, name, dict(request.query_params)).to_dict())
 
     async def events(self, request: Request) -> Response:
         from starlette.responses import StreamingResponse
@@ -94,7 +98,7 @@ class _Api:
                                  media_type="text/event-stream", headers={"x-accel-buffering": "no"})
 
     async def job(self, request: Request) -> Response:
-        return await _answer(lambda: self.bench.jobs.job.to_dict())
+        return await answer(lambda: self.bench.jobs.job.to_dict())
 
     async def start_job(self, request: Request) -> Response:
         data = await json_of(request)
@@ -105,10 +109,10 @@ class _Api:
                 fail("steps", repr(steps), "must be a list of names")
             self.bench.jobs.start(steps, overwrite=bool(data.get("overwrite")))
             return self.bench.jobs.job.to_dict()
-        return await _answer(start)
+        return await answer(start)
 
     async def stop_job(self, request: Request) -> Response:
-        return await _answer(lambda: {"stopped": self.bench.jobs.stop()})
+        return await answer(lambda: {"stopped": self.bench.jobs.stop()})
 
     async def machine(self, request: Request) -> Response:
         """Answer a question about the machine: its deed is one of `catalogue.MACHINE_DEEDS`, a typed number, or saving."""
@@ -120,32 +124,9 @@ class _Api:
             if deed == "save":
                 return {"file": catalogue.save(desk, text_of(data, "name"), MachineRequest.of(data).values)}
             return catalogue.machine_deed(desk, deed, MachineRequest.of(data))
-        return await _answer(work)
+        return await answer(work)
 
     async def page(self, request: Request) -> Response:
         from starlette.responses import HTMLResponse
 
-        return await _answer(lambda: catalogue.page_of(self.bench.desk, request.path_params["name"]), HTMLResponse)
-
-
-async def _answer(work: Callable[[], Any], kind: Any = None) -> Response:
-    """Return the answer of work that is done in a thread; a wrong input is answered by its sentence."""
-    from starlette.concurrency import run_in_threadpool
-    from starlette.responses import Response
-
-    try:
-        result = await run_in_threadpool(work)
-    except ToolpointError as error:
-        return _error(str(error))
-    except OSError as error:
-        return _error(f"{error.filename or 'a file'}: {error.strerror or error}; check the folder and the disk", 507)
-    if kind is not None:
-        answer: Response = kind(result)
-        return answer
-    return Response(json.dumps(catalogue.plain_data(result), separators=JSON_SPACING), media_type="application/json")
-
-
-def _error(words: str, status: int = 422) -> Response:
-    from starlette.responses import Response
-
-    return Response(json.dumps({"error": words}), status, media_type="application/json")
+        return await answer(lambda: catalogue.page_of(self.bench.desk, request.path_params["name"]), HTMLResponse)

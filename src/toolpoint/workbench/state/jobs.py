@@ -1,4 +1,4 @@
-"""Jobs of the workbench: one run of the project at a time, in a process of its own; what was cut off goes on at the next start."""
+"""Jobs of the workbench: one run of the project at a time, in its own process; what was cut off goes on at the next start."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ STIFFNESS_KINDS = {"x": units.STIFFNESS, "y": units.STIFFNESS, "z": units.STIFFN
 class MachineRequest:
     """State of the machine view.
 
-    values : path to number, SI; pose : axis to m or rad; mode : place of the drawn mode; speed : rev/min; cut : name of a cut of
-    the project; cut_values : flat keys of the cut changed by hand, SI; count : of charted speeds.
+    values : path to number, SI; pose : axis to m or rad; mode : place of the drawn mode; speed : rev/min; cut : name of a
+    cut of the project; cut_values : flat keys of the cut changed by hand, SI; count : of charted speeds.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)

@@ -8,14 +8,17 @@ from typing import Any
 
 from toolpoint._check import ToolpointError, one_of
 from toolpoint.project import Project
-from toolpoint.project.steps.plain_files import plain
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.view import WorkbenchView
 
 # Name of a view, in the order of the page: module and function.
-VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine")}
-MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine")}
+VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine"),
+         "lobes": ("lobes_view", "view_lobes"), "modes": ("test_views", "view_modes"), "blows": ("test_views", "view_blows"),
+         "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
+         "report": ("pages_view", "view_report")}
+MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
+                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed")}
 
 
 def list_views(desk: Desk) -> dict[str, Any]:
@@ -23,9 +26,23 @@ def list_views(desk: Desk) -> dict[str, Any]:
     if not desk.has_project:
         return {"name": desk.folder.name, "views": ["project"]}
     project = desk.project()
-    has = {name: True for name in ("project",)}
-    has["machine"] = _has_machine(project)
-    return {"name": project.description.name, "views": [name for name in VIEWS if has.get(name)]}
+    return {"name": project.description.name, "views": [name for name in VIEWS if name == "project" or _has(name, project)]}
+
+
+def _has(name: str, project: Project) -> bool:
+    """Whether a project has what a view shows."""
+    places = {step.name: [project.folder / path for path in step.output_paths] for step in project.chain.steps}
+    files = {step: paths for step, paths in places.items() if any(path.is_file() for path in paths)}
+    if name in ("machine", "compare"):
+        return _has_machine(project)
+    if name == "lobes":
+        has_tip = any("tip_x" in step.inputs and (project.folder / str(step.inputs["tip_x"])).is_file()
+                      for step in project.chain.steps)
+        return bool(project.description.cuts) and (_has_machine(project) or has_tip)
+    if name == "blows":
+        return any(path.name == "hits.json" for paths in files.values() for path in paths)
+    first = {"modes": "modes/", "advice": "changes"}.get(name)
+    return bool(files) if first is None else any(step.startswith(first) for step in files)
 
 
 def _has_machine(project: Project) -> bool:
@@ -57,11 +74,6 @@ def page_of(desk: Desk, name: str) -> str:
     """Return an existing page of the project as HTML."""
     text: str = _load(("pages_view", "page_text"))(desk, name)
     return text
-
-
-def plain_data(result: Any) -> Any:
-    """Return a result as JSON holds it."""
-    return plain(result)
 
 
 def _load(place: tuple[str, str]) -> Any:

@@ -27,8 +27,6 @@ from toolpoint.workbench.state.machine_request import MAX_LOOKED_MODES, MachineR
 
 LOOKED_LINES = 400  # frequency lines of the drawn responses
 MAX_LOOKED_SPEEDS = 400  # of a chart that is drawn while a slider moves
-QUICK_NOTE = ("the thin line is the single-frequency solution (usual error 2 to 15 %, more at small immersion): it follows the "
-              "slider; the number at your speed and the thick line are exact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +45,17 @@ class MachineState:
 
 def state_of(machine: Machine, request: MachineRequest, cut: CuttingDescription | None) -> MachineState:
     """Return the machine and cut as the page has changed them; raises ToolpointError for what cannot be."""
-    if request.cut_values and cut is not None:
-        values: dict[str, Any] = {**flat_values(cut), **request.cut_values}
-        values["teeth"] = round(values["teeth"])
-        if "tangential" in request.cut_values or "normal" in request.cut_values:
-            values["material"] = ""
-        cut = CuttingDescription.of(**values)
+    cut = None if cut is None else changed_cut(cut, request.cut_values)
     for axis in request.pose:
         if axis not in machine.description.axes:
             raise ToolpointError(f"axis {axis}: not of this machine; its axes: {', '.join(machine.description.axes) or 'none'}")
     return MachineState(change_machine(machine, request.values), dict(request.pose), cut)
+
+
+def changed_cut(cut: CuttingDescription, values: Mapping[str, float]) -> CuttingDescription:
+    """Return a cut with numbers changed by their flat keys, SI; ``depth`` is that of a question and no number of a cut."""
+    changes = {key: value for key, value in values.items() if key != "depth"}
+    return CuttingDescription.of(**{**flat_values(cut), **changes}) if changes else cut
 
 
 def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dict[str, Any]:
@@ -73,7 +72,7 @@ def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dic
     if state.has_tool:
         data["response"] = response_of(state, lines)
         if state.cut is not None:
-            data["limit"], doubts = limit_at(state, request)
+            data["limit"], doubts = limit_of(machine_dynamics(state.machine, state.pose), state.cut, request)
     own = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
     data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*own, *doubts])]
     data["seconds"] = time.perf_counter() - start
@@ -95,17 +94,15 @@ def response_of(state: MachineState, lines: FloatArray) -> dict[str, Any]:
     return {way: pack(np.abs(values[:, place, place])) for place, way in enumerate("xyz")}
 
 
-def limit_at(state: MachineState, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
+def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
     """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
-    assert state.cut is not None
-    dynamics = machine_dynamics(state.machine, state.pose)
-    problem = problem_of(dynamics, state.cut)
-    speed = asked_speed(state.cut, request)
-    exact = deep_chart(problem, np.array([speed]), None, end=state.cut.depth_end[0])
+    problem = problem_of(dynamics, cut)
+    speed = asked_speed(cut, request)
+    exact = deep_chart(problem, np.array([speed]), None, end=cut.depth_end[0])
     place = int(exact.limit_points()[0])
     data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
             "chatter_hz": None if place < 0 else float(exact.frequency[place]), "method": exact.method,
-            "quick": _quick_curve(state.cut, problem, dynamics, request)}
+            "quick": _quick_curve(cut, problem, dynamics, request)}
     return data, [*doubts_among(dynamics.notes), *exact.doubts]
 
 
@@ -125,17 +122,7 @@ def _quick_curve(cut: CuttingDescription, problem: MillingProblem, dynamics: Too
         chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
     except ToolpointError:
         return None
-    return {"speeds": pack(speeds), "limit": pack(chart.limit), "note": QUICK_NOTE}
-
-
-def exact_curve(state: MachineState, request: MachineRequest) -> dict[str, Any]:
-    """Return the exact limits over the speeds as plain data; for when the slider rests."""
-    assert state.cut is not None
-    problem = problem_of(machine_dynamics(state.machine, state.pose), state.cut)
-    speeds = np.linspace(*state.cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
-    chart = deep_chart(problem, speeds, None, end=state.cut.depth_end[0])
-    return {"speeds": pack(speeds), "limit": pack(chart.limit), "searched_m": chart.depth_max, "method": chart.method,
-            "doubts": [str(doubt) for doubt in chart.doubts], "notes": [str(note) for note in chart.notes]}
+    return {"speeds": pack(speeds), "limit": pack(chart.limit)}
 
 
 def pack(values: Any) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
-from toolpoint.cutting.description import CuttingDescription, flat_values
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.description import AxisDescription
 from toolpoint.plot.shape_view.view import ShapeView
@@ -31,7 +31,7 @@ from toolpoint.workbench.views.machine_look import (
 )
 from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_words_of
 
-SAVED_FOLDER = "machines"  # of the project: machine files that were saved from the page
+CHANGED_FILE = "changed.yaml"  # name of the file that the shown commands write
 STANDARD_NORMAL_HALF_WIDTH = 1.96  # standard deviations of a 95 % interval
 AXIS_REACH = 0.3  # m or rad to each side of an axis without limits, for its slider
 
@@ -43,8 +43,8 @@ def view_machine(desk: Desk) -> WorkbenchView:
     read = desk.machine(file)
     machine, relative = read.machine, file.relative_to(desk.folder).as_posix()
     is_stale = any(not entry.is_of_today for entry in desk.outlook(project) if entry.step.name in _makers(relative))
-    doubts = [*([Doubt(relative, "is of an earlier state: what it rests on has changed", "run the project")] if is_stale else []),
-              *read.doubts, *_unstated(machine)]
+    old = Doubt(relative, "is of an earlier state: what it rests on has changed", "run the project")
+    doubts = [*([old] if is_stale else []), *read.doubts, *_unstated(machine)]
     return WorkbenchView("machine", _answer(machine), tuple(doubts), (command_line("report", relative),
                                                                      command_line("modes", relative)),
                          (f"machine = io.read_machine({relative!r})", "print(studies.solve_modes(machine).table())"),
@@ -129,9 +129,9 @@ def cuts_of(project: Project, machine: Machine) -> dict[str, CuttingDescription]
 
 
 def _cuts(project: Project, machine: Machine) -> list[dict[str, Any]]:
-    return [{"name": name, "speeds": list(cut.speeds), "values": {
-        key: value for key, value in flat_values(cut).items() if isinstance(value, (int, float)) and value is not None}}
-        for name, cut in cuts_of(project, machine).items()]
+    goals = {goal.cut: goal.speed for goal in reversed(list(project.description.goals.values()))}
+    return [{"name": name, "speeds": list(cut.speeds), "speed_rpm": goals.get(name, sum(cut.speeds) / 2)}
+            for name, cut in cuts_of(project, machine).items()]
 
 
 def look_at_machine(desk: Desk, request: MachineRequest) -> dict[str, Any]:
@@ -169,7 +169,7 @@ def commands_of(file: str, request: MachineRequest) -> list[str]:
     pose = ["--pose", pose_words_of(request.pose)] if request.pose else []
     commands, used = [], file
     if request.values:
-        used = f"{SAVED_FOLDER}/changed.yaml"
+        used = CHANGED_FILE
         numbers = [f"{path}={value:.9g}" for path, value in request.values.items()]
         commands.append(command_line("change", file, *numbers, "-o", used))
     return [*commands, command_line("modes", used, *pose), command_line("lobes", used, *pose)]
@@ -180,13 +180,12 @@ def save_machine(desk: Desk, name: str, values: Mapping[str, float]) -> str:
 
     Raises ToolpointError for a name that is none, and for a file that is there: nothing is overwritten.
     """
-    place = Path(SAVED_FOLDER) / check_file_name(name if name.endswith((".yaml", ".yml")) else f"{name}.yaml")
+    place = Path(check_file_name(name if name.endswith((".yaml", ".yml")) else f"{name}.yaml"))
     target = desk.folder / place
     if target.exists():
         raise ToolpointError(f"{place.as_posix()}: is there already; nothing was written: name another file")
     read = desk.machine(desk.project().machine_file)
     state = state_of(read.machine, MachineRequest(dict(values)), None)
-    target.parent.mkdir(exist_ok=True)
     draft = target.with_name(f".{target.name}.draft")
     try:
         io.write_machine(state.machine.description, draft)

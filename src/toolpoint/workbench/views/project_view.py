@@ -14,6 +14,7 @@ from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import Desk
+from toolpoint.workbench.views.intake import kinds_in_words
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
 STALE_DOUBT = Doubt("the answers", "are of an earlier state: files have changed since", "run the project")
@@ -35,7 +36,7 @@ def view_project(desk: Desk) -> WorkbenchView:
     data = {"is_empty": False, "name": project.description.name, "answers": answers,
             "steps": [_step(entry) for entry in outlooks], "links": _links(project),
             "absent_parts": list(project.chain.absent_parts), "next_steps": [] if results is None else results["next_steps"],
-            "goals": {} if results is None else results["goals"], "parts": describe_parts(project),
+            "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
             "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
     return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),
                          ("results = project.Project.open('.').run()", "print(results.table())"), data, is_stale)

@@ -1,4 +1,4 @@
-"""View: what a page of the workbench shows, with its answer, its doubts, and the command and the Python call that give the same."""
+"""View: what a page of the workbench shows, with answer and doubts, and the command and the Python call that give the same."""
 
 from __future__ import annotations
 

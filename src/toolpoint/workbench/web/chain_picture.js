@@ -11,6 +11,12 @@ window.Workbench = window.Workbench || { views: {} };
     return depth;
   }
 
+  // A line from one step to another is drawn only where no other way leads there.
+  function direct(links) {
+    const after = (name, seen = new Set()) => { for (const [a, b] of links) if (a === name && !seen.has(b)) { seen.add(b); after(b, seen); } return seen; };
+    return links.filter(([a, b]) => !links.some(([c, d]) => c === a && d !== b && after(d).has(b)));
+  }
+
   function box(step, act) {
     const state = step.state.replace(" ", "-");
     return W.make("button", { type: "button", class: `wb-step ${state}`, "data-step": step.name, onclick: () => act(step),
@@ -37,7 +43,7 @@ window.Workbench = window.Workbench || { views: {} };
     const draw = () => {
       const frame = grid.getBoundingClientRect();
       lines.setAttribute("viewBox", `0 0 ${frame.width} ${frame.height}`);
-      lines.replaceChildren(...links.map(([source, name]) => {
+      lines.replaceChildren(...direct(links).map(([source, name]) => {
         const a = boxes[source].getBoundingClientRect(), b = boxes[name].getBoundingClientRect();
         const path = document.createElementNS(SVG, "path");
         const isRow = b.left > a.right;

@@ -25,6 +25,7 @@ window.Workbench = window.Workbench || { views: {} };
     title: () => W.word("view.machine"),
     show(place, view) {
       const parts = W.machineParts, data = view.data, draft = this.draft = new W.Draft(data.file, data.digest);
+      if (draft.state.speed === null && data.cuts.length) draft.state.speed = data.cuts[0].speed_rpm;
       const same = W.same(view), words = W.make("p", { class: "wb-limit", "aria-live": "polite" }), live = W.make("div");
       const scene = new W.MachineScene(data.scene, (mode) => { draft.change((state) => { state.mode = mode; }, false); send(); });
       const chart = data.response ? responseChart(view) : null;
@@ -50,20 +51,20 @@ window.Workbench = window.Workbench || { views: {} };
       const fault = W.make("div");
       const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
       const send = () => { list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
-      const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...data.springs.map((spring) => parts.springRow(spring, draft, send))];
+      const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);
       const undo = W.make("button", { type: "button", text: W.word("undo"), onclick: () => { if (draft.undo()) sync(); } });
       const axesCount = data.axes.length, [title, answer, doubts] = W.head(view, data.name), top = title;
       place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),
         W.make("div", { class: "wb-two" },
-          W.section(W.word("scene"), scene.node),
+          W.make("div", {}, W.section(W.word("scene"), scene.node),
+            ...(chart ? [W.section(W.word("responses"), chart.node)] : []),
+            ...(data.cuts.length ? [W.section(W.word("lobes"), W.make("p", { class: "key", text: W.word("quick.note") }), lobes.node)] : [])),
           W.make("section", {}, W.make("h2", { text: W.word("move") }), words, live, fault,
             ...(axesCount ? [W.make("h3", { text: W.word("axes") }), ...rows.slice(0, axesCount)] : []),
             W.make("h3", { text: W.word("springs") }), W.make("p", { class: "key", text: W.word("springs.key") }), ...rows.slice(axesCount))),
-        W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)),
-        ...(chart ? [W.section(W.word("responses"), chart.node)] : []),
-        ...(data.cuts.length ? [W.section(W.word("lobes"), W.make("p", { class: "key", text: W.word("quick.note") }), lobes.node)] : []), same);
+        W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
       this.undo = () => { if (draft.undo()) sync(); };
       send();
     },
