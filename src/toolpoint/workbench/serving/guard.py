@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
@@ -49,7 +50,7 @@ class Guard:
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer with the headers of the policy; content that grows beyond its limit ends the request."""
-        has_begun, size, limit = False, 0, _limit_of(scope["method"])
+        size, limit = 0, _limit_of(scope["method"])
 
         async def counted() -> Message:
             nonlocal size
@@ -60,17 +61,14 @@ class Guard:
             return message
 
         async def with_headers(message: Message) -> None:
-            nonlocal has_begun
             if message["type"] == "http.response.start":
-                has_begun = True
-                message = {**message, "headers": [*message.get("headers", ()), *_headers(scope["path"])]}
+                # The framework answers what `counted` raises by 500 before it passes the error on.
+                status = 413 if size > limit else message["status"]
+                message = {**message, "status": status, "headers": [*message.get("headers", ()), *_headers(scope["path"])]}
             await send(message)
 
-        try:
+        with contextlib.suppress(TooLarge):
             await self.application(scope, counted, with_headers)
-        except TooLarge:
-            if not has_begun:
-                await _refuse(Refusal(413, f"more than {limit} bytes"), send)
 
 
 def _limit_of(method: str) -> int:

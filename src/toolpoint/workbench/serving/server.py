@@ -51,8 +51,9 @@ class Workbench:
                     self.log.publish("changed")
 
     def begin(self) -> None:
-        """Go on with a job that was cut off, and watch the folder."""
+        """Go on with a job that was cut off, watch the folder, and read the project before the first view asks for it."""
         self.jobs.resume()
+        threading.Thread(target=self._read, daemon=True).start()
         threading.Thread(target=self.watch, daemon=True).start()
 
     def warm_up(self) -> None:
@@ -60,6 +61,13 @@ class Workbench:
         if not self._is_warm:
             self._is_warm = True
             threading.Thread(target=self._load, daemon=True).start()
+
+    def _read(self) -> None:
+        from toolpoint.workbench.views.catalogue import list_views, view_of
+
+        with contextlib.suppress(ToolpointError, OSError):  # what is wrong with it the view says
+            list_views(self.desk)
+            view_of(self.desk, "project")
 
     def _load(self) -> None:
         from toolpoint.workbench.state.machine_request import MachineRequest
@@ -97,11 +105,11 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
     with _only_server(place, state), _listen(host, port or _last_port(state)) as listener:
         access = Access(keep_token(state / "token"), listener.getsockname()[1], host)
         bench = Workbench(place, access)
+        bench.begin()
         write_whole(state / "server.json", json.dumps({"port": access.port, "host": host}))
         settings = uvicorn.Config(bench.application(), log_level="warning", access_log=False, server_header=False,
                                   date_header=False, timeout_graceful_shutdown=STOP_SECONDS, lifespan="off", workers=1)
         server = uvicorn.Server(settings)
-        bench.begin()
         threading.Thread(target=_say_when_ready, args=(server, access.address, ready), daemon=True).start()
         try:
             server.run(sockets=[listener])

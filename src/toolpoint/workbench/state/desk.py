@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from toolpoint._check import FileDoubt, ToolpointWarning
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.project import Project
-from toolpoint.project.engine.content import ContentCache, file_digest
+from toolpoint.project.engine.content import MIN_STAMP_AGE_NS, ContentCache, file_digest
 from toolpoint.project.engine.outlook import StepOutlook
 
 STATE_PLACE = ".toolpoint/workbench"  # of the token, the last job and the server's address
@@ -39,6 +40,8 @@ class Desk:
     folder: Path
     lock: threading.RLock = field(default_factory=threading.RLock)
     _cache: ContentCache | None = None
+    _kept: tuple[str, Project] | None = None
+    _digests: dict[str, tuple[list[int], str]] = field(default_factory=dict)
 
     @property
     def has_project(self) -> bool:
@@ -46,8 +49,15 @@ class Desk:
         return (self.folder / "project.yaml").is_file()
 
     def project(self) -> Project:
-        """Return the project as its file is now; raises ToolpointError for a folder without one."""
-        return Project.open(self.folder)
+        """Return the project as its files are now; raises ToolpointError for a folder without one.
+
+        It is read anew only where the stamp of its files has changed: a slider asks many times a second.
+        """
+        with self.lock:
+            stamp = self.stamp()
+            if self._kept is None or self._kept[0] != stamp:
+                self._kept = (stamp, Project.open(self.folder))
+            return self._kept[1]
 
     def outlook(self, project: Project) -> tuple[StepOutlook, ...]:
         """Return the state of all steps; files are read again only where they have changed."""
@@ -59,7 +69,16 @@ class Desk:
     def machine(self, file: Path) -> ReadMachine:
         """Return the machine of a file with the doubts that came with it."""
         with self.lock:
-            return _read_machine(str(file), file_digest(file))
+            return _read_machine(str(file), self._digest(file))
+
+    def _digest(self, file: Path) -> str:
+        """Return the digest of a file; it is read again only where size, times or inode have changed."""
+        status = file.stat()
+        stamp = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+        kept = self._digests.get(str(file))
+        if kept is None or kept[0] != stamp or time.time_ns() - max(stamp[1:3]) < MIN_STAMP_AGE_NS:
+            kept = self._digests[str(file)] = (stamp, file_digest(file))
+        return kept[1]
 
     def stamp(self) -> str:
         """Return a text that changes when a file that views rest on has changed: names, sizes and times."""

@@ -120,8 +120,7 @@ class Jobs:
             self.job.current = ""
         else:
             self.job.current = event["step"]
-        self.log.publish("step", **{key: value for key, value in event.items() if key != "event"}, total=self.job.total,
-                         count=len(self.job.ended))
+        self.log.publish("step", **{**event, "event": "step", "total": self.job.total, "count": len(self.job.ended)})
 
     def _end(self, outcome: dict[str, Any]) -> None:
         if self._is_stopping:

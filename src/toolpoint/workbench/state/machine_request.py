@@ -30,7 +30,7 @@ class MachineRequest:
     speed: float | None = None
     cut: str = ""
     cut_values: Mapping[str, float] = field(default_factory=dict)
-    count: int = 120
+    count: int = 100
 
     @classmethod
     def of(cls, data: Any) -> MachineRequest:
@@ -41,7 +41,7 @@ class MachineRequest:
         return cls(_numbers("values", data.get("values")), _numbers("pose", data.get("pose")),
                    min(int(_number("mode", data.get("mode", 0))), MAX_LOOKED_MODES - 1),
                    None if speed is None else _number("speed", speed), str(data.get("cut") or ""),
-                   _numbers("cut_values", data.get("cut_values")), int(_number("count", data.get("count", 120))))
+                   _numbers("cut_values", data.get("cut_values")), int(_number("count", data.get("count", 100))))
 
 
 def _numbers(name: str, entries: Any) -> dict[str, float]:

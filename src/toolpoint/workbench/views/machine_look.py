@@ -23,6 +23,7 @@ from toolpoint.project.changed_machine import change_machine
 from toolpoint.project.limits.systems import problem_of
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machines.tool_point import deep_chart, depth_limit, tool_point
+from toolpoint.vibration import Modes, frequency_response
 from toolpoint.workbench.state.machine_request import MAX_LOOKED_MODES, MachineRequest
 
 LOOKED_LINES = 400  # frequency lines of the drawn responses
@@ -70,9 +71,10 @@ def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dic
                             "nodes": pack(scene.nodes), "shape": pack(np.real(shapes.displacement[mode])), "mode": mode}
     doubts: list[Doubt] = []
     if state.has_tool:
-        data["response"] = response_of(state, lines)
+        dynamics = machine_dynamics(state.machine, state.pose)
+        data["response"] = response_of(state, lines, dynamics)
         if state.cut is not None:
-            data["limit"], doubts = limit_of(machine_dynamics(state.machine, state.pose), state.cut, request)
+            data["limit"], doubts = limit_of(dynamics, state.cut, request)
     own = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
     data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*own, *doubts])]
     data["seconds"] = time.perf_counter() - start
@@ -87,10 +89,16 @@ def drawn_shapes(machine: Machine, pose: Mapping[str, float]) -> tuple[Scene, An
     return machine_shapes(drawn, pose, min(MAX_LOOKED_MODES, machine.size))
 
 
-def response_of(state: MachineState, lines: FloatArray) -> dict[str, Any]:
-    """Return the magnitude of the tool's receptance along x, y and z, m/N, packed."""
-    study = tool_point(state.machine, [dict(state.pose)], lines)
-    values = study.frf.values[0]
+def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics | None = None) -> dict[str, Any]:
+    """Return the magnitude of the tool's receptance along x, y and z, m/N, packed.
+
+    dynamics : of this state, whose modes then serve; where dampers and losses meet the response itself is solved for.
+    """
+    modes = None if dynamics is None or not isinstance(dynamics.response, Modes) else dynamics.response
+    if modes is None or (modes.scaling == "modal A" and modes.damping == "structural"):
+        values = tool_point(state.machine, [dict(state.pose)], lines).frf.values[0]
+    else:
+        values = frequency_response.modal(modes, lines).values
     return {way: pack(np.abs(values[:, place, place])) for place, way in enumerate("xyz")}
 
 
@@ -130,6 +138,7 @@ def pack(values: Any) -> str:
     return base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii")
 
 
+@lru_cache(maxsize=8)
 def response_lines(machine: Machine) -> FloatArray:
     """Return the lines (LOOKED_LINES,) Hz of the drawn responses: over the modes that the page lists."""
     frequency = machine_shapes_frequency(machine)

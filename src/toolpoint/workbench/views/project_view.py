@@ -52,7 +52,8 @@ def _answer(project: Project, answers: Sequence[str], outlooks: Sequence[StepOut
                 f"{len(waiting)} would run." if waiting else f"{project.description.name}: no goal has an answer yet.")
     if waiting:
         return f"Of an earlier state ({len(waiting)} of {len(outlooks)} steps must run): {answers[0]}"
-    return answers[0] + (f" And {len(answers) - 1} more goals below." if len(answers) > 1 else "")
+    more = len(answers) - 1
+    return answers[0] + (f" {more} further goal{'s' if more > 1 else ''} below." if more else "")
 
 
 def _first(lines: Sequence[str]) -> str:

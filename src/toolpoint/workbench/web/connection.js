@@ -4,6 +4,7 @@ window.Workbench = window.Workbench || { views: {} };
 (function (W) {
   const exported = window.workbenchExport; // a folder that opens without a server
   W.isExport = Boolean(exported);
+  W.exportedPage = (name) => exported.pages[name] || "#";
 
   W.asset = async (name) => exported ? exported.assets[name] : (await fetch("/web/" + name)).json();
 

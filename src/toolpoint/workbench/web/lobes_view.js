@@ -84,7 +84,7 @@ window.Workbench = window.Workbench || { views: {} };
           ...(state.cut_values.depth ? [{ x: limit.speed_rpm, y: 1e3 * state.cut_values.depth, kind: "goal", name: W.word("asked") }] : [])];
         words.textContent = W.word("deep", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm` })
           + (limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "");
-        live.replaceChildren(W.doubts(answer.doubts));
+        live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
         W.fillSame(same, answer.commands, answer.calls);
         fault.replaceChildren();
         W.moves = (W.moves || 0) + 1;

@@ -43,14 +43,14 @@ window.Workbench = window.Workbench || { views: {} };
           lobes.set({ lines: [{ x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") }],
             marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: "exact", name: W.word("exact.here") }] });
         }
-        live.replaceChildren(W.doubts(answer.doubts));
+        live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
         W.fillSame(same, answer.commands, answer.calls);
         W.last = answer; W.moves = (W.moves || 0) + 1;
         fault.replaceChildren();
       };
       const fault = W.make("div");
       const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
-      const send = () => { list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
+      const send = () => { scene.hold(); list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
       const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);

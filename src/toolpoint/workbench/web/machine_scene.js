@@ -16,6 +16,14 @@ window.Workbench = window.Workbench || { views: {} };
       };
     }
 
+    // While something is moved the mode stands still: a frame of it would come before the answer's.
+    hold() {
+      const view = this.view;
+      if (view.playing) { view.playing = false; this.isHeld = true; }
+      clearTimeout(this.timer);
+      this.timer = setTimeout(() => { if (this.isHeld) { this.isHeld = false; view.play(true); } }, 700);
+    }
+
     update({ nodes, shape, mode, frequency_hz: frequency, damping_ratio: damping }) {
       const view = this.view, pane = view.panes[0], places = W.floats(nodes), moved = W.floats(shape);
       if (places.length === pane.nodes.length && view.renderer) {

@@ -18,8 +18,8 @@ window.Workbench = window.Workbench || { views: {} };
     if (view && view.refresh) view.refresh(job);
   }
 
-  async function listViews() {
-    const { views, name } = await W.ask("view/list");
+  async function listViews(asked) {
+    const { views, name } = await (asked || W.ask("view/list"));
     W.known = views;
     document.getElementById("wb-name").textContent = name;
     document.title = `${name} · toolpoint`;
@@ -28,14 +28,15 @@ window.Workbench = window.Workbench || { views: {} };
   }
 
   let turn = 0;
-  async function open(isAgain) {
-    const name = (/^#\/([\w-]+)/.exec(location.hash) || [])[1] || "project", mine = ++turn, place = document.getElementById("view");
+  const viewOfAddress = () => (/^#\/([\w-]+)/.exec(location.hash) || [])[1] || "project";
+  async function open(isAgain, asked) {
+    const name = viewOfAddress(), mine = ++turn, place = document.getElementById("view");
     const known = W.views[name] ? name : "project";
     if (!isAgain || known !== W.current) place.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("loading") }));
     W.current = known;
     for (const link of document.querySelectorAll("#wb-nav a")) link.toggleAttribute("aria-current", link.dataset.view === known);
     try {
-      const view = await W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : ""));
+      const view = await (asked || W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
       if (mine !== turn) return;
       W.views[known].show(place, view);
       W.shown = view;
@@ -58,11 +59,14 @@ window.Workbench = window.Workbench || { views: {} };
 
   async function start() {
     await W.begin();
+    // All that the first view needs is asked for at once.
+    const first = W.ask("view/" + (W.views[viewOfAddress()] ? viewOfAddress() : "project")), list = W.ask("view/list");
+    first.catch(() => {}); list.catch(() => {});
     await W.loadWords();
-    try { await listViews(); } catch (error) { document.getElementById("view").replaceChildren(W.fault(error)); return; }
+    try { await listViews(list); } catch (error) { document.getElementById("view").replaceChildren(W.fault(error)); return; }
     if (!W.isExport) W.ask("job").then(showJob, () => {});
     window.addEventListener("hashchange", () => open(false));
-    await open(false);
+    await open(false, first);
     W.on("reset", all);
     W.on("changed", again);
     W.on("job", (job) => { showJob(job); if (job.state !== "running") again(); });

@@ -52,6 +52,9 @@ window.Workbench = window.Workbench || { views: {} };
     return block;
   };
 
+  // Those that do not stand at the head of the view already, under whatever step's name.
+  W.newDoubts = (view, doubts) => doubts.filter((text) => !view.doubts.some((doubt) => (doubt.text || doubt).endsWith(text)));
+
   W.section = function (title, ...children) {
     return W.make("section", {}, W.make("h2", { text: title }), children);
   };

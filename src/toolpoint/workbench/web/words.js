@@ -19,9 +19,8 @@ window.Workbench = window.Workbench || { views: {} };
   };
 
   W.loadWords = async function () {
-    english = await W.asset("words_en.json");
     const language = W.language();
-    chosen = language === "en" ? english : await W.asset(`words_${language}.json`);
+    [english, chosen] = await Promise.all(["en", language].map((name) => W.asset(`words_${name}.json`)));
     document.documentElement.lang = language;
     for (const node of document.querySelectorAll("[data-word]")) node.textContent = W.word(node.dataset.word);
     const list = document.getElementById("wb-language");
