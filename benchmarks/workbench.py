@@ -92,7 +92,7 @@ def _moves(browser, folder: Path, moves: int) -> None:
         time.sleep(0.05)
     time.sleep(2.0)
     rng = np.random.default_rng(1)
-    sliders = page.evaluate("[...document.querySelectorAll('input[type=range]')].map((node) => [node.id, +node.min, +node.max])")
+    sliders = page.evaluate("[...document.querySelectorAll('input[type=range]')].map((one) => [one.id, +one.min, +one.max])")
     figures = []
     for name, prefix in (("stiffness", "k-"), ("pose", "axis-")):
         chosen = [slider for slider in sliders if slider[0].startswith(prefix)]

@@ -29,7 +29,8 @@ def test_what_the_page_sends_is_answered():
     assert ACCESS.refusal("PUT", "/api/file/a.csv", headers(content_type=["application/octet-stream"])) is None
 
 
-@pytest.mark.parametrize("host", [[], ["evil.example:4711"], ["127.0.0.1"], ["127.0.0.1:80"], ["127.0.0.1:4711", "evil.example"],
+@pytest.mark.parametrize("host", [[], ["evil.example:4711"], ["127.0.0.1"], ["127.0.0.1:80"],
+                                  ["127.0.0.1:4711", "evil.example"],
                                   ["127.0.0.1.evil.example:4711"], ["evil.example"], ["0.0.0.0:4711"]])
 def test_a_foreign_name_that_resolves_to_this_machine_is_refused(host):
     """DNS rebinding: the page of the foreign name sends that name as host, and as origin."""
@@ -69,8 +70,8 @@ def test_the_cookie_is_not_the_token():
     assert not any(ACCESS.has_token(text) for text in ("", ACCESS.token[:-1], ACCESS.cookie_value, None, 3))
 
 
-@pytest.mark.parametrize("name", ["../x.csv", "a/b.csv", "a\\b.csv", "..", ".", "", ".hidden", "~x", "-rf", "con.csv", "NUL", "a\0b",
-                                  "a\nb", "a\u202eb", "x" * 121, "x.", " x", "C:x", "a*b", "\u200bx"])
+@pytest.mark.parametrize("name", ["../x.csv", "a/b.csv", "a\\b.csv", "..", ".", "", ".hidden", "~x", "-rf", "con.csv", "NUL",
+                                  "a\0b", "a\nb", "a\u202eb", "x" * 121, "x.", " x", "C:x", "a*b", "\u200bx"])
 def test_names_that_lead_out_hide_or_trick_are_refused(name):
     with pytest.raises(ToolpointError, match="name of the file"):
         check_file_name(name)
@@ -125,8 +126,9 @@ def test_the_server_refuses_what_access_refuses(running):
     assert running.bench.jobs.job.state == ""
 
 
-@pytest.mark.parametrize("path", ["/web/../pyproject.toml", "/web/..%2f..%2fworkbench.css", "/web/%2e%2e/routes.py", "/web/access.py",
-                                  "/web//etc/passwd", "/page/../../etc/passwd", "/page/%2fetc%2fpasswd", "/project.yaml",
+@pytest.mark.parametrize("path", ["/web/../pyproject.toml", "/web/..%2f..%2fworkbench.css", "/web/%2e%2e/routes.py",
+                                  "/web/access.py", "/web//etc/passwd",
+                                  "/page/../../etc/passwd", "/page/%2fetc%2fpasswd", "/project.yaml",
                                   "/.toolpoint/workbench/token", "/api/view/..%2ftoken"])
 def test_only_files_of_the_page_are_served(running, path):
     status, _, content = running.client.ask("GET", path)
@@ -147,7 +149,8 @@ def test_oversize_is_refused_whether_it_is_stated_or_not(running, monkeypatch):
     assert not list(running.bench.desk.folder.glob("incoming/*"))
 
 
-@pytest.mark.parametrize("name", ["..%2f..%2fx.csv", "%2e%2e%2fproject.yaml", "a%00b.csv", ".hidden", "a%5Cb.csv", "%E2%80%AEgnp.csv"])
+@pytest.mark.parametrize("name", ["..%2f..%2fx.csv", "%2e%2e%2fproject.yaml", "a%00b.csv", ".hidden", "a%5Cb.csv",
+                                  "%E2%80%AEgnp.csv"])
 def test_hostile_names_of_handed_files_are_refused(running, name):
     before = sorted(path.name for path in running.bench.desk.folder.parent.rglob("*.csv"))
     assert running.client.ask("PUT", f"/api/file/{name}", b"1,2\n")[0] == 422

@@ -49,8 +49,9 @@ def test_no_name_and_no_value_writes_anything_but_its_own_entry(name, value):
 
 @pytest.mark.parametrize(("name", "text", "kind"), [
     ("points.csv", "point,x,y,z\n1,0,0,0\n", "geometry"), ("a.csv", "time [s],ch1 [V]\n0,1\n", "records"),
-    ("b.txt", "# Frequency Hz, real, imag\n1 2 3\n", "responses"), ("c.txt", "1 2 3\n", "responses"), ("d.nc", "G1 X1\n", "program"),
-    ("t.yaml", "toolpoint: 1\nrecords:\n  - {files: [a.csv]}\n", "test"), ("e.yaml", "toolpoint: 1\ncomponents: {}\n", "components"),
+    ("b.txt", "# Frequency Hz, real, imag\n1 2 3\n", "responses"), ("c.txt", "1 2 3\n", "responses"),
+    ("d.nc", "G1 X1\n", "program"), ("t.yaml", "toolpoint: 1\nrecords:\n  - {files: [a.csv]}\n", "test"),
+    ("e.yaml", "toolpoint: 1\ncomponents: {}\n", "components"),
     ("m.yaml", "toolpoint: 1\nbodies: {}\n", "machine"), ("x.bin", "\x00\x01", "other"), ("bad.yaml", "a: [", "other"),
     ("w.wav", "RIFF", "records"), ("g.unv", "    -1\n  2411\n", "geometry"), ("h.unv", "    -1\n    55\n", "modes"),
 ])

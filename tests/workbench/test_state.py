@@ -81,7 +81,8 @@ def test_a_job_that_is_stopped_or_killed_says_so_and_goes_on_later(jobs, folder)
     wait(jobs, (FAILED_JOB,))
     assert "from outside" in jobs.job.words
     # The server was killed while a job ran: its file says so.
-    (folder / ".toolpoint/workbench/job.json").write_text(json.dumps({"steps": ["machine"], "overwrite": False, "state": RUNNING}))
+    cut_off = {"steps": ["machine"], "overwrite": False, "state": RUNNING}
+    (folder / ".toolpoint/workbench/job.json").write_text(json.dumps(cut_off))
     later = Jobs(folder, folder / ".toolpoint/workbench/job.json", EventLog())
     assert later.resume() and later.job.is_resumed
     wait(later, (ENDED,))
@@ -115,7 +116,8 @@ def test_a_view_never_shows_an_old_number_as_one_of_today(folder):
 
     desk = Desk(folder)
     (folder / "results").mkdir()
-    write_json(folder / "results/project.json", {"answers": ["roughing: yes; 4 mm"], "doubts": [], "goals": {}, "next_steps": []})
+    kept = {"answers": ["roughing: yes; 4 mm"], "doubts": [], "goals": {}, "next_steps": []}
+    write_json(folder / "results/project.json", kept)
     view = view_of(desk, "project")
     assert view.is_stale and view.answer.startswith("Of an earlier state") and "earlier state" in str(view.doubts[0])
 

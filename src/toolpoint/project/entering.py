@@ -37,7 +37,7 @@ _UNIVERSAL_SUFFIXES = (".uff", ".unv", ".ufb", ".58")
 
 @dataclass(frozen=True)
 class FileGuess:
-    """What a file seems to be: a kind of `FILE_KINDS`, in words, and whether its content says so beyond doubt."""
+    """Guess of what a file is: a kind of `FILE_KINDS`, in words, and whether its content says so beyond doubt."""
 
     file: Path
     kind: str
@@ -162,7 +162,7 @@ def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the parts of project.yaml that placed files make; records belong to their test file."""
     parts = [(kind, place) for kind, place in placed if kind in ("geometry", "components", "machine", "servo")]
     for kind in ("test", "modes"):
-        parts += [(f"tests.{_stem(place)}", f"{{{kind}: {place}}}") for own, place in placed if own == kind]
+        parts += [(f"tests.{_stem(place)}", f"{{{kind}: {place}}}") for file_kind, place in placed if file_kind == kind]
     responses = [place for kind, place in placed if kind == "responses"]
     if responses:
         name = _stem(responses[0]) if len(responses) == 1 else "structure"

@@ -51,7 +51,7 @@ def export_workbench(folder: str | Path, target: str | Path, progress: Progress 
         text = json.dumps(plain(data), separators=(",", ":"))
         (draft / "web" / "export_data.js").write_text(f"window.workbenchData={text};\n", encoding="utf-8")
         policy = f'<meta http-equiv="Content-Security-Policy" content="{FOLDER_POLICY}">'
-        page = index_page(base="web/", before=("export_data.js", "export.js")).replace("<title>", policy + "\n<title>")
+        page = index_page(base="web/", first_scripts=("export_data.js", "export.js")).replace("<title>", policy + "\n<title>")
         (draft / "index.html").write_text(page, encoding="utf-8")
         os.replace(draft, place)
     finally:
@@ -73,10 +73,10 @@ def _content(desk: Desk, draft: Path, progress: Progress) -> dict[str, Any]:
 def _write_pages(desk: Desk, draft: Path, progress: Progress) -> dict[str, str]:
     """Write the existing pages of the project; return their places by name. One that cannot be made is left out."""
     places: dict[str, str] = {}
-    known = pages_of(desk)
+    project_pages = pages_of(desk)
     (draft / "pages").mkdir()
-    for number, name in enumerate(known):
-        progress("pages", number, len(known))
+    for number, name in enumerate(project_pages):
+        progress("pages", number, len(project_pages))
         try:
             text = page_text(desk, name)
         except ToolpointError:
@@ -91,14 +91,14 @@ def _machine_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> 
     """Return the machine in states of one changed number each: the saved one first."""
     springs = sorted(data["springs"], key=lambda spring: -(spring["share"] or 0.0))[:MAX_EXPORTED_SPRINGS]
     speed = data["cuts"][0]["speed_rpm"] if data["cuts"] else None
-    asked = [MachineRequest(speed=speed)]
-    asked += [MachineRequest({spring["path"]: spring["value"] * float(factor)}, speed=speed) for spring in springs
+    requests = [MachineRequest(speed=speed)]
+    requests += [MachineRequest({spring["path"]: spring["value"] * float(factor)}, speed=speed) for spring in springs
               for factor in EXPORTED_FACTORS if factor != 1.0]
-    asked += [MachineRequest(pose={axis["name"]: float(position)}, speed=speed) for axis in data["axes"]
+    requests += [MachineRequest(pose={axis["name"]: float(position)}, speed=speed) for axis in data["axes"]
               for position in np.linspace(axis["lower"], axis["upper"], EXPORTED_POSITIONS)]
     states = []
-    for number, request in enumerate(asked):
-        progress("states of the machine", number, len(asked))
+    for number, request in enumerate(requests):
+        progress("states of the machine", number, len(requests))
         try:
             answer = catalogue.machine_deed(desk, "look", request)
         except ToolpointError:  # a pose that the machine cannot take
@@ -111,10 +111,10 @@ def _limit_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> li
     """Return the limits of every cut over its speeds, at speeds between its ends."""
     states = []
     for cut in data["cuts"]:
-        speeds = sorted({*np.linspace(*cut["speeds"], EXPORTED_SPEEDS).tolist(), float(cut["speed_rpm"])})
+        lower, upper = (float(end) for end in cut["speeds"])
+        speeds = sorted({*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), float(cut["speed_rpm"])})
         for number, speed in enumerate(speeds):
             progress(f"limits of {cut['name']}", number, len(speeds))
-            request = MachineRequest(cut=cut["name"], speed=float(speed))
-            answer = catalogue.machine_deed(desk, "limit", request)
-            states.append({"cut": cut["name"], "speed": float(speed), "limit": answer})
+            answer = catalogue.machine_deed(desk, "limit", MachineRequest(cut=cut["name"], speed=speed))
+            states.append({"cut": cut["name"], "speed": speed, "limit": answer})
     return states

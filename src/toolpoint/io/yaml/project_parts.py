@@ -9,7 +9,7 @@ from toolpoint._check import ToolpointError, fail, one_of
 
 SECTIONS = ("tests", "cuts", "goals", "contours", "changes")  # keys that hold named parts
 FILE_KEYS = ("machine", "components", "geometry", "servo")  # keys that hold the name of a file
-MAX_PART_LENGTH = 2000  # characters of a part's line
+MAX_PROJECT_PART_LENGTH = 2000  # characters of a part's line
 _PLAIN_NAME = re.compile(r"[A-Za-z_][\w .()+/-]*")
 _TOP_KEY = re.compile(r"[A-Za-z_]\w*\s*:")
 
@@ -30,8 +30,8 @@ def enter_part(text: str, place: str, value: str) -> str:
     ToolpointError
         For a place that a project file lacks, a value of several lines, and an entry that is written over several lines.
     """
-    if "\n" in value or "\r" in value or not value.strip() or len(value) > MAX_PART_LENGTH:
-        fail(place, f"{len(value)} characters", f"must be one line of at most {MAX_PART_LENGTH} characters")
+    if "\n" in value or "\r" in value or not value.strip() or len(value) > MAX_PROJECT_PART_LENGTH:
+        fail(place, f"{len(value)} characters", f"must be one line of at most {MAX_PROJECT_PART_LENGTH} characters")
     section, dot, name = place.partition(".")
     lines = text.split("\n")
     if not dot:

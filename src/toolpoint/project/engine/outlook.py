@@ -12,8 +12,8 @@ from toolpoint.project.engine.plan import StepPlan
 from toolpoint.project.engine.record import FAILED, KeyParts, RecordStore, StepRecord, TracedDoubt
 from toolpoint.project.engine.step import ProjectStep, normalise_options
 
-FRESH, STALE, NEVER_RUN, BY_HAND, BROKEN, HALTED = "fresh", "stale", "never run", "by hand", "failed", "stopped"
-_STATE_OF_ACTION = {SKIP: FRESH, RUN: STALE, KEEP: BY_HAND, REPEAT: BROKEN, STOP: HALTED}
+FRESH, STALE, NEVER_RUN, BY_HAND, FAILED_STATE, HALTED = "fresh", "stale", "never run", "by hand", "failed", "stopped"
+_STATE_OF_ACTION = {SKIP: FRESH, RUN: STALE, KEEP: BY_HAND, REPEAT: FAILED_STATE, STOP: HALTED}
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ def _judge(step: ProjectStep, record: StepRecord | None, sources: Mapping[str, S
            ) -> tuple[str, str]:
     """Return the state of a step and why it is so."""
     for name, source in sources.items():
-        if source.state in (BROKEN, HALTED):
-            return HALTED, f"rests on {name}, which {'failed' if source.state == BROKEN else 'was stopped'}"
+        if source.state in (FAILED_STATE, HALTED):
+            return HALTED, f"rests on {name}, which {'failed' if source.state == FAILED_STATE else 'was stopped'}"
         grave = [entry for entry in _doubts(source) if entry.doubt.grave]
         if grave and source.is_of_today:
             return HALTED, f"rests on {name}, which cannot be believed: {grave[0].doubt} (mend it in {grave[0].step})"

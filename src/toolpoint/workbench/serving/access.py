@@ -34,7 +34,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Access:
-    """Whom the server answers.
+    """Access rules of a server.
 
     token : of the address that is opened; port : on which it listens; host : name that was asked for, 127.0.0.1 unless another.
     """

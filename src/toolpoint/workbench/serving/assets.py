@@ -40,10 +40,10 @@ def media_type(name: str) -> str:
     return MEDIA_TYPES[name[name.rindex("."):]]
 
 
-def index_page(*, base: str = "/web/", before: tuple[str, ...] = ()) -> str:
-    """Return the page that loads all others; base : where its files lie; before : scripts that stand before them."""
+def index_page(*, base: str = "/web/", first_scripts: tuple[str, ...] = ()) -> str:
+    """Return the page that loads all others; base : where its files lie; first_scripts : those that stand before them."""
     style = f'<link rel="stylesheet" href="{base}{STYLE_BUNDLE}">\n'
-    scripts = "".join(f'<script src="{base}{name}" defer></script>\n' for name in (*before, SCRIPT_BUNDLE))
+    scripts = "".join(f'<script src="{base}{name}" defer></script>\n' for name in (*first_scripts, SCRIPT_BUNDLE))
     return web_file("index.html").decode("utf-8").replace("<!-- styles -->", style).replace("<!-- scripts -->", scripts)
 
 

@@ -95,8 +95,8 @@ class _Intake:
             for name, value in numbers.items():
                 if not isinstance(value, (int, float)) or isinstance(value, bool) or not value > 0:
                     fail(name, repr(value), "must be a number above zero")
-            heard = data.get("frequency_hz")
-            frequency = float(heard) if isinstance(heard, (int, float)) and heard > 0 else None
+            frequency_hz = data.get("frequency_hz")
+            frequency = float(frequency_hz) if isinstance(frequency_hz, (int, float)) and frequency_hz > 0 else None
             cut = project.TriedCut(float(data["speed_rpm"]), float(data["depth_m"]), bool(data.get("stable")), frequency,
                                    str(data.get("cut") or ""))
             self.bench.desk.project().report_cut(cut)

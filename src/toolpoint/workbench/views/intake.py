@@ -36,9 +36,9 @@ def enter_files(desk: Desk, kinds: Mapping[str, str]) -> dict[str, Any]:
     guesses = {name: project.guess_kind(folder / name).kind for name in names}
     entered = project.add_files(desk.folder, [folder / name for name in names], dict(kinds), move=True)
     chosen = [f"--kind={name}={kind}" for name, kind in kinds.items() if kind != guesses[name]]
-    shown = [str(Path("FROM") / name) for name in names]
+    source_names = [str(Path("FROM") / name) for name in names]
     return {"places": list(entered.places), "parts": [f"{place}: {value}" for place, value in entered.parts],
-            "commands": [command_line("add", ".", *_shortened(shown), *chosen)],
+            "commands": [command_line("add", ".", *_shortened(source_names), *chosen)],
             "calls": ["project.add_files('.', files)"]}
 
 

@@ -22,7 +22,7 @@ from toolpoint.project.steps.plain_files import read_json
 from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
-from toolpoint.workbench.views.machine_look import asked_speed, changed_cut, limit_of, pack
+from toolpoint.workbench.views.machine_look import apply_cut_values, limit_of, pack, resolve_speed
 from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_words_of
 
 # Values of a cut with a slider: key, factor of its ends over the value, unit shown, SI of that unit.
@@ -124,7 +124,7 @@ def _asked(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescrip
     name = request.cut or next(iter(cuts), "")
     if name not in cuts:
         raise ToolpointError(f"cut {name!r}: must be one of {', '.join(cuts) or 'the cuts of project.yaml, which has none'}")
-    cut = changed_cut(cuts[name].cut, request.cut_values)
+    cut = apply_cut_values(cuts[name].cut, request.cut_values)
     deviation = cuts[name].coefficient_deviation or ASSUMED_COEFFICIENT_DEVIATION
     draws = min(project.description.draws, MAX_INTERVAL_DRAWS)
     return project, cut, deviation, name, systems_of(desk, project, request.values, draws)
@@ -152,7 +152,7 @@ def curve_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
 def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     """Return the 95 % interval of the limit at the asked speed, and the chance that the asked depth is stable."""
     project, cut, deviation, name, systems = _asked(desk, request)
-    speed = asked_speed(cut, request)
+    speed = resolve_speed(cut, request)
     depth = request.cut_values.get("depth")
     limits = draw_limits(systems, CutQuestion(name, cut, deviation, (speed,), dict(request.pose), depth))
     weights, is_weighed = _weights(desk, project, systems.count, request)
@@ -202,6 +202,7 @@ def cut_words(cut: CuttingDescription) -> list[str]:
             continue
         numbers = value if isinstance(value, tuple) else (value,)
         scale = SI_VALUE.get(parameter.unit, 1.0)
-        texts = [str(number) if isinstance(number, str) or parameter.kind == "count" else f"{number / scale:.9g}" for number in numbers]
+        is_word = parameter.kind in ("count", "choice", "text")
+        texts = [str(number) if is_word else f"{number / scale:.9g}" for number in numbers]
         words += [f"--{parameter.option}", ",".join(texts)]
     return words

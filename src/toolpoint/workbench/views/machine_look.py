@@ -46,14 +46,14 @@ class MachineState:
 
 def state_of(machine: Machine, request: MachineRequest, cut: CuttingDescription | None) -> MachineState:
     """Return the machine and cut as the page has changed them; raises ToolpointError for what cannot be."""
-    cut = None if cut is None else changed_cut(cut, request.cut_values)
+    cut = None if cut is None else apply_cut_values(cut, request.cut_values)
     for axis in request.pose:
         if axis not in machine.description.axes:
             raise ToolpointError(f"axis {axis}: not of this machine; its axes: {', '.join(machine.description.axes) or 'none'}")
     return MachineState(change_machine(machine, request.values), dict(request.pose), cut)
 
 
-def changed_cut(cut: CuttingDescription, values: Mapping[str, float]) -> CuttingDescription:
+def apply_cut_values(cut: CuttingDescription, values: Mapping[str, float]) -> CuttingDescription:
     """Return a cut with numbers changed by their flat keys, SI; ``depth`` is that of a question and no number of a cut."""
     changes = {key: value for key, value in values.items() if key != "depth"}
     return CuttingDescription.of(**{**flat_values(cut), **changes}) if changes else cut
@@ -75,8 +75,8 @@ def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dic
         data["response"] = response_of(state, lines, dynamics)
         if state.cut is not None:
             data["limit"], doubts = limit_of(dynamics, state.cut, request)
-    own = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
-    data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*own, *doubts])]
+    hand_doubts = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
+    data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*hand_doubts, *doubts])]
     data["seconds"] = time.perf_counter() - start
     return data
 
@@ -105,7 +105,7 @@ def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics |
 def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
     """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
     problem = problem_of(dynamics, cut)
-    speed = asked_speed(cut, request)
+    speed = resolve_speed(cut, request)
     exact = deep_chart(problem, np.array([speed]), None, end=cut.depth_end[0])
     place = int(exact.limit_points()[0])
     data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
@@ -114,7 +114,7 @@ def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRe
     return data, [*doubts_among(dynamics.notes), *exact.doubts]
 
 
-def asked_speed(cut: CuttingDescription, request: MachineRequest) -> float:
+def resolve_speed(cut: CuttingDescription, request: MachineRequest) -> float:
     """Return the asked speed, rev/min: the middle of the cut's range where none is, and never beyond it."""
     lower, upper = cut.speeds
     return float(np.clip((lower + upper) / 2 if request.speed is None else request.speed, lower, upper))

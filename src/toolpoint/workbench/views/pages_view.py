@@ -33,25 +33,25 @@ def pages_of(desk: Desk) -> dict[str, KnownPage]:
     """Return the pages of a project by name, of those whose files are there."""
     project = desk.project()
     results = desk.folder / "results"
-    known = {"report": KnownPage("Report of the project", (results / "project.json",), command_line("run", "."),
+    entries = {"report": KnownPage("Report of the project", (results / "project.json",), command_line("run", "."),
                                  lambda: pages.project_page(project.results))}
     for name in project.description.tests:
-        known |= _pages_of_test(desk, project, name)
-    known |= _machine_pages(project)
-    known |= _servo_pages(project)
-    return {name: page for name, page in known.items() if all(file.is_file() for file in page.files)}
+        entries |= _pages_of_test(desk, project, name)
+    entries |= _machine_pages(project)
+    entries |= _servo_pages(project)
+    return {name: page for name, page in entries.items() if all(file.is_file() for file in page.files)}
 
 
 def _servo_pages(project: Project) -> dict[str, KnownPage]:
     """Return the pages of the circles that the servo is asked for."""
-    described, known = project.description, {}
+    described, entries = project.description, {}
     for name, goal in described.contours.items() if described.servo is not None else ():
         servo = project.folder / str(described.servo)
-        known[f"contour/{name}"] = KnownPage(
+        entries[f"contour/{name}"] = KnownPage(
             f"Servo: the circle of {name}, loops, step", (servo,),
             command_line("drive", described.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"),
             partial(_circle, servo, goal.radius, goal.feed))
-    return known
+    return entries
 
 
 def _circle(servo: Path, radius: float, feed: float) -> Any:
@@ -61,25 +61,25 @@ def _circle(servo: Path, radius: float, feed: float) -> Any:
 
 def _pages_of_test(desk: Desk, project: Project, name: str) -> dict[str, KnownPage]:
     responses, test = desk.folder / "results" / "responses" / name / "responses.h5", project.description.tests[name]
-    known = {}
+    entries = {}
     if (desk.folder / "results" / "modes" / name / "modes.json").is_file():
         place = responses.relative_to(desk.folder).as_posix()
-        known[f"modes/{name}"] = KnownPage(f"Modes of {name}: stabilization, synthesis, shapes", (responses,),
+        entries[f"modes/{name}"] = KnownPage(f"Modes of {name}: stabilization, synthesis, shapes", (responses,),
                                            command_line("identify", place),
                                            partial(_identification, project, responses, place))
     if test.test is not None:
         file = desk.folder / test.test
-        known[f"blows/{name}"] = KnownPage(f"Blows of {name}: pulses, spectra, responses", (file, responses),
+        entries[f"blows/{name}"] = KnownPage(f"Blows of {name}: pulses, spectra, responses", (file, responses),
                                            command_line("frf", test.test), partial(_blows, file))
     modes = desk.folder / "results" / "modes" / name / "modes.h5"
     machine, described = _machine_file(project), project.description
     if machine is not None and described.geometry is not None and described.components is not None:
         words = [machine.relative_to(desk.folder).as_posix(), modes.relative_to(desk.folder).as_posix(), "--geometry",
                  described.geometry, "--components", described.components]
-        known[f"correlate/{name}"] = KnownPage(f"Model beside the test {name}: shapes, MAC, difference", (modes, machine),
+        entries[f"correlate/{name}"] = KnownPage(f"Model beside the test {name}: shapes, MAC, difference", (modes, machine),
                                                command_line("correlate", *words),
                                                partial(_correlation, project, machine, modes))
-    return known
+    return entries
 
 
 def _identification(project: Project, responses: Path, place: str) -> Any:
@@ -127,10 +127,10 @@ def _machine(file: Path) -> Any:
 
 def page_text(desk: Desk, name: str) -> str:
     """Return a page as HTML: that of today's files."""
-    known = pages_of(desk)
-    if name not in known:
-        fail("page", repr(name), f"must be one of {', '.join(known) or 'none yet: run the project'}")
-    page = known[name]
+    entries = pages_of(desk)
+    if name not in entries:
+        fail("page", repr(name), f"must be one of {', '.join(entries) or 'none yet: run the project'}")
+    page = entries[name]
     digest = hashlib.sha256("\n".join([name, *map(_stamp, page.files)]).encode()).hexdigest()[:24]
     kept = desk.folder / STATE_PLACE / "pages" / f"{digest}.html"
     if kept.is_file():
@@ -156,14 +156,14 @@ def _forget_old(folder: Path) -> None:
 
 def view_report(desk: Desk, page: str = "") -> WorkbenchView:
     """Return the view of the pages that a project has, with the chosen one."""
-    known: Mapping[str, KnownPage] = pages_of(desk)
-    if not known:
+    entries: Mapping[str, KnownPage] = pages_of(desk)
+    if not entries:
         return WorkbenchView("report", "There is no page yet: run the project.", commands=(command_line("run", "."),))
-    name = page if page in known else next(iter(known))
+    name = page if page in entries else next(iter(entries))
     outlooks = desk.outlook(desk.project())
     waiting = sum(not entry.is_of_today for entry in outlooks)
-    answer = f"{known[name].title}."
+    answer = f"{entries[name].title}."
     if waiting:
         answer = f"{answer} Of an earlier state: {waiting} of {len(outlooks)} steps must run."
-    return WorkbenchView("report", answer, (), (known[name].command,), (), {
-        "pages": [{"name": key, "title": entry.title} for key, entry in known.items()], "page": name}, waiting > 0)
+    return WorkbenchView("report", answer, (), (entries[name].command,), (), {
+        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, waiting > 0)

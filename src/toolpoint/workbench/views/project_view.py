@@ -52,8 +52,8 @@ def _answer(project: Project, answers: Sequence[str], outlooks: Sequence[StepOut
                 f"{len(waiting)} would run." if waiting else f"{project.description.name}: no goal has an answer yet.")
     if waiting:
         return f"Of an earlier state ({len(waiting)} of {len(outlooks)} steps must run): {answers[0]}"
-    more = len(answers) - 1
-    return answers[0] + (f" {more} further goal{'s' if more > 1 else ''} below." if more else "")
+    goal_count = len(answers) - 1
+    return answers[0] + (f" {goal_count} further goal{'s' if goal_count > 1 else ''} below." if goal_count else "")
 
 
 def _first(lines: Sequence[str]) -> str:

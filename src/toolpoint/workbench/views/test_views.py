@@ -13,18 +13,18 @@ from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
-MAX_SHOWN_MODES = 12  # frequencies in the answer
+MAX_ANSWERED_MODES = 12  # frequencies in the answer
 
 
 def _tests_with(desk: Desk, project: Project, kind: str, file: str) -> dict[str, tuple[Any, Any]]:
     """Return data and state of the steps of a kind whose file is there, by the name of the test."""
-    found = {}
+    tests = {}
     for entry in desk.outlook(project):
         first, _, name = entry.step.name.partition("/")
         place = desk.folder / "results" / entry.step.name / file
         if first == kind and place.is_file():
-            found[name] = (read_json(place), entry)
-    return found
+            tests[name] = (read_json(place), entry)
+    return tests
 
 
 def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
@@ -35,8 +35,8 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     data, entry = tests[name]
     frequencies = [f"{value:.4g}" for value in data["frequency_hz"]]
     doubtful = [text for text, flag in zip(frequencies, data["doubtful"], strict=True) if flag]
-    more = f" and {len(frequencies) - MAX_SHOWN_MODES} more" if len(frequencies) > MAX_SHOWN_MODES else ""
-    answer = f"{name}: {len(frequencies)} modes, {', '.join(frequencies[:MAX_SHOWN_MODES])}{more} Hz"
+    further_words = f" and {len(frequencies) - MAX_ANSWERED_MODES} more" if len(frequencies) > MAX_ANSWERED_MODES else ""
+    answer = f"{name}: {len(frequencies)} modes, {', '.join(frequencies[:MAX_ANSWERED_MODES])}{further_words} Hz"
     answer += f"; doubtful: {', '.join(doubtful)} Hz." if doubtful else "."
     responses = f"results/responses/{name}/responses.h5"
     rows = [{"frequency_hz": f, "damping_ratio": z, "doubtful": bad} for f, z, bad in

@@ -27,7 +27,7 @@ window.Workbench = window.Workbench || { views: {} };
       W.make("a", { href: "#/" + key, "data-view": key, text: W.views[key].title() })));
   }
 
-  let turn = 0;
+  let turn = 0, shownText = "";
   const viewOfAddress = () => (/^#\/([\w-]+)/.exec(location.hash) || [])[1] || "project";
   async function open(isAgain, asked) {
     const name = viewOfAddress(), mine = ++turn, place = document.getElementById("view");
@@ -38,6 +38,9 @@ window.Workbench = window.Workbench || { views: {} };
     try {
       const view = await (asked || W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
       if (mine !== turn) return;
+      const text = known + JSON.stringify(view, (key, value) => key === "age_s" ? undefined : value);
+      if (isAgain && text === shownText) return; // nothing has changed: what a person is doing is not drawn over
+      shownText = text;
       W.views[known].show(place, view);
       W.shown = view;
       if (!isAgain) place.focus({ preventScroll: true });
