@@ -16,7 +16,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
 MODULES = sorted(SOURCE.rglob("*.py"))
 HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distributed": "studies/execute.py",
-        "dask": "studies/execute.py", "pydantic": "io", "click": "app", "rich": "app", "av": "vision/", "PIL": "vision/"}
+        "dask": "studies/execute.py", "pydantic": "io", "click": "app", "rich": "app", "av": "vision/", "PIL": "vision/",
+        "starlette": "workbench/serving", "uvicorn": "workbench/serving"}
 
 
 @cache

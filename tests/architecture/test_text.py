@@ -18,7 +18,7 @@ ROOMS_REREAD = (
     "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/meshes", "io/multibody",
     "io/program", "io/quantities", "io/servo_data", "io/text", "io/uff", "io/urdf", "io/yaml", "joint_identification",
     "joints", "kinematics", "machine", "modal_identification", "pages", "plot", "project", "samples", "signals", "spatial",
-    "studies", "substructuring", "updating", "vibration", "vision",
+    "studies", "substructuring", "updating", "vibration", "vision", "workbench",
 )
 
 

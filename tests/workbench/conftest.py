@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from toolpoint.workbench.serving.access import Access
 from toolpoint.workbench.serving.server import Workbench
+from toolpoint.workbench.state.access import Access
 
 ROOT = Path(__file__).resolve().parents[2]
 MACHINE = ROOT / "src/toolpoint/project/demo_mill.yaml"

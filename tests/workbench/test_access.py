@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
-from toolpoint.workbench.serving.access import Access, check_file_name, keep_token, path_beneath
+from toolpoint.workbench.state.access import Access, check_file_name, keep_token, path_beneath
 
 ACCESS = Access("token-0123456789-0123456789", 4711)
 COOKIE = f"{ACCESS.cookie_name}={ACCESS.cookie_value}"

@@ -14,11 +14,11 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.project.steps.plain_files import plain
-from toolpoint.workbench.serving.assets import LANGUAGES, SCRIPT_BUNDLE, STYLE_BUNDLE, index_page, web_file
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views import catalogue
 from toolpoint.workbench.views.pages_view import page_text, pages_of
+from toolpoint.workbench.web.assets import LANGUAGES, SCRIPT_BUNDLE, STYLE_BUNDLE, index_page, web_file
 
 EXPORTED_FACTORS = (0.25, 0.5, 1 / np.sqrt(2), 1.0, np.sqrt(2), 2.0, 4.0)  # of every spring, one at a time
 EXPORTED_POSITIONS = 5  # along every axis, one at a time

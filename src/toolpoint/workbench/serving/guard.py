@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
-from toolpoint.workbench.serving.access import MAX_FILE_BYTES, MAX_JSON_BYTES, Access, Refusal
+from toolpoint.workbench.state.access import MAX_FILE_BYTES, MAX_JSON_BYTES, Access, Refusal
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]

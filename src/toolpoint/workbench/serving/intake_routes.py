@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from toolpoint import project
 from toolpoint._check import fail
-from toolpoint.workbench.serving.access import MAX_FILE_BYTES, check_file_name
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of
+from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
 from toolpoint.workbench.views.intake import INCOMING_FOLDER, enter_files, list_incoming
 from toolpoint.workbench.views.test_views import decide_hit
 

@@ -26,11 +26,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from toolpoint._check import ToolpointError, fail
-from toolpoint.workbench.serving.assets import index_page, media_type, web_file
 from toolpoint.workbench.serving.intake_routes import intake_entries
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of
 from toolpoint.workbench.state.machine_request import MachineRequest, read_typed_number
 from toolpoint.workbench.views import catalogue
+from toolpoint.workbench.web.assets import index_page, media_type, web_file
 
 if TYPE_CHECKING:
     from starlette.requests import Request

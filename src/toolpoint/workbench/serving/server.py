@@ -14,8 +14,8 @@ from typing import Any
 from toolpoint._check import ToolpointError
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.lock import hold_lock
-from toolpoint.workbench.serving.access import Access, keep_token
 from toolpoint.workbench.serving.guard import Guard
+from toolpoint.workbench.state.access import Access, keep_token
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk
 from toolpoint.workbench.state.events import EventLog
 from toolpoint.workbench.state.jobs import Jobs

@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.project import Project
-from toolpoint.workbench.serving.access import path_beneath
+from toolpoint.workbench.state.access import path_beneath
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, spring_paths, state_of

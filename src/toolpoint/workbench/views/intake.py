@@ -9,7 +9,7 @@ from typing import Any
 from toolpoint import project
 from toolpoint._check import fail
 from toolpoint.project.entering import FILE_KINDS
-from toolpoint.workbench.serving.access import check_file_name
+from toolpoint.workbench.state.access import check_file_name
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.view import command_line
 

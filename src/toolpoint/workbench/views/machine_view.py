@@ -17,7 +17,7 @@ from toolpoint.machine.description import AxisDescription
 from toolpoint.plot.shape_view.view import ShapeView
 from toolpoint.project import Project
 from toolpoint.project.engine.drafts import write_whole
-from toolpoint.workbench.serving.access import check_file_name
+from toolpoint.workbench.state.access import check_file_name
 from toolpoint.workbench.state.desk import Desk, ReadMachine, collect_doubts
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.machine_look import (
