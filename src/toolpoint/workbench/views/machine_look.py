@@ -16,6 +16,7 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.cutting import MillingProblem, ZeroOrder, stability
 from toolpoint.cutting.description import CuttingDescription, flat_values
 from toolpoint.machine import Machine
+from toolpoint.machine.description import ELASTIC_KINDS, FrameDescription, PointDescription
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.scene import Scene
@@ -26,6 +27,9 @@ from toolpoint.studies.machines.tool_point import deep_chart, depth_limit, tool_
 from toolpoint.vibration import Modes, frequency_response
 from toolpoint.workbench.state.machine_request import MAX_LOOKED_MODES, MachineRequest
 
+JOINT_MARK = "joint "  # before a joint's name: a mark of the scene where its springs are
+MARK_NODES = 8  # corners of the box that marks a point
+JOINT_MARK_SCALE = 2.6  # size of the mark of a joint over that of a point
 LOOKED_LINES = 400  # frequency lines of the drawn responses
 MAX_LOOKED_SPEEDS = 400  # of a chart that is drawn while a slider moves
 
@@ -82,11 +86,35 @@ def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dic
 
 
 def drawn_shapes(machine: Machine, pose: Mapping[str, float]) -> tuple[Scene, AnimatedShapes]:
-    """Return scene and lowest modes of a machine whose only drawn points are tool and table: measured ones would hide it."""
+    """Return scene and lowest modes of a machine whose marks are tool, table and joints: measured points would hide it."""
     description = machine.description
     points = {name: point for name, point in description.points.items() if name in (description.tool, description.table)}
+    points |= {JOINT_MARK + name: PointDescription(description.joints[name].child, description.joints[name].frame.at)
+               for name in _marked_joints(machine)}
     drawn = replace(machine, description=replace(description, points=points))
-    return machine_shapes(drawn, pose, min(MAX_LOOKED_MODES, machine.size))
+    scene, shapes = machine_shapes(drawn, pose, min(MAX_LOOKED_MODES, machine.size))
+    nodes = np.array(scene.nodes)
+    for first in joint_marks(machine, scene).values():
+        corners = nodes[first:first + MARK_NODES]
+        nodes[first:first + MARK_NODES] = corners.mean(axis=0) + JOINT_MARK_SCALE * (corners - corners.mean(axis=0))
+    return replace(scene, nodes=nodes), shapes
+
+
+def _marked_joints(machine: Machine) -> list[str]:
+    """Return the joints with springs whose place in their child is known: rigid bodies in the machine's frame."""
+    description = machine.description
+    return [name for name, joint in description.joints.items() if joint.stiffness and joint.child in description.bodies
+            and description.bodies[joint.child].frame == FrameDescription()
+            and not any(getattr(description.bodies[joint.child], kind) is not None for kind in ELASTIC_KINDS)]
+
+
+def joint_marks(machine: Machine, scene: Scene) -> dict[str, int]:
+    """Return the first node of the mark of every joint with springs; marks stand last in the scene, in the order of points."""
+    description = machine.description
+    kept = [name for name in description.points if name in (description.tool, description.table)]
+    names = _marked_joints(machine)
+    first = len(scene.nodes) - MARK_NODES * (len(kept) + len(names))
+    return {name: first + MARK_NODES * (len(kept) + number) for number, name in enumerate(names)}
 
 
 def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics | None = None) -> dict[str, Any]:

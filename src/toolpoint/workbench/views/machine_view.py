@@ -23,6 +23,7 @@ from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.machine_look import (
     compliance_shares,
     drawn_shapes,
+    joint_marks,
     look,
     response_lines,
     response_of,
@@ -86,6 +87,7 @@ def _content(read: ReadMachine) -> dict[str, Any]:
     lines = response_lines(machine)
     state = state_of(machine, MachineRequest(), None)
     return {"scene": ShapeView(scene, shapes, "machine", machine.name).payload(), "springs": _springs(machine),
+            "marks": joint_marks(machine, scene),
             "axes": [_axis(name, axis) for name, axis in machine.description.axes.items()], "digest": read.digest,
             "lines_hz": lines, "response": response_of(state, lines) if state.has_tool else None,
             "frequency_hz": shapes.frequency, "damping_ratio": shapes.damping_ratio,

@@ -14,6 +14,15 @@ window.Workbench = window.Workbench || { views: {} };
     return chart;
   }
 
+  function jointColours(data, scene) {
+    const box = W.make("input", { type: "checkbox", id: "wb-joints" });
+    box.addEventListener("change", () => scene.colourJoints(data.marks, data.springs, box.checked));
+    const shares = {};
+    for (const spring of data.springs) shares[spring.joint] = (shares[spring.joint] || 0) + Math.max(0, spring.share || 0);
+    const words = Object.entries(shares).sort((a, b) => b[1] - a[1]).map(([joint, share]) => `${joint} ${Math.round(100 * share)} %`).join(", ");
+    return W.make("p", { class: "key" }, box, " ", W.make("label", { for: "wb-joints", text: W.word("colour.joints") }), " ", words);
+  }
+
   function limitWords(limit, isChanged) {
     if (!limit) return "";
     const depth = limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm`;
@@ -58,7 +67,7 @@ window.Workbench = window.Workbench || { views: {} };
       const axesCount = data.axes.length, [title, answer, doubts] = W.head(view, data.name), top = title;
       place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),
         W.make("div", { class: "wb-two" },
-          W.make("div", {}, W.section(W.word("scene"), scene.node),
+          W.make("div", {}, W.section(W.word("scene"), scene.node, jointColours(data, scene)),
             ...(chart ? [W.section(W.word("responses"), chart.node)] : []),
             ...(data.cuts.length ? [W.section(W.word("lobes"), W.make("p", { class: "key", text: W.word("quick.note") }), lobes.node)] : [])),
           W.make("section", {}, W.make("h2", { text: W.word("move") }), words, live, fault,

@@ -7,6 +7,7 @@ window.Workbench = window.Workbench || { views: {} };
       this.node = W.make("div", { class: "tp-view", "data-name": "machine" });
       this.view = new window.ToolpointShapeView(this.node, scene);
       this.onmode = onmode;
+      this.scene = scene;
       this.last = null;
       const view = this.view;
       view.showMode = (mode) => { // the shapes of the page are those of the server, never kept ones
@@ -14,6 +15,35 @@ window.Workbench = window.Workbench || { views: {} };
         view.buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(i === mode)));
         onmode(mode);
       };
+    }
+
+    // Joints as boxes, coloured by how soft they are (the share of the tool's yielding; grey where neither soft nor known).
+    // Bodies are outlines meanwhile: joints lie inside them.
+    colourJoints(marks, springs, isOn) {
+      const view = this.view, pane = view.panes[0], gl = view.renderer && view.renderer.gl;
+      if (!gl) return;
+      const tint = Float32Array.from(pane.tint), ramp = this.scene.ramp;
+      const shares = {}, sure = {};
+      for (const spring of springs) {
+        shares[spring.joint] = (shares[spring.joint] || 0) + Math.max(0, spring.share || 0);
+        if (spring.half_width !== null) sure[spring.joint] = true;
+      }
+      const most = Math.max(...Object.values(shares), 1e-9);
+      view.elements(0);
+      if (isOn) {
+        const first = Math.min(pane.count, ...Object.values(marks)), faces = [];
+        for (let i = 0; i < pane.triangles.length; i += 3) if (pane.triangles[i] >= first) faces.push(...pane.triangles.subarray(i, i + 3));
+        view.renderer.setElements(0, Uint32Array.from(faces), pane.lines, new Uint32Array(0));
+        for (const [joint, start] of Object.entries(marks)) {
+          const colour = sure[joint] || shares[joint] ? ramp[Math.round((ramp.length - 1) * (shares[joint] || 0) / most)] : [0.4, 0.4, 0.4];
+          for (let i = start; i < start + 8; i++) colour.forEach((c, j) => { tint[4 * i + j] = c; });
+        }
+      }
+      gl.bindBuffer(gl.ARRAY_BUFFER, view.renderer.panes[0].buffers[3]);
+      gl.bufferSubData(gl.ARRAY_BUFFER, 0, tint);
+      view.colouring = isOn ? 2 : 0;
+      view.legend.hidden = isOn;
+      view.touch();
     }
 
     // While something is moved the mode stands still: a frame of it would come before the answer's.
