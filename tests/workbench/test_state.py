@@ -145,3 +145,99 @@ def test_a_changed_machine_says_what_was_changed_and_knows_no_more_of_it(folder)
     assert change_machine(machine, {paths[0]: machine.value(paths[0])}) is machine
     with pytest.raises(ToolpointError):
         change_machine(machine, {"joints.none.stiffness.x": 1.0})
+
+
+def test_the_page_gives_the_numbers_of_the_studies(folder):
+    """The limit, the modes and the interval that the page shows are those of the calls that it names."""
+    import numpy as np
+
+    from toolpoint import io, studies
+    from toolpoint.workbench.state.machine_request import MachineRequest
+    from toolpoint.workbench.views.catalogue import machine_deed
+
+    desk, machine = Desk(folder), io.read_machine(folder / "machine.yaml")
+    path, pose = "joints.column_head.stiffness.rx", {"X": 0.1}
+    request = MachineRequest.of({"values": {path: 4e7}, "pose": pose, "speed": 1200, "count": 20})
+    look = machine_deed(desk, "look", request)
+    changed = change_machine(machine, {path: 4e7})
+    modes = studies.solve_modes(changed, pose)
+    np.testing.assert_allclose(look["frequency_hz"], modes.frequency[:len(look["frequency_hz"])], rtol=1e-12)
+    cut = Project.open(folder).description.cuts["face"].cut
+    chart = studies.chart_lobes(studies.machine_dynamics(changed, pose), cut.flat(), speeds=np.array([1200.0])).chart
+    assert look["limit"]["limit_m"] == pytest.approx(chart.limit[0], rel=1e-6)
+    assert any("changed by hand" in text for text in look["doubts"])
+    project = Project.open(folder)
+    limits = project.limits(cut="face", speeds=[1200.0])
+    interval = machine_deed(desk, "interval", MachineRequest.of({"speed": 1200, "cut": "face", "cut_values": {"depth": 0.004}}))
+    ends = limits.interval(np.full(20, 1 / 20))[:, 0]
+    assert [interval["lower_m"], interval["upper_m"]] == pytest.approx(list(ends), rel=1e-12)
+
+
+def test_a_full_disk_loses_no_file_and_says_so(running, monkeypatch):
+    import os
+
+    from toolpoint.workbench.serving import intake_routes
+
+    def full(*places):
+        raise OSError(28, "No space left on device")
+
+    folder = running.bench.desk.folder
+    monkeypatch.setattr(intake_routes.os, "replace", full)
+    status, _, content = running.client.ask("PUT", "/api/file/a.csv", b"1,2\n")
+    assert status == 507 and b"No space left" in content and not list((folder / "incoming").iterdir())
+    before = (folder / "project.yaml").read_bytes()
+    status, _, content = running.client.ask("POST", "/api/part", {"place": "goals.x", "value": "{speed: 900 rpm, depth: 1 mm}"})
+    assert status == 507 and (folder / "project.yaml").read_bytes() == before
+    assert os.replace is full  # of the module, so of the drafts too
+
+
+def test_without_the_extra_the_message_names_it(folder, monkeypatch):
+    import sys
+
+    from toolpoint.workbench import serve
+
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    with pytest.raises(ToolpointError, match=r"toolpoint\[app\]"):
+        serve(folder)
+
+
+def test_one_workbench_a_project(folder):
+    from toolpoint.project.engine.lock import hold_lock
+    from toolpoint.workbench import serve
+
+    with hold_lock(folder / ".toolpoint/workbench/lock", "mill"), pytest.raises(ToolpointError, match="open already"):
+        serve(folder)
+    with pytest.raises(ToolpointError, match="no folder"):
+        serve(folder / "none")
+    with pytest.raises(ToolpointError, match="every address"):
+        serve(folder, host="0.0.0.0")
+
+
+def test_words_have_the_same_keys_and_every_key_of_the_page():
+    import re
+
+    from toolpoint.workbench.web.assets import SCRIPTS, check_words, web_file
+
+    words = check_words()
+    assert words["de"] == words["en"]
+    used = {key for name in SCRIPTS for key in re.findall(r'W\.word\("([\w.]+)"[,)]', web_file(name).decode())}
+    assert used - words["en"] == set() and len(used) > 80
+
+
+def test_add_and_change_are_commands_too(folder, monkeypatch, capsys):
+    from toolpoint import io
+    from toolpoint.app.main import main
+
+    monkeypatch.chdir(folder)
+    (folder / "points.csv").write_text("point,x,y,z\n1,0,0,0\n")
+    main(["add", ".", "points.csv", "--part", "goals.second: {speed: 900 rpm, depth: 1 mm}"])
+    assert "Entered: geometry: points.csv" in capsys.readouterr().out
+    assert list(Project.open(folder).description.goals) == ["roughing", "second"]
+    main(["change", "machine.yaml", "joints.bed_table.stiffness.x=1e8", "-o", "softer.yaml"])
+    assert io.read_machine(folder / "softer.yaml").value("joints.bed_table.stiffness.x") == 1e8
+    for wrong in (["change", "machine.yaml", "joints.bed_table.stiffness.x", "-o", "b.yaml"],
+                  ["change", "machine.yaml", "joints.bed_table.stiffness.x=1 N", "-o", "b.yaml"],
+                  ["add", ".", "--part", "goals"]):
+        with pytest.raises(SystemExit):
+            main(wrong)
+    assert not (folder / "b.yaml").exists()

@@ -51,7 +51,7 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
 
 @command("change", page=False, json=False, replace=True)
 def change_numbers(run: Frame, machine: Annotated[Path, Argument()], numbers: Annotated[tuple[str, ...], Argument()], *,
-                   output: Annotated[NewFile, Help("Machine file to write.", name="-o --output")]) -> None:
+                   written: Annotated[NewFile, Help("Machine file to write.", name="-o --output")]) -> None:
     """Change numbers of a machine file by hand, NUMBERS like joints.guide.stiffness.x=4e8 in SI, and write another file.
 
     The joints are marked as chosen, the numbers leave the covariance of the identified ones, and the file carries a doubt that
@@ -66,7 +66,8 @@ def change_numbers(run: Frame, machine: Annotated[Path, Argument()], numbers: An
         except ValueError:
             raise ToolpointError(f"{path}: {value!r} is not a number; write it in SI, without its unit") from None
     changed = project.change_machine(built, values)
-    run.write("Machine", output, io.write_machine, changed.description)
+    if run.write("Machine", written, io.write_machine, changed.description):
+        run.suggest(f"modes {written}", f"compare {machine} {written}")
     run.show_rest()
 
 

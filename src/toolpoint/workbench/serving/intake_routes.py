@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from toolpoint import project
 from toolpoint._check import fail
-from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of
+from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of, write_answer
 from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
 from toolpoint.workbench.views.intake import INCOMING_FOLDER, enter_files, list_incoming
 from toolpoint.workbench.views.test_views import decide_hit
@@ -76,7 +76,7 @@ class _Intake:
             if not isinstance(kinds, dict) or not all(isinstance(kind, str) for kind in kinds.values()):
                 fail("kinds", type(kinds).__name__, "must map names of files to kinds")
             return enter_files(self.bench.desk, kinds)
-        return await answer(work)
+        return await write_answer(work, self.bench.desk.lock)
 
     async def part(self, request: Request) -> Response:
         data = await json_of(request)
@@ -85,7 +85,7 @@ class _Intake:
             place, value = text_of(data, "place"), text_of(data, "value")
             project.add_part(self.bench.desk.folder, place, value)
             return {"entered": f"{place}: {value}"}
-        return await answer(work)
+        return await write_answer(work, self.bench.desk.lock)
 
     async def tried(self, request: Request) -> Response:
         data = await json_of(request)
@@ -101,7 +101,7 @@ class _Intake:
                                    str(data.get("cut") or ""))
             self.bench.desk.project().report_cut(cut)
             return {"reported": True}
-        return await answer(work)
+        return await write_answer(work, self.bench.desk.lock)
 
     async def hit(self, request: Request) -> Response:
         data = await json_of(request)
@@ -111,4 +111,4 @@ class _Intake:
             if accept not in (True, False, None):
                 fail("accept", repr(accept), "must be true, false or null")
             return decide_hit(self.bench.desk, text_of(data, "test"), text_of(data, "hit"), accept)
-        return await answer(work)
+        return await write_answer(work, self.bench.desk.lock)

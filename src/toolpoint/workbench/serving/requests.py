@@ -33,6 +33,14 @@ def text_of(data: dict[str, Any], name: str, largest: int = 10_000) -> str:
     return value
 
 
+async def write_answer(work: Callable[[], Any], lock: Any) -> Response:
+    """Return the answer of work that writes into the project: one after the other, whatever the number of tabs."""
+    def locked() -> Any:
+        with lock:
+            return work()
+    return await answer(locked)
+
+
 async def answer(work: Callable[[], Any], kind: Any = None) -> Response:
     """Return the answer of work that is done in a thread; a wrong input is answered by its sentence."""
     from starlette.concurrency import run_in_threadpool

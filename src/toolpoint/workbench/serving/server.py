@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import Any
 
 from toolpoint._check import ToolpointError
-from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.lock import hold_lock
 from toolpoint.workbench.serving.guard import Guard
 from toolpoint.workbench.state.access import Access, keep_token
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk
 from toolpoint.workbench.state.events import EventLog
 from toolpoint.workbench.state.jobs import Jobs
+from toolpoint.workbench.state.kept_files import keep_file
 
 LOCAL_HOST = "127.0.0.1"
+ANY_HOSTS = ("0.0.0.0", "::", "*", "")  # ways to say every address of a machine
 LOOK_SECONDS = 1.0  # between two looks for files that somebody changed
 STOP_SECONDS = 2  # that open connections get when the server ends
 
@@ -98,6 +99,9 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
     Raises ToolpointError where the extra ``app`` is not installed, where the folder is none, and where a workbench of it runs.
     """
     uvicorn = _load_uvicorn()
+    if host in ANY_HOSTS:
+        raise ToolpointError(f"{host}: means every address of this machine; name the one by which others reach it, so that a "
+                             "foreign name that leads here can be told from it")
     place = Path(folder)
     if not place.is_dir():
         raise ToolpointError(f"{place}: is no folder; make it first, or a project with `toolpoint new project {place}`")
@@ -106,7 +110,7 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
         access = Access(keep_token(state / "token"), listener.getsockname()[1], host)
         bench = Workbench(place, access)
         bench.begin()
-        write_whole(state / "server.json", json.dumps({"port": access.port, "host": host}))
+        keep_file(state / "server.json", json.dumps({"port": access.port, "host": host}))
         settings = uvicorn.Config(bench.application(), log_level="warning", access_log=False, server_header=False,
                                   date_header=False, timeout_graceful_shutdown=STOP_SECONDS, lifespan="off", workers=1)
         server = uvicorn.Server(settings)

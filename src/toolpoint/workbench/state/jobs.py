@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from toolpoint._check import ToolpointError
-from toolpoint.project.engine.drafts import write_whole
 from toolpoint.workbench.state.events import EventLog
+from toolpoint.workbench.state.kept_files import keep_file
 
 RUNNING, ENDED, FAILED_JOB, STOPPED = "running", "ended", "failed", "stopped"
 STOP_PATIENCE = 3.0  # s between asking a job to end and killing it
@@ -49,6 +49,7 @@ class Jobs:
         self.folder, self.log, self._file = folder, log, file
         self.job = JobState()
         self._process: subprocess.Popen[str] | None = None
+        self._follower: threading.Thread | None = None
         self._lock = threading.Lock()
         self._is_stopping = False
 
@@ -72,14 +73,17 @@ class Jobs:
         with self._lock:
             if self._process is not None and self._process.poll() is None:
                 raise ToolpointError("a run of this project is under way; wait until it has ended, or stop it")
+            if self._follower is not None:  # the end of the last job is written before the next one begins
+                self._follower.join(STOP_PATIENCE)
             self._is_stopping = False
             self.job = JobState(list(steps), overwrite, RUNNING, started=time.time(), is_resumed=is_resumed)
-            self._keep()
+            self._keep(RUNNING)
             settings = {"folder": str(self.folder), "steps": list(steps), "overwrite": overwrite}
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "toolpoint.workbench.state.job_process", json.dumps(settings)], stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, encoding="utf-8", start_new_session=True)
-            threading.Thread(target=self._follow, args=(self._process,), daemon=True).start()
+            self._follower = threading.Thread(target=self._follow, args=(self._process,), daemon=True)
+            self._follower.start()
         self.log.publish("job", **self.job.to_dict())
 
     def stop(self) -> bool:
@@ -124,18 +128,18 @@ class Jobs:
 
     def _end(self, outcome: dict[str, Any]) -> None:
         if self._is_stopping:
-            self.job.state = STOPPED
+            state = STOPPED
         elif not outcome:
-            self.job.state, self.job.words = FAILED_JOB, "its process was ended from outside (out of memory?); run again"
+            state, self.job.words = FAILED_JOB, "its process was ended from outside (out of memory?); run again"
         else:
-            self.job.state, self.job.words = FAILED_JOB if outcome["failed"] else ENDED, outcome["words"]
-        self.job.current = ""
+            state, self.job.words = FAILED_JOB if outcome["failed"] else ENDED, outcome["words"]
         with contextlib.suppress(OSError):  # a full disk must not take the server's thread with it
-            self._keep()
+            self._keep(state)
+        self.job.current, self.job.state = "", state
         self.log.publish("job", **self.job.to_dict())
 
-    def _keep(self) -> None:
-        write_whole(self._file, json.dumps({"steps": self.job.steps, "overwrite": self.job.overwrite, "state": self.job.state}))
+    def _keep(self, state: str) -> None:
+        keep_file(self._file, json.dumps({"steps": self.job.steps, "overwrite": self.job.overwrite, "state": state}))
 
 
 def _signal(process: subprocess.Popen[str], number: int) -> None:

@@ -9,13 +9,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint.project import Project
-from toolpoint.project.engine.drafts import write_whole
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk, collect_doubts
+from toolpoint.workbench.state.kept_files import keep_file
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
+MAP_POSITIONS, MAP_AXES = 9, 2  # positions along an axis, axes of a map
+MAPPED_QUANTITIES = {"frequency": "natural frequencies", "static": "static stiffness of the tool"}
 KEPT_PAGES = 24  # made pages in the folder of the workbench's state
 
 
@@ -38,6 +42,7 @@ def pages_of(desk: Desk) -> dict[str, KnownPage]:
     for name in project.description.tests:
         entries |= _pages_of_test(desk, project, name)
     entries |= _machine_pages(project)
+    entries |= _map_pages(desk, project)
     entries |= _servo_pages(project)
     return {name: page for name, page in entries.items() if all(file.is_file() for file in page.files)}
 
@@ -125,6 +130,31 @@ def _machine(file: Path) -> Any:
                                  warnings=[])
 
 
+def _map_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
+    """Return maps over the first axes of the machine that have limits."""
+    file = _machine_file(project)
+    if file is None:
+        return {}
+    axes = desk.machine(file).machine.description.axes.items()
+    ends = {name: axis.limits for name, axis in axes if np.isfinite(axis.limits).all()}
+    grid = {name: np.linspace(*ends[name], MAP_POSITIONS) for name in list(ends)[:MAP_AXES]}
+    if not grid:
+        return {}
+    place = file.relative_to(project.folder).as_posix()
+    ranges = [f"--axis={name}={lower:g}:{upper:g}:{MAP_POSITIONS}" for name, (lower, upper) in list(ends.items())[:MAP_AXES]]
+    words = " and ".join(grid)
+    return {f"map/{quantity}": KnownPage(f"Workspace: {title} over {words}", (file,),
+                                         command_line("map", place, *ranges, "--quantity", quantity),
+                                         partial(_map, file, grid, quantity))
+            for quantity, title in MAPPED_QUANTITIES.items()}
+
+
+def _map(file: Path, grid: Mapping[str, Any], quantity: str) -> Any:
+    built = io.read_machine(file)
+    result = studies.map_frequencies(built, grid) if quantity == "frequency" else studies.map_stiffness(built, grid, quantity)
+    return pages.map_page(result, file.stem)
+
+
 def page_text(desk: Desk, name: str) -> str:
     """Return a page as HTML: that of today's files."""
     entries = pages_of(desk)
@@ -138,7 +168,7 @@ def page_text(desk: Desk, name: str) -> str:
     with desk.lock:
         report, doubts = collect_doubts(page.make)
     text: str = report.preceded_by(*doubts).html()
-    write_whole(kept, text)
+    keep_file(kept, text)
     _forget_old(kept.parent)
     return text
 
