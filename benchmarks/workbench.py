@@ -7,6 +7,7 @@ passed. The page animates the mode all the while, in software rendering. Usage: 
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 import subprocess
 import sys
@@ -39,6 +40,7 @@ def main() -> None:
         chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))))
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+            print("load of the machine:", ", ".join(f"{load:.1f}" for load in os.getloadavg()))
             _first_views(browser, folder)
             _moves(browser, folder, options.moves)
             browser.close()
@@ -56,6 +58,12 @@ def _serve(folder: Path) -> tuple[subprocess.Popen[str], str]:
     process = subprocess.Popen([sys.executable, "-m", "toolpoint", "serve", str(folder)], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     return process, process.stdout.readline().split()[-1]
+
+
+def _cpu_seconds(process: subprocess.Popen[str]) -> float:
+    """Return the processor time of a process so far, s (Linux)."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _open(browser, address: str, sizes: list[int]):
@@ -76,12 +84,13 @@ def _first_views(browser, folder: Path, repeats: int = 5) -> None:
         process, address = _serve(folder)
         listening = time.perf_counter() - start
         page = _open(browser, address, sizes)
-        seconds.append((time.perf_counter() - start, listening))
+        seconds.append((time.perf_counter() - start, listening, _cpu_seconds(process)))
         page.context.close()
         process.kill()
         process.wait()
-    first, listening = np.median(seconds, axis=0)
-    print(f"first view {first:.2f} s after serve (listening after {listening:.2f} s), {sum(sizes) / 1e6:.2f} MB")
+    first, listening, cpu = np.median(seconds, axis=0)
+    print(f"first view {first:.2f} s after serve (listening after {listening:.2f} s, the server's CPU {cpu:.2f} s), "
+          f"{sum(sizes) / 1e6:.2f} MB")
 
 
 def _moves(browser, folder: Path, moves: int) -> None:
@@ -96,15 +105,15 @@ def _moves(browser, folder: Path, moves: int) -> None:
     figures = []
     for name, prefix in (("stiffness", "k-"), ("pose", "axis-")):
         chosen = [slider for slider in sliders if slider[0].startswith(prefix)]
-        times = []
+        times, before = [], _cpu_seconds(process)
         for number in range(moves + 3):
             identifier, lower, upper = chosen[number % len(chosen)] if prefix == "axis-" else chosen[0]
             value = lower + (upper - lower) * rng.uniform(0.3, 0.7)
             times.append(page.evaluate(MOVE, [identifier, value]))
         median, late = np.percentile(times[3:], [50, 95])
-        server = page.evaluate("window.Workbench.last.seconds")
+        cpu = (_cpu_seconds(process) - before) / (moves + 3)
         figures.append(f"{name} {median:.0f} ms, {late:.0f} ms")
-        print(f"{name}: median {median:.0f} ms, 95 % {late:.0f} ms, of it in the server {1e3 * server:.0f} ms (last move)")
+        print(f"{name}: median {median:.0f} ms, 95 % {late:.0f} ms; the server's CPU a move {1e3 * cpu:.0f} ms")
     process.kill()
     process.wait()
     print(f"median and 95 % of {moves} moves: " + "; ".join(figures))

@@ -158,9 +158,9 @@ def calls_of(file: str, request: MachineRequest) -> list[str]:
     """Return the Python calls that give the same."""
     lines = [f"machine = io.read_machine({file!r})"]
     if request.values:
-        entries = ", ".join(f"{path!r}: {value:.9g}" for path, value in request.values.items())
+        entries = ", ".join(f"{path!r}: {value!r}" for path, value in request.values.items())
         lines.append(f"machine = project.change_machine(machine, {{{entries}}})")
-    pose = "{" + ", ".join(f"{axis!r}: {position:.9g}" for axis, position in request.pose.items()) + "}"
+    pose = "{" + ", ".join(f"{axis!r}: {position!r}" for axis, position in request.pose.items()) + "}"
     return [*lines, f"print(studies.solve_modes(machine, {pose}).table())",
             f"dynamics = studies.machine_dynamics(machine, {pose})",
             f"print(studies.chart_lobes(dynamics, {dict(request.cut_values)!r}).table())"]
@@ -172,7 +172,7 @@ def commands_of(file: str, request: MachineRequest) -> list[str]:
     commands, used = [], file
     if request.values:
         used = CHANGED_FILE
-        numbers = [f"{path}={value:.9g}" for path, value in request.values.items()]
+        numbers = [f"{path}={value!r}" for path, value in request.values.items()]
         commands.append(command_line("change", file, *numbers, "-o", used))
     return [*commands, command_line("modes", used, *pose), command_line("lobes", used, *pose)]
 

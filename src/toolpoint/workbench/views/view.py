@@ -43,4 +43,4 @@ def command_line(*words: object) -> str:
 
 def pose_words_of(pose: Mapping[str, float]) -> str:
     """Return a pose as the option `--pose` takes it, empty for none."""
-    return ",".join(f"{axis}={position:.9g}" for axis, position in pose.items())
+    return ",".join(f"{axis}={position!r}" for axis, position in pose.items())
