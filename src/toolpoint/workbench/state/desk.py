@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import threading
 import time
 import warnings
@@ -21,7 +23,8 @@ from toolpoint.project.engine.outlook import StepOutlook
 
 STATE_PLACE = ".toolpoint/workbench"  # of the token, the last job and the server's address
 KEPT_MACHINES = 4  # files of machines kept in memory
-IGNORED_FOLDERS = (".toolpoint", "results", "incoming")
+IGNORED_FOLDERS = ("results", "incoming")
+MAX_WATCHED_FILES = 2000  # of one folder
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Desk:
         It is read anew only where the stamp of its files has changed: a slider asks many times a second.
         """
         with self.lock:
-            stamp = self.stamp()
+            stamp = self.stamp(with_files=False)
             if self._kept is None or self._kept[0] != stamp:
                 self._kept = (stamp, Project.open(self.folder))
             return self._kept[1]
@@ -80,19 +83,23 @@ class Desk:
             kept = self._digests[str(file)] = (stamp, file_digest(file))
         return kept[1]
 
-    def stamp(self) -> str:
-        """Return a text that changes when a file that views rest on has changed: names, sizes and times."""
-        places = [self.folder / name for name in ("project.yaml", "tried.yaml", "results/project.json")]
-        places += sorted((self.folder / ".toolpoint" / "steps").glob("*.json"))
-        places += sorted(path for path in self.folder.glob("*") if path.is_file())
-        places += [path for path in sorted(self.folder.glob("*")) if path.is_dir() and path.name not in IGNORED_FOLDERS]
+    def stamp(self, *, with_files: bool = True) -> str:
+        """Return a text that changes when something that views rest on has changed: names, sizes and times.
+
+        with_files : also of all files of the project's folders, not of the folders alone, whose times change only where a file
+        comes or goes. The workbench's own files and the results' drafts are left out.
+        """
+        places = [self.folder / name for name in ("project.yaml", "tried.yaml", "results/project.json", ".toolpoint/steps")]
+        for folder, names, files in os.walk(self.folder):
+            names[:] = sorted(name for name in names if not name.startswith(".") and name not in IGNORED_FOLDERS)
+            places.append(Path(folder))
+            if with_files:
+                places += [Path(folder, name) for name in sorted(files)[:MAX_WATCHED_FILES] if not name.startswith(".")]
         entries = []
-        for path in dict.fromkeys(places):
-            try:
+        for path in places:
+            with contextlib.suppress(OSError):
                 status = path.stat()
-            except OSError:
-                continue
-            entries.append(f"{path.name} {status.st_size} {status.st_mtime_ns}")
+                entries.append(f"{path} {0 if path.is_dir() else status.st_size} {status.st_mtime_ns}")
         return "\n".join(entries)
 
 

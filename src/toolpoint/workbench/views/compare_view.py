@@ -62,7 +62,11 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
 
 def _no_interval() -> tuple[Doubt, ...]:
     return (Doubt("the differences", "are of the two files' numbers, without an interval",
-                  "see the intervals of each under Project and Lobes"),)
+                  "see the intervals of each under Project and Lobes"),
+            Doubt("modes", "stand beside each other by their order, not by their shape",
+                  "toolpoint compare pairs them by shape"),
+            Doubt("limits", "are those at one speed: a lobe that moves by can raise or lower them whatever the stiffness does",
+                  "look at the whole chart of each (Lobes)"))
 
 
 def _answer(names: tuple[str, str], content: dict[str, Any]) -> str:
@@ -70,7 +74,8 @@ def _answer(names: tuple[str, str], content: dict[str, Any]) -> str:
     count = min(map(len, frequency))
     ratio = frequency[1][:count] / frequency[0][:count] - 1
     place = int(np.argmax(np.abs(ratio)))
-    words = f"{names[1]} beside {names[0]}: {len(content['springs'])} springs differ; "
+    springs = len(content["springs"])
+    words = f"{names[1]} beside {names[0]}: {springs} spring{'s differ' if springs != 1 else ' differs'}; "
     words += (f"mode {place + 1} moves most, from {frequency[0][place]:.4g} to {frequency[1][place]:.4g} Hz "
               f"({100 * ratio[place]:+.2g} %)")
     for limit in content["limits"][:1]:

@@ -41,11 +41,11 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     responses = f"results/responses/{name}/responses.h5"
     rows = [{"frequency_hz": f, "damping_ratio": z, "doubtful": bad} for f, z, bad in
             zip(data["frequency_hz"], data["damping_ratio"], data["doubtful"], strict=True)]
-    doubts = _doubts_of(entry)
+    doubts = (*_doubts_of(entry), *map(Doubt.parsed, data["advice"]))
     return WorkbenchView("modes", ("Of an earlier state: " if not entry.is_of_today else "") + answer, doubts,
                          (command_line("identify", responses),),
                          (f"frf = io.read_frf([{responses!r}])", "print(studies.identify_modes(frf).table())"),
-                         {"tests": list(tests), "test": name, "modes": rows, "advice": data["advice"],
+                         {"tests": list(tests), "test": name, "modes": rows,
                           "pages": [f"modes/{name}", *([f"correlate/{name}"] if _has_machine(project) else [])]},
                          not entry.is_of_today)
 

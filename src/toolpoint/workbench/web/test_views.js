@@ -28,7 +28,6 @@ window.Workbench = window.Workbench || { views: {} };
         mode.doubtful ? W.make("span", { class: "mark doubtful", text: W.word("doubtful") }) : ""]);
       place.replaceChildren(...W.head(view, W.word("view.modes")), ...[chooser(view, "modes")].filter(Boolean),
         W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping"), ""], rows)),
-        ...(view.data.advice.length ? [W.section(W.word("advice"), W.make("ul", {}, view.data.advice.map((text) => W.make("li", { text }))))] : []),
         ...view.data.pages.map((name) => W.section(titles()[name.split("/")[0]], W.pageFrame(name, titles()[name.split("/")[0]]))), W.same(view));
     },
   };
