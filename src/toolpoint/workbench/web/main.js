@@ -36,7 +36,7 @@ window.Workbench = window.Workbench || { views: {} };
     W.current = known;
     for (const link of document.querySelectorAll("#wb-nav a")) link.toggleAttribute("aria-current", link.dataset.view === known);
     try {
-      const view = await (asked || W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
+      const view = await (asked && asked.name === known ? asked.answer : W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
       if (mine !== turn) return;
       const text = known + JSON.stringify(view, (key, value) => key === "age_s" ? undefined : value);
       if (isAgain && text === shownText) return; // nothing has changed: what a person is doing is not drawn over
@@ -63,13 +63,13 @@ window.Workbench = window.Workbench || { views: {} };
   async function start() {
     await W.begin();
     // All that the first view needs is asked for at once.
-    const first = W.ask("view/" + (W.views[viewOfAddress()] ? viewOfAddress() : "project")), list = W.ask("view/list");
+    const name = W.views[viewOfAddress()] ? viewOfAddress() : "project", first = W.ask("view/" + name), list = W.ask("view/list");
     first.catch(() => {}); list.catch(() => {});
     await W.loadWords();
     try { await listViews(list); } catch (error) { document.getElementById("view").replaceChildren(W.fault(error)); return; }
     if (!W.isExport) W.ask("job").then(showJob, () => {});
     window.addEventListener("hashchange", () => open(false));
-    await open(false, first);
+    await open(false, { name, answer: first }); // the address may have changed since
     W.on("reset", all);
     W.on("changed", again);
     W.on("job", (job) => { showJob(job); if (job.state !== "running") again(); });
