@@ -17,7 +17,8 @@ SOURCE = ROOT / "src" / "toolpoint"
 MODULES = sorted(SOURCE.rglob("*.py"))
 HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distributed": "studies/execute.py",
         "dask": "studies/execute.py", "pydantic": "io", "click": "app", "rich": "app", "av": "vision/", "PIL": "vision/",
-        "sounddevice": "acquisition/", "nidaqmx": "acquisition/"}
+        "sounddevice": "acquisition/", "nidaqmx": "acquisition/",
+        "starlette": "workbench/serving", "uvicorn": "workbench/serving"}
 
 
 @cache

@@ -19,6 +19,7 @@ ROOMS_REREAD = (
     "io/multibody", "io/program", "io/quantities", "io/servo_data", "io/text", "io/uff", "io/urdf", "io/yaml",
     "joint_identification", "joints", "kinematics", "machine", "modal_identification", "pages", "plot", "project",
     "samples", "signals", "spatial", "studies", "substructuring", "updating", "vibration", "vision",
+    "workbench",
 )
 
 

@@ -209,6 +209,12 @@ def test_a_tried_cut_narrows_the_answer_of_a_project():
     assert 0.3 < run("run_a_project.py") < 0.9
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_project_is_shared_as_a_folder():
+    assert run("share_a_project_as_a_folder.py") == 1  # the report of the machine
+
+
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
     # Those of the five sources are run and held to their kept numbers in tests/architecture/test_sources.py.

@@ -32,20 +32,23 @@ _COMMANDS_OF_MODULE = {
     "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
     "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
+    "workbench": ("serve", "add", "change"),
 }
 MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
 # Where the command's name is a name of Python, or of the frame.
-_FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut"}
+_FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut", "change": "change_numbers",
+                        "add": "add_parts"}
 
 # What a person comes with, and the commands that answer: the order of the help, and of the README.
 COMMANDS_OF_QUESTION = {
     "Begin, and see what is there": ("demo", "new", "samples", "check", "report", "doctor", "convert", "schema", "completion"),
-    "All of it in one folder, from records to advice": ("run", "tried"),
+    "All of it in one folder, from records to advice": ("add", "run", "tried", "serve"),
     "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
     "A machine is measured: by hammer, or at work": ("plan", "devices", "frf", "identify", "operational", "traverse",
                                                      "axis-test", "joints", "next-test", "drift"),
-    "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "export"),
+    "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "change",
+                                                                "export"),
     "A model and its test: where they differ, what to change": ("correlate", "compare", "sensitivity", "update", "screen",
                                                                "improve"),
     "A controller: contours, friction, loops": ("drive", "servo-data"),

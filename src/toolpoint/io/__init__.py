@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.plan_file import read as read_plan
     from toolpoint.io.yaml.project_file import line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
+    from toolpoint.io.yaml.project_parts import enter_part
     from toolpoint.io.yaml.robot_file import read as read_datasheet
     from toolpoint.io.yaml.robot_file import read_robot_machine
     from toolpoint.io.yaml.shaft_file import read as read_shaft
@@ -66,7 +67,7 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "AxisColumns", "BlowFolder", "LiveInput", "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable",
+    "AxisColumns", "BlowFolder", "LiveInput", "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable", "enter_part",
     "hold_records", "json_schema", "kind_of", "lay_grid", "line_of_tried", "list_templates", "open_input", "open_microphone",
     "read_choice", "read_components", "read_datasheet", "read_described_records", "read_driven_axis", "read_drives",
     "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
@@ -112,6 +113,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
     "yaml.project_file": ("read as read_project", "read_tried", "line_of_tried"),
+    "yaml.project_parts": ("enter_part",),
     "yaml.robot_file": ("read as read_datasheet", "read_robot_machine"),
     "yaml.shaft_file": ("read as read_shaft",),
     "yaml.testing.choice_file": ("read as read_choice",),

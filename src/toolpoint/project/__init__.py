@@ -8,18 +8,23 @@ from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.machine.description.project_plan import TriedCut
+    from toolpoint.project.changed_machine import change_machine
     from toolpoint.project.demo import write_demo
     from toolpoint.project.engine.run import StepEvent
+    from toolpoint.project.entering import add_files, add_part, guess_kind
     from toolpoint.project.folder import Project
     from toolpoint.project.results import ProjectResults
     from toolpoint.project.template import write_folder
 
-__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "write_demo", "write_folder"]
+__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "add_files", "add_part", "change_machine", "guess_kind",
+           "write_demo", "write_folder"]
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "toolpoint.machine.description.project_plan": ("TriedCut",),
+    "changed_machine": ("change_machine",),
     "demo": ("write_demo",),
     "engine.run": ("StepEvent",),
+    "entering": ("add_files", "add_part", "guess_kind"),
     "folder": ("Project",),
     "results": ("ProjectResults",),
     "template": ("write_folder",),

@@ -19,9 +19,11 @@ from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.cutting.description import flat_values
 from toolpoint.machine.description.project_plan import ProjectDescription, TriedCut
 from toolpoint.project.chain import TRIED_FILE, ProjectChain, build_chain
+from toolpoint.project.engine.content import ContentCache
 from toolpoint.project.engine.drafts import write_whole
+from toolpoint.project.engine.outlook import StepOutlook, foresee_steps, open_cache
 from toolpoint.project.engine.plan import plan_steps
-from toolpoint.project.engine.run import Listener, RunResult, run_steps
+from toolpoint.project.engine.run import STATE_FOLDER, Listener, RunResult, run_steps
 from toolpoint.project.results import ProjectResults, gather_results
 from toolpoint.project.steps.plain_files import read_json
 
@@ -80,6 +82,14 @@ class Project:
     def _run_steps(self, steps: Sequence[str], workers: int, overwrite: bool, listen: Listener) -> RunResult:
         plan = plan_steps(self.chain.steps, self.folder).chosen(steps)
         return run_steps(plan, self.folder, workers=workers, overwrite=overwrite, versions=_versions(), listen=listen)
+
+    def outlook(self, cache: ContentCache | None = None) -> tuple[StepOutlook, ...]:
+        """Return the state of every step's results today: which a run would run, and why; nothing is run or written.
+
+        cache : digests of files from an earlier look, so that only what has changed is read again.
+        """
+        new_cache, store = open_cache(self.folder, STATE_FOLDER)
+        return foresee_steps(plan_steps(self.chain.steps, self.folder), cache or new_cache, store)
 
     @property
     def results(self) -> ProjectResults:

@@ -16,7 +16,8 @@ from toolpoint.studies.text_table import text_table
 
 CORE = ("toolpoint", "numpy", "scipy", "numba", "pydantic", "ruamel.yaml", "h5py", "click", "rich", "plotly", "pillow")
 # Extra, the distribution that it needs, and what it is for.
-EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"),
+EXTRAS = {"app": ("uvicorn", "the workbench in a browser"),
+          "video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"),
           "mesh": ("netgen-mesher", "bodies from STEP files"), "control": ("control", "python-control"),
           "cluster": ("distributed", "worker processes"),
           "acquisition": ("sounddevice", "live tests from sound inputs and, with nidaqmx, NI boards"),

@@ -127,6 +127,10 @@ void main() {
       own.faceCount = faces.length; own.edgeCount = edges.length; own.dotCount = dots.length;
     }
 
+    setNodes(k, nodes) { // the same scene at another pose
+      this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.panes[k].buffers[0]); this.gl.bufferSubData(this.gl.ARRAY_BUFFER, 0, nodes);
+    }
+
     setShape(k, real, imaginary, peak) {
       const gl = this.gl, own = this.panes[k];
       gl.bindBuffer(gl.ARRAY_BUFFER, own.buffers[1]); gl.bufferSubData(gl.ARRAY_BUFFER, 0, real);

@@ -1,0 +1,199 @@
+"""Parts entered into a project: files told by their content and put in their place, parts written into project.yaml."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from toolpoint import io
+from toolpoint._check import ToolpointError, fail, one_of
+from toolpoint.project.engine.content import file_digest
+from toolpoint.project.engine.drafts import write_whole
+from toolpoint.project.folder import PROJECT_FILE
+
+# Kind of a file, the folder where it belongs, and what it is in words.
+FILE_KINDS = {
+    "test": ("records", "test file of a hammer test: what its channels measure"),
+    "records": ("records", "records in time, which a test file names"),
+    "responses": ("responses", "frequency responses"),
+    "modes": ("responses", "modes"),
+    "geometry": ("", "places of the measured points"),
+    "components": ("", "components: which point is on which part, masses"),
+    "machine": ("", "machine file"),
+    "servo": ("", "servo: drives and controller"),
+    "program": ("programs", "NC program"),
+    "other": ("", "a file that no step takes"),
+}
+SNIFFED_BYTES = 8192  # of the beginning of a file, by which its kind is guessed
+_YAML_KINDS = {"test", "components", "servo", "machine"}
+_RECORD_SUFFIXES = (".wav", ".tdms", ".lvm")
+_PROGRAM_SUFFIXES = (".nc", ".ngc", ".mpf", ".h", ".gcode", ".tap")
+_UNIVERSAL_SUFFIXES = (".uff", ".unv", ".ufb", ".58")
+
+
+@dataclass(frozen=True)
+class FileGuess:
+    """Guess of what a file is: a kind of `FILE_KINDS`, in words, and whether its content says so beyond doubt."""
+
+    file: Path
+    kind: str
+    words: str
+    is_sure: bool
+
+
+@dataclass(frozen=True)
+class EnteredFiles:
+    """Files that were put in a project: their places, and the parts that were written into project.yaml (place, value)."""
+
+    places: tuple[str, ...]
+    parts: tuple[tuple[str, str], ...]
+
+
+def guess_kind(file: Path) -> FileGuess:
+    """Return what a file seems to be, by its ending and the beginning of its content."""
+    kind, is_sure = _kind_of(file)
+    return FileGuess(file, kind, FILE_KINDS[kind][1], is_sure)
+
+
+def _kind_of(file: Path) -> tuple[str, bool]:
+    suffix = file.suffix.lower()
+    if suffix in (".yaml", ".yml"):
+        try:
+            kind = io.kind_of(file)
+        except (ToolpointError, OSError):
+            return "other", False
+        return (kind, True) if kind in _YAML_KINDS else ("other", False)
+    if suffix == ".urdf":
+        return "machine", True
+    if suffix in _RECORD_SUFFIXES:
+        return "records", True
+    if suffix in _PROGRAM_SUFFIXES:
+        return "program", True
+    try:
+        with file.open("rb") as handle:
+            beginning = handle.read(SNIFFED_BYTES)
+    except OSError:
+        return "other", False
+    if suffix in _UNIVERSAL_SUFFIXES:
+        return _universal_kind(beginning)
+    if suffix in (".h5", ".hdf5", ".mat", ".npz", ".npy"):
+        return ("modes" if "mode" in file.stem.lower() else "responses"), False
+    return _table_kind(beginning.decode("utf-8", "replace"))
+
+
+def _universal_kind(beginning: bytes) -> tuple[str, bool]:
+    """Return what a universal file holds by its first set: 2411 and 15 points, 55 modes, 58 records or responses."""
+    numbers = re.findall(rb"^ +-1\s*\n +(\d+)", beginning, re.MULTILINE)
+    first = numbers[0].decode() if numbers else ""
+    if first in ("2411", "15", "781", "2412"):
+        return "geometry", True
+    if first == "55":
+        return "modes", True
+    # Field 1 of record 6: 1 is a time response, 4 a frequency response function.
+    lines = beginning.decode("latin-1").splitlines()
+    functions = [line[:5].strip() for line in lines[8:9]]
+    return ("records", True) if functions == ["1"] else ("responses", functions == ["4"])
+
+
+def _table_kind(text: str) -> tuple[str, bool]:
+    """Return what a text table holds by its head: points, a time in its first column, else responses."""
+    head = text.lower().splitlines()[:30]
+    if any(re.match(r'\s*"?(point|node|name)"?\s*[,;\t]\s*"?x', line) for line in head):
+        return "geometry", True
+    if any(re.match(r'\s*"?(time|t\b|seconds|zeit)', line) for line in head):
+        return "records", True
+    if any(re.match(r'[#%\s"]*(freq|f\b|hz)', line) for line in head):
+        return "responses", True
+    return ("responses", False) if any(re.match(r"\s*[-+\d.]", line) for line in head) else ("other", False)
+
+
+def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[str, str] | None = None, *, move: bool = False
+              ) -> EnteredFiles:
+    """Put files into a project where they belong, and enter them in project.yaml.
+
+    Parameters
+    ----------
+    folder : of the project
+    files : to be copied; those that lie in the project's own folder of their kind stay there
+    kinds : of files by name (`FILE_KINDS`), in place of those that their content says
+    move : bool
+        Whether the files are moved, not copied.
+
+    Raises ToolpointError where a file of the name is there with another content: nothing is overwritten.
+    """
+    root, placed = Path(folder), list[tuple[str, str]]()
+    _check_project(root)
+    chosen = dict(kinds or {})
+    planned = []
+    for file in map(Path, files):
+        kind = one_of("kind", chosen.get(file.name) or guess_kind(file).kind, FILE_KINDS)
+        target = root / FILE_KINDS[kind][0] / file.name
+        if target.exists() and target.resolve() != file.resolve() and file_digest(target) != file_digest(file):
+            raise ToolpointError(f"{target.relative_to(root)}: is there already with another content; nothing was written: "
+                                 "rename one of the two")
+        planned.append((file, kind, target))
+    for file, kind, target in planned:
+        _place(file, target, move=move)
+        placed.append((kind, target.relative_to(root).as_posix()))
+    parts = _parts_of(placed)
+    for place, value in parts:
+        add_part(root, place, value)
+    return EnteredFiles(tuple(place for _, place in placed), tuple(parts))
+
+
+def _place(file: Path, target: Path, *, move: bool) -> None:
+    """Copy or move a file to its place, whole at any moment."""
+    if target.exists() and target.resolve() == file.resolve():
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if move:
+        os.replace(file, target)
+        return
+    draft = target.with_name(f".{target.name}.draft")
+    shutil.copyfile(file, draft)
+    os.replace(draft, target)
+
+
+def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the parts of project.yaml that placed files make; records belong to their test file."""
+    parts = [(kind, place) for kind, place in placed if kind in ("geometry", "components", "machine", "servo")]
+    for kind in ("test", "modes"):
+        parts += [(f"tests.{_stem(place)}", f"{{{kind}: {place}}}") for file_kind, place in placed if file_kind == kind]
+    responses = [place for kind, place in placed if kind == "responses"]
+    if responses:
+        name = _stem(responses[0]) if len(responses) == 1 else "structure"
+        parts.append((f"tests.{name}", f"{{responses: [{', '.join(responses)}]}}"))
+    return parts
+
+
+def _stem(place: str) -> str:
+    return re.sub(r"[^\w -]+", " ", Path(place).stem).strip() or "structure"
+
+
+def add_part(folder: str | Path, place: str, value: str) -> None:
+    """Write a part into project.yaml: ``goals.rough`` and ``{speed: 8000 rpm, depth: 3 mm}``; the whole file is checked first.
+
+    Raises ToolpointError, and writes nothing, where the project file would have a fault with it.
+    """
+    root = Path(folder)
+    _check_project(root)
+    file = root / PROJECT_FILE
+    text = io.enter_part(file.read_text(encoding="utf-8"), place, value)
+    draft = root / f".{PROJECT_FILE}.draft"
+    try:
+        draft.write_text(text, encoding="utf-8")
+        io.read_project(draft)
+    except ToolpointError as error:
+        raise ToolpointError(f"{place}: not entered\n{str(error).replace(str(draft), str(file))}") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    write_whole(file, text)
+
+
+def _check_project(root: Path) -> None:
+    if not (root / PROJECT_FILE).is_file():
+        fail("project", str(root), f"holds no {PROJECT_FILE}", remedy=f"make a project with `toolpoint new project {root}`")

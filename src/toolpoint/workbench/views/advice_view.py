@@ -1,0 +1,44 @@
+"""View of advice: what to change and what to measure next, ranked; each can be tried on the machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from toolpoint._doubt import Doubt
+from toolpoint.project.steps.plain_files import read_json
+from toolpoint.workbench.state.desk import Desk
+from toolpoint.workbench.views.machine_look import spring_paths
+from toolpoint.workbench.views.view import WorkbenchView, command_line
+
+SHOWN_TESTS = 10  # candidates of the next test
+
+
+def view_advice(desk: Desk) -> WorkbenchView:
+    """Return the view of ranked changes and measurements."""
+    project = desk.project()
+    entries = {entry.step.name: entry for entry in desk.outlook(project) if entry.step.name in ("changes", "next")}
+    kept = {name: _read(desk, f"results/{name}/{name}.json") for name in ("changes", "next")}
+    is_stale = any(not entry.is_of_today for entry in entries.values())
+    ranked = (kept["changes"] or {}).get("changes", [])
+    machine = desk.machine(project.machine_file).machine
+    springs = spring_paths(machine)
+    changes = [{**change, "values": {path: machine.value(path) * (1 + change["stiffness_share"]) for path in springs
+                                     if path.split(".")[1] == change["joint"]}} for change in ranked]
+    doubts = [Doubt("the ranking", "is of an earlier state", "run the project")] if is_stale else []
+    doubts += [doubt.doubt for entry in entries.values() if entry.record is not None for doubt in entry.record.doubts]
+    answer = f"First: {ranked[0]['words']}." if ranked else "No change is ranked yet: a goal and a machine give one."
+    following = kept["next"] or {}
+    return WorkbenchView("advice", ("Of an earlier state: " if is_stale else "") + answer, tuple(doubts),
+                         (command_line("run", ".", "changes", "next"),),
+                         ("results = project.Project.open('.').run(['changes', 'next'])",),
+                         {"changes": changes,
+                          "next": {**following, "candidates": following.get("candidates", [])[:SHOWN_TESTS]},
+                          "machine": project.machine_file.relative_to(desk.folder).as_posix(),
+                          "digest": desk.machine(project.machine_file).digest}, is_stale)
+
+
+def _read(desk: Desk, place: str) -> Any:
+    try:
+        return read_json(desk.folder / place)
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,80 @@
+"""Catalogue of the views: which a project has, and the function of each, loaded when it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+from toolpoint._check import ToolpointError, one_of
+from toolpoint.project import Project
+from toolpoint.workbench.state.desk import Desk
+from toolpoint.workbench.state.machine_request import MachineRequest
+from toolpoint.workbench.views.view import WorkbenchView
+
+# Name of a view, in the order of the page: module and function.
+VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine"),
+         "lobes": ("lobes_view", "view_lobes"), "modes": ("test_views", "view_modes"), "blows": ("test_views", "view_blows"),
+         "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
+         "report": ("pages_view", "view_report")}
+MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
+                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed")}
+
+
+def list_views(desk: Desk) -> dict[str, Any]:
+    """Return the names of the views that have something to show, in their order, and the name of the project."""
+    if not desk.has_project:
+        return {"name": desk.folder.name, "views": ["project"]}
+    project = desk.project()
+    return {"name": project.description.name, "views": [name for name in VIEWS if name == "project" or _has(name, project)]}
+
+
+def _has(name: str, project: Project) -> bool:
+    """Whether a project has what a view shows."""
+    places = {step.name: [project.folder / path for path in step.output_paths] for step in project.chain.steps}
+    files = {step: paths for step, paths in places.items() if any(path.is_file() for path in paths)}
+    if name in ("machine", "compare"):
+        return _has_machine(project)
+    if name == "lobes":
+        has_tip = any("tip_x" in step.inputs and (project.folder / str(step.inputs["tip_x"])).is_file()
+                      for step in project.chain.steps)
+        return bool(project.description.cuts) and (_has_machine(project) or has_tip)
+    if name == "blows":
+        return any(path.name == "hits.json" for paths in files.values() for path in paths)
+    first = {"modes": "modes/", "advice": "changes"}.get(name)
+    return bool(files) if first is None else any(step.startswith(first) for step in files)
+
+
+def _has_machine(project: Project) -> bool:
+    try:
+        return project.machine_file.is_file()
+    except ToolpointError:
+        return False
+
+
+def view_of(desk: Desk, name: str, options: Mapping[str, str] | None = None) -> WorkbenchView:
+    """Return a view by name; options : of those that take some."""
+    function = _load(VIEWS[one_of("view", name, VIEWS)])
+    view: WorkbenchView = function(desk, **dict(options)) if options else function(desk)
+    return view
+
+
+def machine_deed(desk: Desk, deed: str, request: MachineRequest) -> Any:
+    """Return what a deed of the machine view gives for one state of the page."""
+    return _load(MACHINE_DEEDS[one_of("deed", deed, MACHINE_DEEDS)])(desk, request)
+
+
+def save(desk: Desk, name: str, values: Mapping[str, float]) -> str:
+    """Write the machine with changed numbers to a new file of the project; return its place."""
+    place: str = _load(("machine_view", "save_machine"))(desk, name, values)
+    return place
+
+
+def page_of(desk: Desk, name: str) -> str:
+    """Return an existing page of the project as HTML."""
+    text: str = _load(("pages_view", "page_text"))(desk, name)
+    return text
+
+
+def _load(place: tuple[str, str]) -> Any:
+    return getattr(importlib.import_module(f"toolpoint.workbench.views.{place[0]}"), place[1])

@@ -1,0 +1,207 @@
+"""Look at a machine in one state of the page: modes, responses of the tool, the limit of a cut; fast enough for a slider."""
+
+from __future__ import annotations
+
+import base64
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt, doubts_among
+from toolpoint.cutting import MillingProblem, ZeroOrder, stability
+from toolpoint.cutting.description import CuttingDescription, flat_values
+from toolpoint.machine import Machine
+from toolpoint.machine.description import ELASTIC_KINDS, FrameDescription, PointDescription
+from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.plot.shape_view.scene import Scene
+from toolpoint.project.changed_machine import change_machine
+from toolpoint.project.limits.systems import problem_of
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.machines.tool_point import deep_chart, depth_limit, tool_point
+from toolpoint.vibration import Modes, frequency_response
+from toolpoint.workbench.state.machine_request import MAX_LOOKED_MODES, MachineRequest
+
+JOINT_MARK = "joint "  # before a joint's name: a mark of the scene where its springs are
+MARK_NODES = 8  # corners of the box that marks a point
+JOINT_MARK_SCALE = 2.6  # size of the mark of a joint over that of a point
+LOOKED_LINES = 400  # frequency lines of the drawn responses
+MAX_LOOKED_SPEEDS = 400  # of a chart that is drawn while a slider moves
+
+
+@dataclass(frozen=True, eq=False)
+class MachineState:
+    """A machine with the numbers of the page, and the cut that is asked about."""
+
+    machine: Machine
+    pose: Mapping[str, float]
+    cut: CuttingDescription | None
+
+    @property
+    def has_tool(self) -> bool:
+        """Whether the file names the point where the tool cuts."""
+        return self.machine.description.tool is not None
+
+
+def state_of(machine: Machine, request: MachineRequest, cut: CuttingDescription | None) -> MachineState:
+    """Return the machine and cut as the page has changed them; raises ToolpointError for what cannot be."""
+    cut = None if cut is None else apply_cut_values(cut, request.cut_values)
+    for axis in request.pose:
+        if axis not in machine.description.axes:
+            raise ToolpointError(f"axis {axis}: not of this machine; its axes: {', '.join(machine.description.axes) or 'none'}")
+    return MachineState(change_machine(machine, request.values), dict(request.pose), cut)
+
+
+def apply_cut_values(cut: CuttingDescription, values: Mapping[str, float]) -> CuttingDescription:
+    """Return a cut with numbers changed by their flat keys, SI; ``depth`` is that of a question and no number of a cut."""
+    changes = {key: value for key, value in values.items() if key != "depth"}
+    return CuttingDescription.of(**{**flat_values(cut), **changes}) if changes else cut
+
+
+def look(state: MachineState, request: MachineRequest, lines: FloatArray) -> dict[str, Any]:
+    """Return modes, the drawn shape, responses and the limit at the asked speed as plain data.
+
+    lines : (n,) Hz of the responses. Arrays of numbers are packed as base64 of 32-bit floats.
+    """
+    start = time.perf_counter()
+    scene, shapes = drawn_shapes(state.machine, state.pose)
+    mode = min(request.mode, shapes.count - 1)
+    data: dict[str, Any] = {"frequency_hz": shapes.frequency, "damping_ratio": shapes.damping_ratio,
+                            "nodes": pack(scene.nodes), "shape": pack(np.real(shapes.displacement[mode])), "mode": mode}
+    doubts: list[Doubt] = []
+    if state.has_tool:
+        dynamics = machine_dynamics(state.machine, state.pose)
+        data["response"] = response_of(state, lines, dynamics)
+        if state.cut is not None:
+            data["limit"], doubts = limit_of(dynamics, state.cut, request)
+    hand_doubts = [doubt for doubt in state.machine.description.doubts if "changed by hand" in doubt.why]
+    data["doubts"] = [str(doubt) for doubt in dict.fromkeys([*hand_doubts, *doubts])]
+    data["seconds"] = time.perf_counter() - start
+    return data
+
+
+def drawn_shapes(machine: Machine, pose: Mapping[str, float]) -> tuple[Scene, AnimatedShapes]:
+    """Return scene and lowest modes of a machine whose marks are tool, table and joints: measured points would hide it."""
+    description = machine.description
+    points = {name: point for name, point in description.points.items() if name in (description.tool, description.table)}
+    points |= {JOINT_MARK + name: PointDescription(description.joints[name].child, description.joints[name].frame.at)
+               for name in _marked_joints(machine)}
+    drawn = replace(machine, description=replace(description, points=points))
+    scene, shapes = machine_shapes(drawn, pose, min(MAX_LOOKED_MODES, machine.size))
+    nodes = np.array(scene.nodes)
+    for first in joint_marks(machine, scene).values():
+        corners = nodes[first:first + MARK_NODES]
+        nodes[first:first + MARK_NODES] = corners.mean(axis=0) + JOINT_MARK_SCALE * (corners - corners.mean(axis=0))
+    return replace(scene, nodes=nodes), shapes
+
+
+def _marked_joints(machine: Machine) -> list[str]:
+    """Return the joints with springs whose place in their child is known: rigid bodies in the machine's frame."""
+    description = machine.description
+    return [name for name, joint in description.joints.items() if joint.stiffness and joint.child in description.bodies
+            and description.bodies[joint.child].frame == FrameDescription()
+            and not any(getattr(description.bodies[joint.child], kind) is not None for kind in ELASTIC_KINDS)]
+
+
+def joint_marks(machine: Machine, scene: Scene) -> dict[str, int]:
+    """Return the first node of the mark of every joint with springs; marks stand last in the scene, in the order of points."""
+    description = machine.description
+    kept = [name for name in description.points if name in (description.tool, description.table)]
+    names = _marked_joints(machine)
+    first = len(scene.nodes) - MARK_NODES * (len(kept) + len(names))
+    return {name: first + MARK_NODES * (len(kept) + number) for number, name in enumerate(names)}
+
+
+def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics | None = None) -> dict[str, Any]:
+    """Return the magnitude of the tool's receptance along x, y and z, m/N, packed.
+
+    dynamics : of this state, whose modes then serve; where dampers and losses meet the response itself is solved for.
+    """
+    modes = None if dynamics is None or not isinstance(dynamics.response, Modes) else dynamics.response
+    if modes is None or (modes.scaling == "modal A" and modes.damping == "structural"):
+        values = tool_point(state.machine, [dict(state.pose)], lines).frf.values[0]
+    else:
+        values = frequency_response.modal(modes, lines).values
+    return {way: pack(np.abs(values[:, place, place])) for place, way in enumerate("xyz")}
+
+
+def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
+    """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
+    problem = problem_of(dynamics, cut)
+    speed = resolve_speed(cut, request)
+    exact = deep_chart(problem, np.array([speed]), None, end=cut.depth_end[0])
+    place = int(exact.limit_points()[0])
+    data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
+            "chatter_hz": None if place < 0 else float(exact.frequency[place]), "method": exact.method,
+            "quick": _quick_curve(cut, problem, dynamics, request)}
+    return data, [*doubts_among(dynamics.notes), *exact.doubts]
+
+
+def resolve_speed(cut: CuttingDescription, request: MachineRequest) -> float:
+    """Return the asked speed, rev/min: the middle of the cut's range where none is, and never beyond it."""
+    lower, upper = cut.speeds
+    return float(np.clip((lower + upper) / 2 if request.speed is None else request.speed, lower, upper))
+
+
+def _quick_curve(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest
+                 ) -> dict[str, Any] | None:
+    """Return the single-frequency limits over the speeds, None where that method cannot take the cut."""
+    if dynamics.at_speed is not None:
+        return None
+    speeds = np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
+    try:
+        chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
+    except ToolpointError:
+        return None
+    return {"speeds": pack(speeds), "limit": pack(chart.limit)}
+
+
+def pack(values: Any) -> str:
+    """Return numbers as base64 of little-endian 32-bit floats, row by row: what is not finite stays so."""
+    return base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode("ascii")
+
+
+@lru_cache(maxsize=8)
+def response_lines(machine: Machine) -> FloatArray:
+    """Return the lines (LOOKED_LINES,) Hz of the drawn responses: over the modes that the page lists."""
+    frequency = machine_shapes_frequency(machine)
+    return np.geomspace(0.4 * frequency[0], 1.4 * frequency[-1], LOOKED_LINES)
+
+
+def machine_shapes_frequency(machine: Machine) -> FloatArray:
+    """Return the natural frequencies above zero of the lowest modes, Hz."""
+    frequency = drawn_shapes(machine, {})[1].frequency
+    moving = frequency[frequency > 1e-6 * frequency.max()]
+    return np.asarray(moving if moving.size else np.array([1.0, 100.0]))
+
+
+@lru_cache(maxsize=8)
+def compliance_shares(machine: Machine) -> dict[str, float]:
+    """Return what share of the static compliance of tool against table each spring brings: -d ln c / d ln k, c its trace.
+
+    They add up to one where the machine stands on springs alone. Empty for a machine without a tool.
+    """
+    if machine.description.tool is None:
+        return {}
+    shares = {}
+    for path in spring_paths(machine):
+        value = machine.value(path)
+        ends = [_static_compliance(machine.with_values({path: value * (1 + step)})) for step in (-1e-3, 1e-3)]
+        shares[path] = -(np.log(ends[1]) - np.log(ends[0])) / (np.log(1 + 1e-3) - np.log(1 - 1e-3))
+    return shares
+
+
+def _static_compliance(machine: Machine) -> float:
+    study = tool_point(machine, [{}], np.array([0.0, 1.0]))
+    return float(np.trace(np.real(study.frf.values[0, 0])))
+
+
+def spring_paths(machine: Machine) -> list[str]:
+    """Return the paths of the springs of joints that a slider may move."""
+    return [f"joints.{name}.stiffness.{way}" for name, joint in machine.description.joints.items()
+            for way, value in joint.stiffness.items() if value > 0]

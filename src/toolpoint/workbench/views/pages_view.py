@@ -1,0 +1,199 @@
+"""Existing pages of the commands, shown in a frame of the workbench: made anew where their files have changed, else kept."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint import io, pages, studies
+from toolpoint._check import ToolpointError, fail
+from toolpoint.project import Project
+from toolpoint.workbench.state.desk import STATE_PLACE, Desk, collect_doubts
+from toolpoint.workbench.state.kept_files import keep_file
+from toolpoint.workbench.views.view import WorkbenchView, command_line
+
+MAP_POSITIONS, MAP_AXES = 9, 2  # positions along an axis, axes of a map
+MAPPED_QUANTITIES = {"frequency": "natural frequencies", "static": "static stiffness of the tool"}
+KEPT_PAGES = 24  # made pages in the folder of the workbench's state
+
+
+@dataclass(frozen=True)
+class KnownPage:
+    """A page that a project has: its title, the files it rests on, the command that writes it, and what makes it."""
+
+    title: str
+    files: tuple[Path, ...]
+    command: str
+    make: Callable[[], Any]
+
+
+def pages_of(desk: Desk) -> dict[str, KnownPage]:
+    """Return the pages of a project by name, of those whose files are there."""
+    project = desk.project()
+    results = desk.folder / "results"
+    entries = {"report": KnownPage("Report of the project", (results / "project.json",), command_line("run", "."),
+                                 lambda: pages.project_page(project.results))}
+    for name in project.description.tests:
+        entries |= _pages_of_test(desk, project, name)
+    entries |= _machine_pages(project)
+    entries |= _map_pages(desk, project)
+    entries |= _servo_pages(project)
+    return {name: page for name, page in entries.items() if all(file.is_file() for file in page.files)}
+
+
+def _servo_pages(project: Project) -> dict[str, KnownPage]:
+    """Return the pages of the circles that the servo is asked for."""
+    described, entries = project.description, {}
+    for name, goal in described.contours.items() if described.servo is not None else ():
+        servo = project.folder / str(described.servo)
+        entries[f"contour/{name}"] = KnownPage(
+            f"Servo: the circle of {name}, loops, step", (servo,),
+            command_line("drive", described.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"),
+            partial(_circle, servo, goal.radius, goal.feed))
+    return entries
+
+
+def _circle(servo: Path, radius: float, feed: float) -> Any:
+    result = studies.run_drives(io.read_drives(servo), circle=(radius, feed))
+    return pages.drive_page(result, source_text=servo.read_text(encoding="utf-8-sig"), warnings=list(result.notes))
+
+
+def _pages_of_test(desk: Desk, project: Project, name: str) -> dict[str, KnownPage]:
+    responses, test = desk.folder / "results" / "responses" / name / "responses.h5", project.description.tests[name]
+    entries = {}
+    if (desk.folder / "results" / "modes" / name / "modes.json").is_file():
+        place = responses.relative_to(desk.folder).as_posix()
+        entries[f"modes/{name}"] = KnownPage(f"Modes of {name}: stabilization, synthesis, shapes", (responses,),
+                                           command_line("identify", place),
+                                           partial(_identification, project, responses, place))
+    if test.test is not None:
+        file = desk.folder / test.test
+        entries[f"blows/{name}"] = KnownPage(f"Blows of {name}: pulses, spectra, responses", (file, responses),
+                                           command_line("frf", test.test), partial(_blows, file))
+    modes = desk.folder / "results" / "modes" / name / "modes.h5"
+    machine, described = _machine_file(project), project.description
+    if machine is not None and described.geometry is not None and described.components is not None:
+        words = [machine.relative_to(desk.folder).as_posix(), modes.relative_to(desk.folder).as_posix(), "--geometry",
+                 described.geometry, "--components", described.components]
+        entries[f"correlate/{name}"] = KnownPage(f"Model beside the test {name}: shapes, MAC, difference", (modes, machine),
+                                               command_line("correlate", *words),
+                                               partial(_correlation, project, machine, modes))
+    return entries
+
+
+def _identification(project: Project, responses: Path, place: str) -> Any:
+    geometry = project.description.geometry
+    shape = None if geometry is None else io.read_geometry(project.folder / geometry)
+    result = studies.identify_modes(io.read_frf([responses]))
+    return pages.identification_page(result, shape, [responses.name], warnings=[], command=command_line("identify", place))
+
+
+def _blows(file: Path) -> Any:
+    records, description = io.read_hammer_test(file)
+    result = studies.study_hammer_records(records, duration=description.block, final=description.window_end,
+                                          estimator=description.estimator)
+    return pages.hammer_page(result, [], description.test)
+
+
+def _correlation(project: Project, machine: Path, modes: Path) -> Any:
+    described, built = project.description, io.read_machine(machine)
+    saved, responses = io.read_test_nouns([modes])
+    test = studies.gather_test(saved, responses, geometry=io.read_geometry(project.folder / str(described.geometry)),
+                               owner=io.read_components(project.folder / str(described.components)).points)
+    return pages.correlation_page(studies.compare_with_test(built, test))
+
+
+def _machine_file(project: Project) -> Path | None:
+    try:
+        return project.machine_file
+    except ToolpointError:
+        return None
+
+
+def _machine_pages(project: Project) -> dict[str, KnownPage]:
+    file = _machine_file(project)
+    if file is None:
+        return {}
+    place = file.relative_to(project.folder).as_posix()
+    return {"machine": KnownPage("Report of the machine", (file,), command_line("report", place), partial(_machine, file))}
+
+
+def _machine(file: Path) -> Any:
+    result = studies.study_machine_and_responses(io.read_machine(file), None)
+    return pages.first_look_page(result, source=file.read_text(encoding="utf-8-sig"), file_name=file.name, names=[],
+                                 warnings=[])
+
+
+def _map_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
+    """Return maps over the first axes of the machine that have limits."""
+    file = _machine_file(project)
+    if file is None:
+        return {}
+    axes = desk.machine(file).machine.description.axes.items()
+    ends = {name: axis.limits for name, axis in axes if np.isfinite(axis.limits).all()}
+    grid = {name: np.linspace(*ends[name], MAP_POSITIONS) for name in list(ends)[:MAP_AXES]}
+    if not grid:
+        return {}
+    place = file.relative_to(project.folder).as_posix()
+    ranges = [f"--axis={name}={lower:g}:{upper:g}:{MAP_POSITIONS}" for name, (lower, upper) in list(ends.items())[:MAP_AXES]]
+    words = " and ".join(grid)
+    return {f"map/{quantity}": KnownPage(f"Workspace: {title} over {words}", (file,),
+                                         command_line("map", place, *ranges, "--quantity", quantity),
+                                         partial(_map, file, grid, quantity))
+            for quantity, title in MAPPED_QUANTITIES.items()}
+
+
+def _map(file: Path, grid: Mapping[str, Any], quantity: str) -> Any:
+    built = io.read_machine(file)
+    result = studies.map_frequencies(built, grid) if quantity == "frequency" else studies.map_stiffness(built, grid, quantity)
+    return pages.map_page(result, file.stem)
+
+
+def page_text(desk: Desk, name: str) -> str:
+    """Return a page as HTML: that of today's files."""
+    entries = pages_of(desk)
+    if name not in entries:
+        fail("page", repr(name), f"must be one of {', '.join(entries) or 'none yet: run the project'}")
+    page = entries[name]
+    digest = hashlib.sha256("\n".join([name, *map(_stamp, page.files)]).encode()).hexdigest()[:24]
+    kept = desk.folder / STATE_PLACE / "pages" / f"{digest}.html"
+    if kept.is_file():
+        return kept.read_text(encoding="utf-8")
+    with desk.lock:
+        report, doubts = collect_doubts(page.make)
+    text: str = report.preceded_by(*doubts).html()
+    keep_file(kept, text)
+    _forget_old(kept.parent)
+    return text
+
+
+def _stamp(file: Path) -> str:
+    status = file.stat()
+    return f"{file} {status.st_size} {status.st_mtime_ns}"
+
+
+def _forget_old(folder: Path) -> None:
+    files = sorted(folder.glob("*.html"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for file in files[KEPT_PAGES:]:
+        file.unlink(missing_ok=True)
+
+
+def view_report(desk: Desk, page: str = "") -> WorkbenchView:
+    """Return the view of the pages that a project has, with the chosen one."""
+    entries: Mapping[str, KnownPage] = pages_of(desk)
+    if not entries:
+        return WorkbenchView("report", "There is no page yet: run the project.", commands=(command_line("run", "."),))
+    name = page if page in entries else next(iter(entries))
+    outlooks = desk.outlook(desk.project())
+    waiting = sum(not entry.is_of_today for entry in outlooks)
+    answer = f"{entries[name].title}."
+    if waiting:
+        answer = f"{answer} Of an earlier state: {waiting} of {len(outlooks)} steps must run."
+    return WorkbenchView("report", answer, (), (entries[name].command,), (), {
+        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, waiting > 0)

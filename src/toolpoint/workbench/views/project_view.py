@@ -1,0 +1,113 @@
+"""View of the project: the chain with the state of each step, its age and doubts, and what one part more would give."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
+from toolpoint.project import Project
+from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
+from toolpoint.project.engine.plan import plan_steps
+from toolpoint.project.steps.plain_files import read_json
+from toolpoint.workbench.state.desk import Desk
+from toolpoint.workbench.views.intake import kinds_in_words
+from toolpoint.workbench.views.view import WorkbenchView, command_line
+
+STALE_DOUBT = Doubt("the answers", "are of an earlier state: files have changed since", "run the project")
+
+
+def view_project(desk: Desk) -> WorkbenchView:
+    """Return the view of a project; of a folder without one, what begins it."""
+    if not desk.has_project:
+        return WorkbenchView("project", "This folder holds no project yet: begin one, then drop in what you have measured.",
+                             commands=(command_line("new", "project", "."),),
+                             calls=("project.write_folder('.')",), data={"is_empty": True, "name": desk.folder.name})
+    project = desk.project()
+    outlooks = desk.outlook(project)
+    results = _kept_results(project)
+    is_stale = any(not entry.is_of_today for entry in outlooks)
+    answers = [] if results is None else list(results["answers"])
+    doubts = [STALE_DOUBT] if answers and is_stale else []
+    doubts += [] if results is None else _traced_doubts(results)
+    data = {"is_empty": False, "name": project.description.name, "answers": answers,
+            "steps": [_step(entry) for entry in outlooks], "links": _links(project),
+            "absent_parts": list(project.chain.absent_parts), "next_steps": [] if results is None else results["next_steps"],
+            "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
+            "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
+    return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),
+                         ("results = project.Project.open('.').run()", "print(results.table())"), data, is_stale)
+
+
+def _answer(project: Project, answers: Sequence[str], outlooks: Sequence[StepOutlook]) -> str:
+    """Return the answer of the project in a sentence; an old one is said to be old."""
+    waiting = [entry for entry in outlooks if not entry.is_of_today]
+    if not outlooks:
+        return f"{project.description.name}: nothing to compute yet. {_first(project.chain.absent_parts)}"
+    if not answers:
+        return (f"{project.description.name}: {len(outlooks)} steps, none has an answer to a goal yet; "
+                f"{len(waiting)} would run." if waiting else f"{project.description.name}: no goal has an answer yet.")
+    if waiting:
+        return f"Of an earlier state ({len(waiting)} of {len(outlooks)} steps must run): {answers[0]}"
+    goal_count = len(answers) - 1
+    return answers[0] + (f" {goal_count} further goal{'s' if goal_count > 1 else ''} below." if goal_count else "")
+
+
+def _first(lines: Sequence[str]) -> str:
+    return f"One part more: {lines[0]}." if lines else ""
+
+
+def _step(entry: StepOutlook) -> dict[str, Any]:
+    """Return a step with its state, age, words, doubts and files."""
+    step, record = entry.step, entry.record
+    arisen = [] if record is None else [str(doubt.doubt) for doubt in record.doubts if doubt.step == step.name]
+    return {"name": step.name, "does": step.words, "state": entry.state, "reason": entry.reason,
+            "words": "" if record is None else record.words, "doubts": arisen, "command": step.command or
+            command_line("run", ".", step.name),
+            "age_s": None if record is None else _age(record.started), "started": None if record is None else record.started,
+            "seconds": None if record is None else record.seconds, "files": list(step.output_paths),
+            "inputs": len(step.input_paths), "is_of_today": entry.is_of_today, "is_fresh": entry.state == FRESH}
+
+
+def _age(started: str) -> float | None:
+    try:
+        return max(time.time() - datetime.fromisoformat(started).timestamp(), 0.0)
+    except ValueError:
+        return None
+
+
+def _links(project: Project) -> list[list[str]]:
+    """Return pairs of steps of which the second rests on the first."""
+    sources = plan_steps(project.chain.steps, project.folder).sources
+    return [[source, name] for name, names in sources.items() for source in names]
+
+
+def _kept_results(project: Project) -> dict[str, Any] | None:
+    """Return the results of the last run, None where there are none that can be read."""
+    try:
+        data: dict[str, Any] = read_json(project.folder / "results" / "project.json")
+        return data if {"answers", "doubts", "goals", "next_steps"} <= data.keys() else None
+    except (OSError, ValueError, AttributeError, ToolpointError):
+        return None
+
+
+def _traced_doubts(results: dict[str, Any]) -> list[Doubt]:
+    """Return the doubts of the last run, each named with its step, each said once."""
+    doubts: dict[tuple[str, str], Doubt] = {}
+    for entry in results["doubts"]:
+        doubt = Doubt(f"{entry['step']}: {entry['what']}", entry["why"], entry["remedy"], grave=bool(entry["grave"]))
+        doubts.setdefault((entry["what"], entry["why"]), doubt)
+    return list(doubts.values())
+
+
+def describe_parts(project: Project) -> dict[str, Any]:
+    """Return what the project file names: tests, cuts, goals, changes, files."""
+    described = project.description
+    return {"tests": list(described.tests), "cuts": list(described.cuts), "changes": list(described.changes),
+            "goals": {name: {"cut": goal.cut, "speed_rpm": goal.speed, "depth_m": goal.depth, "pose": dict(goal.pose)}
+                      for name, goal in described.goals.items()},
+            "machine": described.machine, "components": described.components, "geometry": described.geometry,
+            "servo": described.servo}

@@ -1,0 +1,70 @@
+"use strict";
+// Views of what to change and measure, of two machine files side by side, and of the pages that a project has.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  const percent = (share, digits = 2) => `${share > 0 ? "+" : ""}${W.number(100 * share, digits)} %`;
+
+  W.views.advice = {
+    title: () => W.word("view.advice"),
+    show(place, view) {
+      const data = view.data;
+      const attempt = (change) => () => { // the springs of the joint are set on the machine's page, where everything follows
+        const draft = new W.Draft(data.machine, data.digest);
+        draft.change((state) => { state.values = { ...state.values, ...change.values }; });
+        location.hash = "#/machine";
+      };
+      const changes = data.changes.map((change, i) => [i + 1, change.name, change.joint, percent(change.stiffness_share, 3), percent(change.gain),
+        `${percent(change.gain_interval[0])} … ${percent(change.gain_interval[1])}`, W.number(change.cost, 3),
+        W.make("button", { type: "button", text: W.word("try"), "aria-label": `${W.word("try")}: ${change.name}`, onclick: attempt(change) })]);
+      const next = data.next, tests = (next.candidates || []).map((entry, i) => [i + 1, entry.test, `± ${W.number(100 * entry.after, 2)} %`]);
+      place.replaceChildren(...W.head(view, W.word("view.advice")),
+        W.section(W.word("what.change"), changes.length ? W.table(["", W.word("change"), W.word("joint"), W.word("springs.by"), W.word("gain"), W.word("interval.95"), W.word("cost"), ""], changes, W.word("gain.key")) : W.make("p", { text: W.word("none") })),
+        ...(tests.length ? [W.section(W.word("what.measure"), W.table(["", W.word("test"), W.word("after.it")], tests,
+          W.word("next.key", { answer: next.answer, today: W.number(100 * next.today, 2), random: W.number(100 * next.random, 2) })))] : []), W.same(view));
+    },
+  };
+
+  const pair = {};
+  W.views.compare = {
+    title: () => W.word("view.compare"),
+    query: () => pair.first ? `?first=${encodeURIComponent(pair.first)}&second=${encodeURIComponent(pair.second)}` : "",
+    show(place, view) {
+      const data = view.data, select = (key) => {
+        const list = W.make("select", { id: "cmp-" + key, onchange: () => { pair.first = pair.first || data.first; pair.second = pair.second || data.second; pair[key] = list.value; W.open(true); } },
+          data.files.map((file) => W.make("option", { value: file, text: file, selected: file === data[key] })));
+        return W.make("label", { for: "cmp-" + key }, W.word(key) + " ", list);
+      };
+      const content = [];
+      if (data.springs) {
+        const rows = data.frequency_hz[0].map((f, i) => {
+          const g = data.frequency_hz[1][i];
+          return [i + 1, W.hertz(f), g === undefined ? "–" : W.hertz(g), g === undefined ? "" : percent(g / f - 1, 3)];
+        });
+        const mm = (v) => v === null ? W.word("none") : `${W.number(1e3 * v, 3)} mm`;
+        content.push(W.section(W.word("limits"), W.table([W.word("goal"), W.word("speed"), W.word("first"), W.word("second")], data.limits.map((limit) => [limit.goal, Math.round(limit.speed_rpm), mm(limit.first_m), mm(limit.second_m)]))),
+          W.section(W.word("modes"), W.table([W.word("mode"), W.word("first"), W.word("second"), W.word("change")], rows)));
+        if (data.responses[0] && data.responses[1]) {
+          const chart = new W.LineChart({ x: "Hz", y: "µm/N", logX: true, logY: true, height: 300, label: W.word("responses") });
+          content.push(W.section(W.word("responses"), chart.node));
+          const micro = (text) => W.floats(text).map((v) => 1e6 * v);
+          chart.set({ lines: [0, 1].flatMap((k) => ["x", "y", "z"].map((way) => ({ x: data.lines_hz, y: micro(data.responses[k][way]), kind: `${k ? "" : "saved"} ${way}`, name: k || way === "x" ? `${way}${k ? "" : ", " + W.word("first")}` : "" }))) });
+        }
+        content.push(W.section(W.word("springs"), data.springs.length ? W.table([W.word("what"), W.word("first"), W.word("second"), W.word("change")],
+          data.springs.map((spring) => [spring.path.replace("joints.", "").replace(".stiffness", ""), spring.first, spring.second, spring.first && spring.second ? percent(spring.second / spring.first - 1, 3) : ""])) : W.make("p", { text: W.word("none") })));
+      }
+      place.replaceChildren(...W.head(view, W.word("view.compare")), W.make("div", { class: "wb-run" }, select("first"), select("second")), ...content, W.same(view));
+    },
+  };
+
+  let shown = "";
+  W.views.report = {
+    title: () => W.word("view.report"),
+    query: () => shown ? "?page=" + encodeURIComponent(shown) : "",
+    show(place, view) {
+      const data = view.data, current = (data.pages || []).find((page) => page.name === data.page);
+      const list = W.make("div", { class: "wb-run", role: "group", "aria-label": W.word("pages") }, (data.pages || []).map((page) =>
+        W.make("button", { type: "button", "aria-pressed": String(page.name === data.page), class: page.name === data.page ? "wb-main" : null, text: page.title, onclick: () => { shown = page.name; W.open(true); } })));
+      place.replaceChildren(...W.head(view, W.word("view.report")), list, ...(current ? [W.section(current.title, W.pageFrame(current.name, current.title))] : []), W.same(view));
+    },
+  };
+})(window.Workbench);

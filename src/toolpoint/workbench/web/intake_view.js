@@ -1,0 +1,116 @@
+"use strict";
+// What a project is given: begun in an empty folder, files dropped in and told, cuts and goals, cuts that were tried.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  const SENT_AT_ONCE = 4; // files on their way at the same time
+
+  W.begins = () => W.make("p", {}, W.make("button", { type: "button", class: "wb-main", id: "wb-begin", text: W.word("begin"),
+    onclick: async () => { await W.ask("begin", {}); location.hash = "#/project"; W.open(false); } }));
+
+  function form(title, fields, button, act) {
+    const inputs = fields.map(([id, label, value, options]) => options
+      ? W.make("select", { id }, options.map((text) => W.make("option", { value: text, text })))
+      : W.make("input", { type: "text", id, value }));
+    const said = W.make("p", { role: "status", class: "key" });
+    const send = W.make("button", { type: "submit", text: button });
+    const node = W.make("form", { class: "wb-form", "aria-label": title, onsubmit: async (event) => {
+      event.preventDefault();
+      said.className = "key";
+      try { said.textContent = await act(Object.fromEntries(inputs.map((input) => [input.id, input.value.trim()]))) || ""; }
+      catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
+    } }, W.make("h3", { text: title }), W.make("div", { class: "wb-fields" }, fields.map(([id, label], i) => W.make("label", { for: id, text: label }, inputs[i]))),
+    W.make("p", {}, send), said);
+    return node;
+  }
+
+  const part = async (place, value) => (await W.ask("part", { place, value }), W.word("entered", { text: `toolpoint add . --part '${place}: ${value}'` }));
+
+  function cutForm() {
+    return form(W.word("new.cut"), [["cut-name", W.word("name"), "face"], ["cut-diameter", W.word("diameter"), "50 mm"], ["cut-teeth", W.word("teeth"), "5"],
+      ["cut-immersion", W.word("immersion"), "0.6"], ["cut-kt", "K_t", "1900 MPa"], ["cut-kn", "K_n", "700 MPa"], ["cut-deviation", W.word("deviation"), "8 %"],
+      ["cut-speeds", W.word("speeds"), "500 2500 rpm"]], W.word("enter"), (v) => part(`cuts.${v["cut-name"]}`,
+      `{diameter: ${v["cut-diameter"]}, teeth: ${v["cut-teeth"]}, immersion: ${v["cut-immersion"]}, tangential: ${v["cut-kt"]}, normal: ${v["cut-kn"]}, ` +
+      `coefficient_deviation: ${v["cut-deviation"]}, speeds: ${v["cut-speeds"]}}`));
+  }
+
+  function goalForm(view) {
+    const cuts = view.data.parts.cuts;
+    return form(W.word("new.goal"), [["goal-name", W.word("name"), "as tested"], ["goal-cut", W.word("cut"), "", cuts], ["goal-speed", W.word("spindle"), "1200 rpm"],
+      ["goal-depth", W.word("depth.unit"), "3 mm"], ["goal-pose", W.word("pose"), ""]], W.word("enter"), (v) => part(`goals.${v["goal-name"]}`,
+      `{${cuts.length > 1 ? `cut: ${v["goal-cut"]}, ` : ""}speed: ${v["goal-speed"]}, depth: ${v["goal-depth"]}${v["goal-pose"] ? `, pose: {${v["goal-pose"]}}` : ""}}`));
+  }
+
+  function triedForm() {
+    return form(W.word("new.tried"), [["tried-speed", W.word("speed"), ""], ["tried-depth", W.word("depth"), ""], ["tried-outcome", W.word("outcome"), "", ["stable", "chatter"]],
+      ["tried-hz", W.word("heard"), ""]], W.word("report"), async (v) => {
+      await W.ask("tried", { speed_rpm: Number(v["tried-speed"]), depth_m: Number(v["tried-depth"]) / 1e3, stable: v["tried-outcome"] === "stable", frequency_hz: Number(v["tried-hz"]) });
+      const outcome = v["tried-outcome"] === "stable" ? "--stable" : `--chatter ${Number(v["tried-hz"]) || 0}`;
+      return W.word("entered", { text: `toolpoint tried . --speed ${v["tried-speed"]} --depth ${v["tried-depth"]} ${outcome}` });
+    });
+  }
+
+  async function handOver(files, said) {
+    let sent = 0, waiting = [...files];
+    const faults = [];
+    const one = async () => {
+      while (waiting.length) {
+        const file = waiting.shift();
+        try {
+          const response = await fetch("/api/file/" + encodeURIComponent(file.name), { method: "PUT", headers: { "Content-Type": "application/octet-stream" }, body: file });
+          if (!response.ok) { const text = await response.text(); let words = text; try { words = JSON.parse(text).error; } catch (error) { /* plain text */ } faults.push(`${file.name}: ${words}`); }
+        } catch (error) { faults.push(`${file.name}: ${error.message}`); }
+        said.textContent = W.word("handed", { n: ++sent, total: files.length });
+      }
+    };
+    await Promise.all(Array.from({ length: SENT_AT_ONCE }, one));
+    if (faults.length) said.textContent += "\n" + faults.join("\n");
+    said.className = faults.length ? "wb-fault" : "key";
+  }
+
+  function confirmList(files, kinds, done) {
+    if (!files.length) return W.make("div");
+    const groups = {}; // 200 records are one line
+    for (const file of files) (groups[`${file.kind}|${file.is_sure}`] = groups[`${file.kind}|${file.is_sure}`] || []).push(file);
+    const chosen = {};
+    const rows = Object.values(groups).map((group) => {
+      const select = W.make("select", { "aria-label": W.word("kind.of", { file: group[0].file }), onchange: () => group.forEach((file) => { chosen[file.file] = select.value; }) },
+        Object.entries(kinds).map(([kind, words]) => W.make("option", { value: kind, text: words, selected: kind === group[0].kind })));
+      group.forEach((file) => { chosen[file.file] = file.kind; });
+      const names = group.map((file) => file.file), words = names.length > 4 ? `${names.slice(0, 3).join(", ")} … (${names.length})` : names.join(", ");
+      return [words, select, W.word(group[0].is_sure ? "sure" : "guess")];
+    });
+    const said = W.make("span", { role: "status" });
+    return W.make("div", {}, W.make("p", { text: W.word("told", { n: files.length }) }), W.table([W.word("file"), W.word("is"), ""], rows),
+      W.make("p", {}, W.make("button", { type: "button", class: "wb-main", id: "wb-confirm", text: W.word("confirm"), onclick: async () => {
+        try { done(await W.ask("intake", { kinds: chosen })); } catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
+      } }), " ", said));
+  }
+
+  W.intake = function (view) {
+    const said = W.make("p", { class: "key", role: "status" }), list = W.make("div"), entered = W.make("div", { class: "wb-entered" });
+    const fill = async () => {
+      const { files } = await W.ask("intake");
+      list.replaceChildren(confirmList(files, view.data.kinds, (answer) => {
+        W.entered = answer;
+        entered.replaceChildren(W.make("p", { class: "key", text: W.word("entered.files", { n: answer.places.length }) }),
+          W.make("ul", {}, answer.parts.map((text) => W.make("li", { text }))));
+        fill();
+      }));
+    };
+    const take = async (files) => { if (files.length) { await handOver([...files], said); fill(); } };
+    const input = W.make("input", { type: "file", multiple: true, id: "wb-files", onchange: () => take(input.files) });
+    const drop = W.make("div", { class: "wb-drop" }, W.make("label", { for: "wb-files", text: W.word("drop") + " " }), input);
+    drop.addEventListener("dragover", (event) => { event.preventDefault(); drop.classList.add("over"); });
+    drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+    drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); take(event.dataTransfer.files); });
+    fill().catch(() => {});
+    return W.section(W.word("give"), drop, said, list, entered, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }),
+      W.make("div", { class: "wb-inside" }, cutForm(), goalForm(view), ...(view.data.answers.length ? [triedForm()] : []))));
+  };
+
+  // What a person is writing is not drawn over when files change.
+  W.views.project.isBusy = () => {
+    const place = document.activeElement;
+    return Boolean(place && place.closest(".wb-form") && place.matches("input, select"));
+  };
+})(window.Workbench);

@@ -1,0 +1,124 @@
+"use strict";
+// View of lobes: the limit at my speed follows the sliders; its interval and the exact curve come when they rest.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  const REST = 600; // ms without a move before the slow answers are asked for
+
+  function cutSlider(slider, state, send) {
+    const names = { tangential: "K_t", normal: "K_n", immersion: W.word("immersion"), diameter: W.word("diameter") };
+    const show = (v) => `${W.number(v / slider.scale, 4)} ${slider.unit}`.trim();
+    return W.plainSlider({ id: "cut-" + slider.key, label: names[slider.key] || slider.key, low: slider.lower, high: slider.upper, value: slider.value,
+      show, read: (text) => Number.parseFloat(text) * slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
+  }
+
+  // A slider with a field for a number; the unit beside it is fixed.
+  W.plainSlider = function ({ id, label, low, high, value, show, read, onmove }) {
+    const slider = W.make("input", { type: "range", id, min: low, max: high, step: (high - low) / 500, value, "aria-label": label });
+    const field = W.make("input", { type: "text", class: "wb-value", value: show(value), "aria-label": `${label}, ${W.word("with.unit")}` });
+    slider.addEventListener("input", () => { field.value = show(Number(slider.value)); onmove(Number(slider.value)); });
+    field.addEventListener("change", () => {
+      const v = read(field.value);
+      if (!Number.isFinite(v)) { field.value = show(Number(slider.value)); return; }
+      slider.value = v; field.value = show(v); onmove(v);
+    });
+    const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), slider, field);
+    row.put = (v) => { slider.value = v; field.value = show(v); };
+    return row;
+  };
+
+  function intervalWords(answer, state) {
+    const depth = (v) => v === null ? `> ${W.number(1e3 * answer.searched_m, 3)}` : W.number(1e3 * v, 3);
+    const words = [W.word("interval.is", { speed: Math.round(answer.speed_rpm), limit: depth(answer.limit_m), low: depth(answer.lower_m), high: depth(answer.upper_m) })];
+    if (answer.stable_probability !== null) words.push(W.word("chance.is", { depth: W.number(1e3 * answer.depth_m, 3), p: Math.round(100 * answer.stable_probability) }));
+    const first = Object.entries(answer.shares)[0];
+    if (first) words.push(W.word("mostly", { what: first[0], p: Math.round(100 * first[1]) }));
+    words.push(W.word(answer.is_weighed ? "draws.weighed" : "draws", { n: answer.draws }));
+    return words.join(" ");
+  }
+
+  function goalRows(view) {
+    const rows = Object.entries(view.data.goals).map(([name, goal]) => {
+      const kept = goal.kept, mm = (v) => v === null || v === undefined ? "–" : W.number(1e3 * v, 3);
+      return [name, goal.cut, Math.round(goal.speed_rpm), mm(goal.depth_m), kept ? mm(kept.limit_m) : "–", kept ? `${mm(kept.interval_m[0])} – ${mm(kept.interval_m[1])}` : "–",
+        kept ? `${Math.round(100 * kept.stable_probability)} %` : "–", W.word(goal.is_old ? "state.stale" : "state.fresh")];
+    });
+    return rows.length ? W.section(W.word("limits"), W.table([W.word("goal"), W.word("cut"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable"), W.word("state")], rows)) : null;
+  }
+
+  W.views.lobes = {
+    title: () => W.word("view.lobes"),
+    show(place, view) {
+      const data = view.data, same = W.same(view), fault = W.make("div"), live = W.make("div");
+      if (!data.cuts.length) { place.replaceChildren(...W.head(view, W.word("view.lobes")), same); return; }
+      const words = W.make("p", { class: "wb-limit", "aria-live": "polite" }), sure = W.make("p", { "aria-live": "polite", id: "wb-interval" });
+      const sliders = W.make("div"), marks = { goals: [], tried: [], mine: [] }, kept = JSON.parse(localStorage.getItem("toolpoint-lobes-" + document.title) || "{}");
+      let cut = data.cuts.find((entry) => entry.name === kept.cut) || data.cuts[0], state, lines = {}, turn = 0, timer = 0, speed, depth;
+      const chart = new W.LineChart({ x: W.word("speed"), y: W.word("depth"), height: 380, label: W.word("lobes"), onpick: (x, y) => {
+        const [low, high] = cut.speeds;
+        state.speed = Math.min(Math.max(Math.round(x), low), high); state.cut_values.depth = Math.max(y, 0.01) / 1e3;
+        speed.put(state.speed); depth.put(state.cut_values.depth); send();
+      } });
+      const draw = () => chart.set({ lines: Object.values(lines), marks: [...marks.goals, ...marks.tried, ...marks.mine] });
+      const rest = async () => {
+        const mine = ++turn;
+        sure.textContent = W.word("asking");
+        try {
+          const interval = await W.ask("machine/interval", state);
+          if (mine !== turn || place.firstChild !== title) return;
+          sure.textContent = intervalWords(interval, state);
+          marks.mine = [{ x: interval.speed_rpm, y: 1e3 * (interval.limit_m ?? interval.searched_m), low: 1e3 * interval.lower_m,
+            high: interval.upper_m === null ? Infinity : 1e3 * interval.upper_m, kind: "exact", name: W.word("interval.mark") }];
+          draw();
+          const curve = await W.ask("machine/curve", { ...state, count: 100 });
+          if (mine !== turn || place.firstChild !== title) return;
+          lines.exact = { x: W.floats(curve.speeds), y: W.floats(curve.limit).map((v) => 1e3 * v), kind: "exact", name: W.word("exact") };
+          draw();
+        } catch (error) { if (mine === turn) sure.textContent = error.message; }
+      };
+      const show = (answer) => {
+        if (place.firstChild !== title) return;
+        const limit = answer.limit, quick = limit.quick;
+        delete lines.exact;
+        if (quick) lines.quick = { x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") };
+        marks.mine = [{ x: limit.speed_rpm, y: 1e3 * (limit.limit_m ?? limit.searched_m), kind: "exact", name: W.word("exact.here") },
+          ...(state.cut_values.depth ? [{ x: limit.speed_rpm, y: 1e3 * state.cut_values.depth, kind: "goal", name: W.word("asked") }] : [])];
+        words.textContent = W.word("deep", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm` })
+          + (limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "");
+        live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
+        W.fillSame(same, answer.commands, answer.calls);
+        fault.replaceChildren();
+        W.moves = (W.moves || 0) + 1;
+        draw();
+      };
+      const ask = W.latest((body) => W.ask("machine/limit", body), show, (error) => fault.replaceChildren(W.fault(error)));
+      const send = () => {
+        turn++; clearTimeout(timer); sure.textContent = W.word("interval.rest");
+        if (!W.isExport) timer = setTimeout(rest, REST);
+        localStorage.setItem("toolpoint-lobes-" + document.title, JSON.stringify({ cut: cut.name, speed: state.speed }));
+        ask({ ...state, cut_values: { ...state.cut_values } });
+      };
+      const choose = () => {
+        state = { cut: cut.name, speed: kept.cut === cut.name && kept.speed ? kept.speed : cut.speed_rpm, cut_values: cut.depth_m ? { depth: cut.depth_m } : {}, values: {}, pose: {} };
+        const number = (text) => Number.parseFloat(text);
+        speed = W.plainSlider({ id: "lobes-speed", label: W.word("spindle"), low: cut.speeds[0], high: cut.speeds[1], value: state.speed,
+          show: (v) => `${Math.round(v)} ${W.word("speed")}`, read: number, onmove: (v) => { state.speed = v; send(); } });
+        depth = W.plainSlider({ id: "lobes-depth", label: W.word("my.depth"), low: 1e-4, high: Math.max(0.02, 3 * (cut.depth_m || 0.005)), value: cut.depth_m || 0.003,
+          show: (v) => `${W.number(1e3 * v, 3)} mm`, read: (text) => number(text) / 1e3, onmove: (v) => { state.cut_values.depth = v; send(); } });
+        sliders.replaceChildren(speed, depth, ...cut.sliders.map((slider) => cutSlider(slider, state, send)));
+        const goals = Object.entries(data.goals).filter(([, goal]) => goal.cut === cut.name);
+        marks.goals = goals.filter(([, goal]) => goal.kept && !goal.is_old && !Object.keys(goal.pose).length).map(([name, goal]) => ({ x: goal.speed_rpm, y: 1e3 * goal.depth_m, kind: "goal", name: `${W.word("goal")} ${name}` }));
+        marks.tried = data.tried.filter((tried) => !tried.cut || tried.cut === cut.name).map((tried) => ({ x: tried.speed_rpm, y: 1e3 * tried.depth_m, kind: tried.stable ? "stable" : "chatter", name: W.word(tried.stable ? "tried.stable" : "tried.chatter") }));
+        lines = {};
+        send();
+      };
+      const select = W.make("select", { id: "lobes-cut", onchange: () => { cut = data.cuts.find((entry) => entry.name === select.value); choose(); } },
+        data.cuts.map((entry) => W.make("option", { value: entry.name, text: entry.name, selected: entry === cut })));
+      const [title, answer, doubts] = W.head(view, W.word("view.lobes"));
+      place.replaceChildren(title, answer, doubts, W.make("div", { class: "wb-two" },
+        W.section(W.word("lobes"), words, sure, chart.node, W.make("p", { class: "key", text: W.word("lobes.key") })),
+        W.section(W.word("cut"), W.make("div", { class: "wb-run" }, W.make("label", { for: "lobes-cut", text: W.word("cut") }), select), sliders, live, fault)),
+      ...[goalRows(view)].filter(Boolean), same);
+      choose();
+    },
+  };
+})(window.Workbench);

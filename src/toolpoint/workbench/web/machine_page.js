@@ -1,0 +1,86 @@
+"use strict";
+// Page of joints and machine: scene, responses and the limit beside the sliders.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  const WAYS = ["x", "y", "z"];
+
+  function responseChart(view) {
+    const chart = new W.LineChart({ x: "Hz", y: "µm/N", logX: true, logY: true, height: 300, label: W.word("responses") });
+    const micro = (text) => W.floats(text).map((v) => 1e6 * v), lines = view.data.lines_hz;
+    const saved = view.data.response && Object.fromEntries(WAYS.map((way) => [way, micro(view.data.response[way])]));
+    chart.show = (response, isChanged) => chart.set({ lines: [
+      ...(isChanged ? WAYS.map((way) => ({ x: lines, y: saved[way], kind: `saved ${way}`, name: way === "x" ? W.word("saved.state") : "" })) : []),
+      ...WAYS.map((way) => ({ x: lines, y: micro(response[way]), kind: way, name: way }))] });
+    return chart;
+  }
+
+  function jointColours(data, scene) {
+    const box = W.make("input", { type: "checkbox", id: "wb-joints" });
+    box.addEventListener("change", () => scene.colourJoints(data.marks, data.springs, box.checked));
+    const shares = {};
+    for (const spring of data.springs) shares[spring.joint] = (shares[spring.joint] || 0) + Math.max(0, spring.share || 0);
+    const words = Object.entries(shares).sort((a, b) => b[1] - a[1]).map(([joint, share]) => `${joint} ${Math.round(100 * share)} %`).join(", ");
+    return W.make("p", { class: "key" }, box, " ", W.make("label", { for: "wb-joints", text: W.word("colour.joints") }), " ", words);
+  }
+
+  function limitWords(limit, isChanged) {
+    if (!limit) return "";
+    const depth = limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm`;
+    const heard = limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "";
+    return W.word(isChanged ? "limit.changed" : "limit.saved", { speed: Math.round(limit.speed_rpm), depth }) + heard;
+  }
+
+  W.views.machine = {
+    title: () => W.word("view.machine"),
+    show(place, view) {
+      const parts = W.machineParts, data = view.data, draft = this.draft = new W.Draft(data.file, data.digest);
+      if (draft.state.speed === null && data.cuts.length) draft.state.speed = data.cuts[0].speed_rpm;
+      const same = W.same(view), words = W.make("p", { class: "wb-limit", "aria-live": "polite" }), live = W.make("div");
+      const scene = new W.MachineScene(data.scene, (mode) => { draft.change((state) => { state.mode = mode; }, false); send(); });
+      const chart = data.response ? responseChart(view) : null;
+      const lobes = new W.LineChart({ x: W.word("speed"), y: W.word("depth"), height: 280, label: W.word("lobes"),
+        onpick: (speed) => { draft.change((state) => { state.speed = Math.round(speed); }); send(); } });
+      const isChanged = () => Object.keys(draft.state.values).length > 0;
+      const show = (answer) => {
+        if (place.firstChild !== top) return;
+        scene.update(answer);
+        const moved = isChanged() || data.axes.some((axis) => (draft.state.pose[axis.name] ?? axis.at) !== axis.at);
+        if (chart && answer.response) chart.show(answer.response, moved);
+        words.textContent = limitWords(answer.limit, moved);
+        if (answer.limit && answer.limit.quick) {
+          const quick = answer.limit.quick;
+          lobes.set({ lines: [{ x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") }],
+            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: "exact", name: W.word("exact.here") }] });
+        }
+        live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
+        W.fillSame(same, answer.commands, answer.calls);
+        W.last = answer; W.moves = (W.moves || 0) + 1;
+        fault.replaceChildren();
+      };
+      const fault = W.make("div");
+      const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
+      const send = () => { scene.hold(); list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
+      const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
+      const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
+      const list = parts.changes(view, draft, sync);
+      const undo = W.make("button", { type: "button", text: W.word("undo"), onclick: () => { if (draft.undo()) sync(); } });
+      const axesCount = data.axes.length, [title, answer, doubts] = W.head(view, data.name), top = title;
+      place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),
+        W.make("div", { class: "wb-two" },
+          W.make("div", {}, W.section(W.word("scene"), scene.node, jointColours(data, scene)),
+            ...(chart ? [W.section(W.word("responses"), chart.node)] : []),
+            ...(data.cuts.length ? [W.section(W.word("lobes"), W.make("p", { class: "key", text: W.word("quick.note") }), lobes.node)] : [])),
+          W.make("section", {}, W.make("h2", { text: W.word("move") }), words, live, fault,
+            ...(axesCount ? [W.make("h3", { text: W.word("axes") }), ...rows.slice(0, axesCount)] : []),
+            W.make("h3", { text: W.word("springs") }), W.make("p", { class: "key", text: W.word("springs.key") }), ...rows.slice(axesCount))),
+        W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
+      this.undo = () => { if (draft.undo()) sync(); };
+      send();
+    },
+  };
+  window.addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && W.current === "machine" && event.target.type !== "text") {
+      event.preventDefault(); W.views.machine.undo();
+    }
+  });
+})(window.Workbench);

@@ -1,0 +1,87 @@
+"use strict";
+// The page: one view at a time by its address, the job of the project, and looks again where files have changed.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  W.job = null;
+  W.current = "";
+
+  W.jobWords = function (job) {
+    if (!job || !job.state) return "";
+    if (job.state === "running") return W.word(job.is_resumed ? "job.resumed" : "job.running", { step: job.current || "…", n: job.ended.length, total: job.total || "?" });
+    return job.state === "ended" ? "" : W.word("job." + job.state) + (job.words ? ": " + job.words : "");
+  };
+
+  function showJob(job) {
+    W.job = job;
+    document.getElementById("wb-job").textContent = W.jobWords(job);
+    const view = W.views[W.current];
+    if (view && view.refresh) view.refresh(job);
+  }
+
+  async function listViews(asked) {
+    const { views, name } = await (asked || W.ask("view/list"));
+    W.known = views;
+    document.getElementById("wb-name").textContent = name;
+    document.title = `${name} · toolpoint`;
+    document.getElementById("wb-nav").replaceChildren(...views.filter((key) => W.views[key]).map((key) =>
+      W.make("a", { href: "#/" + key, "data-view": key, text: W.views[key].title() })));
+  }
+
+  let turn = 0, shownText = "";
+  const viewOfAddress = () => (/^#\/([\w-]+)/.exec(location.hash) || [])[1] || "project";
+  async function open(isAgain, asked) {
+    const name = viewOfAddress(), mine = ++turn, place = document.getElementById("view");
+    const known = W.views[name] ? name : "project";
+    if (!isAgain || known !== W.current) place.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("loading") }));
+    W.current = known;
+    for (const link of document.querySelectorAll("#wb-nav a")) link.toggleAttribute("aria-current", link.dataset.view === known);
+    try {
+      const view = await (asked && asked.name === known ? asked.answer : W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
+      if (mine !== turn) return;
+      const text = known + JSON.stringify(view, (key, value) => key === "age_s" ? undefined : value);
+      if (isAgain && text === shownText) return; // nothing has changed: what a person is doing is not drawn over
+      shownText = text;
+      W.views[known].show(place, view);
+      W.shown = view;
+      if (!isAgain) place.focus({ preventScroll: true });
+    } catch (error) { if (mine === turn) place.replaceChildren(W.fault(error)); }
+    document.body.dataset.ready = known;
+  }
+  W.open = open;
+
+  let waiting = 0;
+  function again() { // many files change at once while a job runs: one look for all of them
+    clearTimeout(waiting);
+    waiting = setTimeout(async () => { await listViews(); if (!W.views[W.current].isBusy || !W.views[W.current].isBusy()) open(true); }, 300);
+  }
+
+  async function all() {
+    showJob(await W.ask("job"));
+    again();
+  }
+
+  async function start() {
+    await W.begin();
+    // All that the first view needs is asked for at once.
+    const name = W.views[viewOfAddress()] ? viewOfAddress() : "project", first = W.ask("view/" + name), list = W.ask("view/list");
+    first.catch(() => {}); list.catch(() => {});
+    await W.loadWords();
+    try { await listViews(list); } catch (error) { document.getElementById("view").replaceChildren(W.fault(error)); return; }
+    if (!W.isExport) W.ask("job").then(showJob, () => {});
+    window.addEventListener("hashchange", () => open(false));
+    await open(false, { name, answer: first }); // the address may have changed since
+    W.on("reset", all);
+    W.on("changed", again);
+    W.on("job", (job) => { showJob(job); if (job.state !== "running") again(); });
+    W.on("step", (event) => {
+      if (!W.job) return;
+      if (event.total) W.job.total = event.total;
+      if (event.ended) { if (!W.job.ended.includes(event.step)) W.job.ended.push(event.step); W.job.current = ""; }
+      else if (event.step) W.job.current = event.step;
+      showJob(W.job);
+    });
+    W.listen();
+    document.getElementById("wb-foot").textContent = W.word(W.isExport ? "foot.export" : "foot");
+  }
+  window.addEventListener("DOMContentLoaded", start);
+})(window.Workbench);

@@ -1,0 +1,96 @@
+"use strict";
+// Parts of every view: nodes, the answer with its doubts, tables, and the commands that give the same.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  W.make = function (tag, attributes, ...children) {
+    const node = document.createElement(tag);
+    for (const [key, value] of Object.entries(attributes || {})) {
+      if (key === "text") node.textContent = value;
+      else if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
+      else if (value !== null && value !== undefined && value !== false) node.setAttribute(key, value === true ? "" : value);
+    }
+    node.append(...children.flat().filter((child) => child !== null && child !== undefined));
+    return node;
+  };
+
+  // Base64 of little-endian 32-bit floats.
+  W.floats = function (text) {
+    const raw = atob(text), bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+    return new Float32Array(bytes.buffer);
+  };
+
+  W.number = function (value, digits = 4) {
+    if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    return size >= 1e6 || size < 1e-3 ? value.toExponential(digits - 1).replace("e+", "e") : String(Number(value.toPrecision(digits)));
+  };
+
+  W.age = function (seconds) {
+    if (seconds === null || seconds === undefined) return "";
+    for (const [size, key] of [[86400, "age.days"], [3600, "age.hours"], [60, "age.minutes"]])
+      if (seconds >= size) return W.word(key, { n: Math.floor(seconds / size) });
+    return W.word("age.now");
+  };
+
+  // The head of a view: its answer in a sentence, then what must be known before it is believed.
+  W.head = function (view, title) {
+    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), text: view.answer, "aria-live": "polite" });
+    return [W.make("h1", { text: title, tabindex: "-1" }), answer, W.doubts(view.doubts)];
+  };
+
+  const SHOWN_DOUBTS = 3;
+  W.doubts = function (doubts) {
+    const block = W.make("div", { class: "notes warning wb-doubts" });
+    if (!doubts.length) { block.hidden = true; return block; }
+    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, text: doubt.text || doubt }));
+    block.append(W.make("h3", { text: W.word("doubts") }), W.make("ul", {}, lines.slice(0, SHOWN_DOUBTS)));
+    if (lines.length > SHOWN_DOUBTS)
+      block.append(W.make("details", { class: "wb-more" }, W.make("summary", { text: W.word("more", { n: lines.length - SHOWN_DOUBTS }) }),
+        W.make("ul", {}, lines.slice(SHOWN_DOUBTS))));
+    return block;
+  };
+
+  // Those that do not stand at the head of the view already, under whatever step's name.
+  W.newDoubts = (view, doubts) => doubts.filter((text) => !view.doubts.some((doubt) => (doubt.text || doubt).endsWith(text)));
+
+  W.section = function (title, ...children) {
+    return W.make("section", {}, W.make("h2", { text: title }), children);
+  };
+
+  // What a shell and Python do for the same.
+  W.same = function (view) {
+    const box = W.make("details", { class: "wb-same", open: view.data && view.data.show_same ? "" : null },
+      W.make("summary", { text: W.word("same") }));
+    W.fillSame(box, view.commands, view.calls);
+    return box;
+  };
+  W.fillSame = function (box, commands, calls) {
+    while (box.children.length > 1) box.lastChild.remove();
+    for (const [key, lines] of [["same.command", commands], ["same.python", calls]]) {
+      if (!lines || !lines.length) continue;
+      const text = lines.join("\n");
+      box.append(W.make("h3", { text: W.word(key) }),
+        W.make("div", { class: "wb-code" }, W.make("pre", { tabindex: "0", text }), W.copy(text)));
+    }
+  };
+  W.copy = function (text) {
+    return W.make("button", { type: "button", class: "wb-copy", text: W.word("copy"), onclick: async (event) => {
+      await navigator.clipboard.writeText(text);
+      event.target.textContent = W.word("copied");
+    } });
+  };
+
+  W.table = function (head, rows, caption) {
+    return W.make("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption || head.join(", ") },
+      W.make("table", {}, caption ? W.make("caption", { text: caption }) : null,
+        W.make("thead", {}, W.make("tr", {}, head.map((text) => W.make("th", { scope: "col", text })))),
+        W.make("tbody", {}, rows.map((row) => W.make("tr", {}, row.map((cell) => cell instanceof Node
+          ? W.make("td", {}, cell) : W.make("td", { class: typeof cell === "number" ? "n" : null,
+            text: typeof cell === "number" ? W.number(cell) : cell })))))));
+  };
+
+  W.fault = (error) => W.make("div", { class: "notes warning", role: "alert" }, W.make("h3", { text: W.word("fault") }),
+    W.make("p", { class: "wb-fault", text: error.message || String(error) }));
+})(window.Workbench);

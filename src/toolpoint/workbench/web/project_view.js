@@ -1,0 +1,72 @@
+"use strict";
+// View of the project: the chain as a picture, a step's words and doubts, what to do next, what one part more would give.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  function stepBox(view) {
+    const box = W.make("div", { class: "wb-step-box", id: "wb-step", "aria-live": "polite" });
+    const show = (step) => {
+      const lines = [W.make("h3", { text: `${step.name}: ${step.does}` }),
+        W.make("p", {}, W.make("span", { class: "mark " + W.markOf(step.state), text: W.word("state." + step.state.replace(" ", "-")) }), " ", step.reason),
+        step.words ? W.make("p", { text: step.words, class: step.is_of_today ? null : "wb-old" }) : null];
+      if (step.started) lines.push(W.make("p", { class: "key", text: W.word("ran", { when: step.started.replace("T", " "), s: W.number(step.seconds, 2) }) }));
+      if (step.doubts.length) lines.push(W.make("div", { class: "notes warning" }, W.make("h3", { text: W.word("doubts") }),
+        W.make("ul", {}, step.doubts.map((text) => W.make("li", { text })))));
+      if (step.files.length) lines.push(W.make("p", { class: "key", text: W.word("files") + " " + step.files.join(", ") }));
+      lines.push(W.make("div", { class: "wb-code" }, W.make("pre", { text: step.command, tabindex: "0" }), W.copy(step.command)));
+      box.replaceChildren(...lines.filter(Boolean));
+    };
+    const first = view.data.steps.find((step) => step.state === "failed") || view.data.steps.find((step) => step.doubts.length) || view.data.steps.at(-1);
+    if (first) show(first);
+    return [box, show];
+  }
+
+  W.markOf = (state) => ({ fresh: "good", "by hand": "assumed", failed: "doubtful", stopped: "doubtful", stale: "doubtful", "never run": "" })[state] || "";
+
+  function limits(goals) {
+    const names = Object.keys(goals);
+    if (!names.length) return null;
+    const millimetres = (value) => W.number(1e3 * value, 3);
+    const rows = names.map((name) => {
+      const goal = goals[name], [low, high] = goal.interval_m, above = `> ${millimetres(goal.depth_max_m)}`;
+      return [name, Math.round(goal.speed_rpm), millimetres(goal.depth_m), goal.limit_m === null ? above : millimetres(goal.limit_m),
+        `${millimetres(low)} – ${high === null ? above : millimetres(high)}`, `${Math.round(100 * goal.stable_probability)} %`];
+    });
+    return W.section(W.word("limits"), W.table([W.word("goal"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable")], rows));
+  }
+
+  function runBar(view) {
+    const text = W.make("span", { class: "key" });
+    const run = W.make("button", { type: "button", class: "wb-main", text: W.word("run"), onclick: async () => {
+      run.disabled = true;
+      try { await W.ask("job", { steps: [] }); } catch (error) { bar.append(W.fault(error)); }
+    } });
+    const stop = W.make("button", { type: "button", text: W.word("stop"), onclick: () => W.ask("job", undefined, "DELETE") });
+    const bar = W.make("div", { class: "wb-run" }, run, stop, text);
+    bar.refresh = (job) => {
+      const isRunning = job && job.state === "running";
+      run.disabled = isRunning || !view.data.steps.length || W.isExport;
+      stop.hidden = !isRunning;
+      text.textContent = isRunning ? W.jobWords(job) : view.data.waiting
+        ? W.word("to.run", { n: view.data.waiting, s: W.number(view.data.seconds_to_run, 2) }) : W.word("nothing.to.run");
+    };
+    bar.refresh(W.job);
+    return bar;
+  }
+
+  W.views.project = {
+    title: () => W.word("view.project"),
+    show(place, view) {
+      if (view.data.is_empty) { place.replaceChildren(...W.head(view, view.data.name), W.begins ? W.begins(view) : W.make("p"), W.same(view)); return; }
+      const [box, show] = stepBox(view), bar = runBar(view);
+      const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", { text })));
+      const missing = view.data.absent_parts;
+      place.replaceChildren(...W.head(view, view.data.name), ...(view.data.answers.length > 1
+        ? [W.make("div", { class: "summary" }, view.data.answers.slice(1).map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, text })))] : []),
+      W.section(W.word("chain"), bar, W.chainPicture(view.data.steps, view.data.links, show), box),
+      ...[limits(view.data.goals), view.data.next_steps.length ? W.section(W.word("next"), list(view.data.next_steps)) : null,
+        missing.length ? W.section(W.word("missing"), W.make("ul", {}, missing.map((text) => W.make("li", { text })))) : null].filter(Boolean),
+      ...(W.intake && !W.isExport ? [W.intake(view)] : []), W.same(view));
+      this.refresh = (job) => bar.refresh(job);
+    },
+  };
+})(window.Workbench);

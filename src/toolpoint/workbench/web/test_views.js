@@ -1,0 +1,55 @@
+"use strict";
+// Views of tests: modes, and blows that a person accepts or refuses; the full pages stand below in a frame.
+window.Workbench = window.Workbench || { views: {} };
+(function (W) {
+  const chosen = {};
+  // An existing page in a frame of its own: it runs its own scripts and reaches nothing else.
+  W.pageFrame = function (name, title) {
+    if (W.isExport) return W.make("p", {}, W.make("a", { href: W.exportedPage(name), text: title }));
+    const frame = W.make("iframe", { class: "wb-page", title, sandbox: "allow-scripts", loading: "lazy" });
+    const show = W.make("button", { type: "button", text: W.word("show.page"), onclick: () => { frame.src = "/page/" + name.split("/").map(encodeURIComponent).join("/"); box.append(frame); show.remove(); note.remove(); } });
+    const note = W.make("span", { class: "key", text: " " + W.word("page.takes") });
+    const box = W.make("div", {}, W.make("p", {}, show, note));
+    return box;
+  };
+  function chooser(view, key) {
+    if (view.data.tests.length < 2) return null;
+    const select = W.make("select", { id: "wb-test", onchange: () => { chosen[key] = select.value; W.open(true); } },
+      view.data.tests.map((name) => W.make("option", { value: name, text: name, selected: name === view.data.test })));
+    return W.make("div", { class: "wb-run" }, W.make("label", { for: "wb-test", text: W.word("test") }), select);
+  }
+  const query = (key) => () => chosen[key] ? "?test=" + encodeURIComponent(chosen[key]) : "";
+  const titles = () => ({ modes: W.word("page.modes"), correlate: W.word("page.correlate"), blows: W.word("page.blows") });
+
+  W.views.modes = {
+    title: () => W.word("view.modes"), query: query("modes"),
+    show(place, view) {
+      const rows = view.data.modes.map((mode, i) => [i + 1, W.hertz(mode.frequency_hz), `${W.number(100 * mode.damping_ratio, 3)} %`,
+        mode.doubtful ? W.make("span", { class: "mark doubtful", text: W.word("doubtful") }) : ""]);
+      place.replaceChildren(...W.head(view, W.word("view.modes")), ...[chooser(view, "modes")].filter(Boolean),
+        W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping"), ""], rows)),
+        ...view.data.pages.map((name) => W.section(titles()[name.split("/")[0]], W.pageFrame(name, titles()[name.split("/")[0]]))), W.same(view));
+    },
+  };
+
+  W.views.blows = {
+    title: () => W.word("view.blows"), query: query("blows"),
+    show(place, view) {
+      const data = view.data, said = W.make("p", { role: "status", class: "key" });
+      const decide = (hit, accept) => async () => {
+        try { said.textContent = W.word("decided", { text: (await W.ask("hit", { test: data.test, hit, accept })).command }); said.className = "key"; }
+        catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
+      };
+      const row = (hit) => [hit.name, hit.struck, W.number(hit.force_n, 4), W.make("span", {}, W.make("span", { class: "mark " + (hit.accepted ? "good" : "doubtful"),
+        text: W.word(hit.accepted ? "accepted" : "refused") + (hit.by_hand ? ", " + W.word("by.hand") : "") })), hit.reasons.join("; "),
+      data.can_decide && !W.isExport ? W.make("button", { type: "button", text: W.word(hit.accepted ? "refuse" : "accept"), "aria-label": `${W.word(hit.accepted ? "refuse" : "accept")} ${hit.name}`, onclick: decide(hit.name, !hit.accepted) }) : ""];
+      const head = [W.word("blow"), W.word("struck"), W.word("force"), W.word("verdict"), W.word("reasons"), ""];
+      const odd = data.hits.filter((hit) => !hit.accepted || hit.by_hand || hit.reasons.length), good = data.hits.filter((hit) => !odd.includes(hit));
+      place.replaceChildren(...W.head(view, W.word("view.blows")), ...[chooser(view, "blows")].filter(Boolean), said,
+        W.section(W.word("blows.odd"), odd.length ? W.table(head, odd.map(row)) : W.make("p", { text: W.word("none") })),
+        W.section(W.word("blows.good"), W.make("details", {}, W.make("summary", { text: W.word("blows.count", { n: good.length }) }), W.make("div", { class: "wb-inside" }, W.table(head, good.map(row))))),
+        ...(data.notes.length ? [W.section(W.word("notes"), W.make("ul", {}, data.notes.map((text) => W.make("li", { text }))))] : []),
+        ...data.pages.map((name) => W.section(titles().blows, W.pageFrame(name, titles().blows))), W.same(view));
+    },
+  };
+})(window.Workbench);

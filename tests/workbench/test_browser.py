@@ -1,0 +1,318 @@
+"""The workbench in headless Chromium: nothing is lost, no old number stands as one of today, and clicks do what commands do."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from toolpoint.project import Project, write_demo
+
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+             "--disable-background-networking", "--no-first-run"]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+    if path is None:
+        pytest.skip("no Chromium or Chrome on this machine")
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+class Server:
+    """`toolpoint serve` as a process of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        pytest.importorskip("uvicorn")
+        self.folder = folder
+        self.start()
+
+    def start(self) -> None:
+        self.process = subprocess.Popen([sys.executable, "-m", "toolpoint", "serve", "."], cwd=self.folder, text=True,
+                                        stdout=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().split()[-1]
+
+    def kill(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[[Path], Server]]:
+    servers: list[Server] = []
+
+    def start(folder: Path) -> Server:
+        servers.append(Server(folder))
+        return servers[-1]
+
+    yield start
+    for server in servers:
+        server.kill()
+
+
+@pytest.fixture
+def tab(browser: Any) -> Iterator[Callable[..., Any]]:
+    contexts: list[Any] = []
+
+    def open_tab(address: str, beside: Any = None, **options: Any) -> Any:
+        if beside is None:
+            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}, **options))
+        context = contexts[-1] if beside is None else beside.context
+        page = context.new_page()
+        page.errors, page.requests = [], []
+        page.on("pageerror", lambda error: page.errors.append(str(error)))
+        page.on("request", lambda request: page.requests.append(request.url))
+        page.goto(address)
+        return page
+
+    yield open_tab
+    for context in contexts:
+        context.close()
+
+
+def wait(page: Any, expression: str, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, f"still false: {expression}; page: {page.inner_text('body')[:1500]}"
+        time.sleep(0.05)
+
+
+def ready(page: Any, view: str) -> None:
+    wait(page, f"document.body.dataset.ready === '{view}' && window.Workbench.current === '{view}'")
+
+
+@pytest.fixture(scope="module")
+def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The demo project after its run; tests work on copies."""
+    place = tmp_path_factory.mktemp("demo") / "mill"
+    write_demo(place)
+    Project.open(place).run()
+    return place
+
+
+@pytest.fixture
+def demo(run_demo: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(run_demo, tmp_path / "mill"))
+
+
+def test_a_slider_moves_modes_responses_and_limit_and_undo_takes_it_back(demo, serve, tab):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    first = page.evaluate("[window.Workbench.last.frequency_hz.reduce((a, b) => a + b), window.Workbench.last.limit.limit_m]")
+    identifier = "k-joints.column_head.stiffness.rx"
+    page.evaluate(f"""() => {{ const s = document.getElementById('{identifier}'); window.Workbench.moves = 0;
+                      s.value = 1; s.dispatchEvent(new Event('input')); }}""")
+    wait(page, "window.Workbench.moves > 0")
+    moved = page.evaluate("[window.Workbench.last.frequency_hz.reduce((a, b) => a + b), window.Workbench.last.limit.limit_m]")
+    assert moved[0] > first[0] and moved[1] != first[1]
+    assert "without an interval" in page.inner_text(".wb-limit") and "was changed by hand" in page.inner_text("main")
+    assert "column_head rx" in page.inner_text(".wb-changes")
+    page.reload()
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    assert page.evaluate("window.Workbench.last.limit.limit_m") == moved[1]  # a reload loses nothing
+    page.fill("#wb-save-name", "stiffer")
+    page.click("text=Save as")
+    wait(page, "document.body.innerText.includes('Written: stiffer.yaml')")
+    commands = page.evaluate("window.Workbench.last.commands")
+    made = subprocess.run([sys.executable, "-m", *re.sub("changed.yaml", "by_command.yaml", commands[0]).split()], cwd=demo)
+    assert made.returncode == 0
+    assert (demo / "by_command.yaml").read_bytes() == (demo / "stiffer.yaml").read_bytes()
+    assert page.errors == []
+
+
+def test_a_typed_number_needs_its_unit_and_a_wrong_one_is_refused_in_words(demo, serve, tab):
+    page = tab(serve(demo).address.replace("#token", "#/machine&token"))
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    row = page.locator(".wb-slider", has=page.locator("[id='k-joints.bed_table.stiffness.x']"))
+    row.locator(".wb-value").fill("200 N/um")
+    row.locator(".wb-value").press("Enter")
+    row.locator(".wb-value").blur()
+    wait(page, "window.Workbench.last && document.querySelector('.wb-changes').innerText.includes('bed_table x')")
+    row.locator(".wb-value").fill("200 kg")
+    row.locator(".wb-value").blur()
+    wait(page, "[...document.querySelectorAll('.wb-slider .wb-fault')].some((node) => node.innerText.includes('kg'))")
+
+
+def test_reload_second_tab_and_a_killed_server_lose_no_job(demo, serve, tab):
+    (demo / "project.yaml").write_text((demo / "project.yaml").read_text().replace("speed: 1200 rpm, depth: 7.5 mm",
+                                                                                   "speed: 1250 rpm, depth: 7.5 mm"))
+    server = serve(demo)
+    page = tab(server.address)
+    ready(page, "project")
+    assert page.inner_text(".answer").startswith("Of an earlier state")  # the file was changed on the disk
+    page.get_by_role("button", name="Run the project").click()
+    wait(page, "document.getElementById('wb-job').innerText.includes('limits/as tested')")
+    page.reload()
+    wait(page, "document.getElementById('wb-job').innerText.includes('limits/as tested')")
+    other = tab(server.address, beside=page)
+    wait(other, "document.getElementById('wb-job').innerText.includes('Running')")
+    server.kill()
+    wait(page, "!document.getElementById('wb-link').hidden")  # the page says that it may be old
+    server.start()
+    wait(page, "document.getElementById('wb-link').hidden")
+    wait(page, "document.getElementById('wb-job').innerText.includes('Going on')")
+    for place in (page, other):
+        wait(place, "document.querySelector('.answer')?.innerText.includes('1250 rev/min')", 120)
+        wait(place, "!document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
+    results = json.loads((demo / "results/project.json").read_text())
+    assert results["goals"]["as tested"]["speed_rpm"] == 1250
+
+
+def test_what_a_command_changes_is_seen_and_old_numbers_are_marked(demo, serve, tab):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+    assert not page.inner_text(".answer").startswith("Of an earlier state")
+    add = [sys.executable, "-m", "toolpoint", "add", ".", "--part", "goals.as tested: {speed: 1300 rpm, depth: 7.5 mm}"]
+    assert subprocess.run(add, cwd=demo).returncode == 0
+    wait(page, "document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
+    assert "state.stale" not in page.inner_text("main")
+    page.evaluate("location.hash = '#/lobes'")
+    ready(page, "lobes")
+    assert page.inner_text(".answer").startswith("Of an earlier state")
+
+
+def test_two_hundred_files_are_handed_over_at_once(tmp_path, serve, tab):
+    sources = tmp_path / "sources"
+    sources.mkdir()
+    for number in range(200):
+        (sources / f"P{number}.csv").write_text(f"time [s],ch1 [V]\n0,{number}\n")
+    folder = tmp_path / "project"
+    folder.mkdir()
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.click("#wb-begin")
+    wait(page, "document.getElementById('wb-files')")
+    page.set_input_files("#wb-files", [str(path) for path in sorted(sources.iterdir())])
+    wait(page, "document.getElementById('wb-confirm')", 120)
+    assert len(list((folder / "incoming").iterdir())) == 200
+    page.click("#wb-confirm")
+    wait(page, "document.querySelector('.wb-entered').innerText.includes('200')")
+    assert {path.name: path.read_bytes() for path in (folder / "records").iterdir()} == {
+        path.name: path.read_bytes() for path in sources.iterdir()}
+
+
+def test_no_view_asks_another_host_overflows_a_phone_or_fails(demo, serve, tab):
+    server = serve(demo)
+    for width in (1400, 390):
+        page = tab(server.address)
+        page.set_viewport_size({"width": width, "height": 844})
+        ready(page, "project")
+        for view in page.evaluate("window.Workbench.known"):
+            page.evaluate(f"location.hash = '#/{view}'")
+            ready(page, view)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width, view
+            assert page.evaluate("document.querySelector('.answer').innerText.length") > 20, view
+        own = (server.address.split("#")[0], "data:", "blob:")
+        assert page.errors == [] and all(url.startswith(own) for url in page.requests)
+
+
+def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+    for view in ("project", "machine", "lobes", "blows"):
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+        nameless = page.evaluate("""() => [...document.querySelectorAll('button, input, select, a[href], svg[role=img]')]
+          .filter((node) => !(node.textContent || node.ariaLabel || node.getAttribute('aria-label')
+            || node.labels?.[0]?.textContent)).map((node) => node.outerHTML.slice(0, 120))""")
+        assert nameless == [], view
+        assert page.evaluate("document.querySelectorAll('h1').length") == 1
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement !== document.body")
+
+
+def test_words_are_complete_in_english_and_german(demo, serve, tab):
+    page = tab(serve(demo).address, locale="de-DE")
+    ready(page, "project")
+    assert page.evaluate("document.documentElement.lang") == "de" and "Projekt rechnen" in page.inner_text("main")
+
+
+def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):
+    target = tmp_path / "shared"
+    made = subprocess.run([sys.executable, "-m", "toolpoint", "serve", str(demo), "--export", str(target)], capture_output=True,
+                          text=True)
+    assert made.returncode == 0, made.stderr
+    page = tab((target / "index.html").as_uri())
+    ready(page, "project")
+    assert "7.95 mm" in page.inner_text(".answer")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    page.evaluate("""() => { const s = document.getElementById('k-joints.column_head.stiffness.rx'); window.Workbench.moves = 0;
+                     s.value = 1; s.dispatchEvent(new Event('input')); }""")
+    wait(page, "window.Workbench.moves > 0")
+    assert "nearest state that was computed" in page.inner_text("main")
+    assert page.errors == [] and all(url.startswith(("file:", "data:", "blob:")) for url in page.requests)
+
+
+def send_form(page: Any, name: str) -> str:
+    """Send a form and return the command that it says does the same."""
+    page.click(f"[aria-label='{name}'] button")
+    status = page.locator(f"[aria-label='{name}'] [role=status]")
+    end = time.monotonic() + 30
+    while "toolpoint add" not in status.inner_text():
+        assert time.monotonic() < end, status.inner_text()
+        time.sleep(0.05)
+    return status.inner_text().partition("same: ")[2]
+
+
+def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_the_same_bytes(run_demo, serve, tab, tmp_path):
+    """Raw records, a test file, places and components are dropped in; a cut and a goal are typed; the project is run."""
+    folder, shell = tmp_path / "clicked", tmp_path / "typed"
+    folder.mkdir()
+    files = [*sorted((run_demo / "records").iterdir()), run_demo / "components.yaml", run_demo / "points.csv"]
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.click("#wb-begin")
+    wait(page, "document.getElementById('wb-files')")
+    page.set_input_files("#wb-files", [str(path) for path in files])
+    wait(page, "document.getElementById('wb-confirm')", 120)
+    page.click("#wb-confirm")
+    wait(page, "document.querySelector('.wb-entered').innerText.includes('files entered')")
+    commands = ["toolpoint new project .", *page.evaluate("window.Workbench.entered.commands")]
+    page.click("text=Cuts, goals, cuts that were tried")
+    commands.append(send_form(page, "A cut: tool, engagement, material"))
+    page.fill("#goal-depth", "7.5 mm")
+    commands.append(send_form(page, "A goal: a cut at a speed and depth"))
+    page.evaluate("document.activeElement.blur()")
+    page.reload()
+    ready(page, "project")
+    page.get_by_role("button", name="Run the project").click()
+    wait(page, "/limit there is .* 95 % interval/.test(document.querySelector('.answer')?.innerText || '')", 240)
+    commands.append("toolpoint run .")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    assert "column_head" in page.inner_text(".answer")  # the soft joint
+    shell.mkdir()
+    for command in commands:
+        words = shlex.split(command)[1:]
+        if "FROM" in command:  # the files as a person names them, who has them elsewhere
+            words = ["add", ".", *map(str, files)]
+        done = subprocess.run([sys.executable, "-m", "toolpoint", *words], cwd=shell, capture_output=True, text=True)
+        assert done.returncode == 0, (command, done.stderr)
+    for place in ("project.yaml", *(path.relative_to(folder).as_posix() for path in sorted((folder / "results").rglob("*"))
+                                    if path.is_file())):
+        assert (shell / place).read_bytes() == (folder / place).read_bytes(), place

@@ -1,0 +1,75 @@
+"""Parts entered into a project: told by content, put in their place, no line of the file lost, nothing overwritten."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from toolpoint import ToolpointError, io
+from toolpoint.project import Project, add_files, add_part, guess_kind, write_folder
+
+CUT = "{diameter: 16 mm, teeth: 4, direction: slot, material: al7075, coefficient_deviation: 10 %, speeds: 2000 12000 rpm}"
+
+
+def test_a_part_is_entered_and_every_other_line_stays(tmp_path):
+    file = write_folder(tmp_path / "p")
+    before = file.read_text().splitlines()
+    add_part(tmp_path / "p", "cuts.slot", CUT)
+    add_part(tmp_path / "p", "goals.my rough: cut", "{speed: 8000 rpm, depth: 3 mm}")
+    after = file.read_text().splitlines()
+    assert [line for line in after if line in before] == before and len(after) == len(before) + 2
+    project = io.read_project(file)
+    assert project.goals["my rough: cut"].depth == 0.003 and project.cuts["slot"].cut.tool.teeth == 4
+    add_part(tmp_path / "p", "goals.my rough: cut", "{speed: 8000 rpm, depth: 4 mm}")
+    assert len(file.read_text().splitlines()) == len(after) and io.read_project(file).goals["my rough: cut"].depth == 0.004
+
+
+@pytest.mark.parametrize(("place", "value", "words"), [
+    ("goals.x", "{speed: 8000 rpm}", "depth"), ("goals.x", "{speed: 8000 rpm, depth: 3}", "no unit"),
+    ("goals.x", "a\nb: 1", "one line"), ("goalz.x", "{}", "goalz"), ("goals.", "{}", "name"), ("draws", "5", "part"),
+    ("goals.x", "{speed: 1 rpm, depth: 1 mm, cut: none}", "cut"), ("geometry", "", "one line"), ("goals.x", "&a [*a]", "goals"),
+])
+def test_a_part_with_a_fault_changes_nothing(tmp_path, place, value, words):
+    file = write_folder(tmp_path / "p")
+    text = file.read_text()
+    with pytest.raises(ToolpointError, match=words):
+        add_part(tmp_path / "p", place, value)
+    assert file.read_text() == text and not list((tmp_path / "p").glob(".*draft"))
+
+
+@given(st.text(min_size=1, max_size=40), st.text(max_size=60))
+def test_no_name_and_no_value_writes_anything_but_its_own_entry(name, value):
+    text = "toolpoint: 1\nname: x\ngoals:\n  a: {speed: 1 rpm, depth: 1 mm}\ndraws: 40\n"
+    try:
+        lines = io.enter_part(text, f"goals.{name}", value).split("\n")
+    except ToolpointError:
+        return
+    kept = [line for line in lines if line in text.split("\n")]
+    assert len(lines) - len(text.split("\n")) in (0, 1) and {"toolpoint: 1", "draws: 40"} <= set(kept)
+
+
+@pytest.mark.parametrize(("name", "text", "kind"), [
+    ("points.csv", "point,x,y,z\n1,0,0,0\n", "geometry"), ("a.csv", "time [s],ch1 [V]\n0,1\n", "records"),
+    ("b.txt", "# Frequency Hz, real, imag\n1 2 3\n", "responses"), ("c.txt", "1 2 3\n", "responses"),
+    ("d.nc", "G1 X1\n", "program"), ("t.yaml", "toolpoint: 1\nrecords:\n  - {files: [a.csv]}\n", "test"),
+    ("e.yaml", "toolpoint: 1\ncomponents: {}\n", "components"),
+    ("m.yaml", "toolpoint: 1\nbodies: {}\n", "machine"), ("x.bin", "\x00\x01", "other"), ("bad.yaml", "a: [", "other"),
+    ("w.wav", "RIFF", "records"), ("g.unv", "    -1\n  2411\n", "geometry"), ("h.unv", "    -1\n    55\n", "modes"),
+])
+def test_a_file_is_told_by_its_content(tmp_path, name, text, kind):
+    (tmp_path / name).write_text(text)
+    assert guess_kind(tmp_path / name).kind == kind
+
+
+def test_files_go_where_they_belong_and_nothing_is_overwritten(tmp_path):
+    root = tmp_path / "p"
+    write_folder(root)
+    (tmp_path / "points.csv").write_text("point,x,y,z\n1,0,0,0\n")
+    (tmp_path / "r.csv").write_text("time,a\n0,1\n")
+    entered = add_files(root, [tmp_path / "points.csv", tmp_path / "r.csv"])
+    assert entered.places == ("points.csv", "records/r.csv") and entered.parts == (("geometry", "points.csv"),)
+    assert Project.open(root).description.geometry == "points.csv"
+    add_files(root, [tmp_path / "r.csv"])  # the same once more
+    (tmp_path / "r.csv").write_text("time,a\n0,2\n")
+    with pytest.raises(ToolpointError, match="another content"):
+        add_files(root, [tmp_path / "r.csv"])
+    assert (root / "records/r.csv").read_text() == "time,a\n0,1\n"
