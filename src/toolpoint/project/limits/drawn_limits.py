@@ -87,9 +87,8 @@ def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:
 def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
     """Return the limits of a cut over all draws of a project's systems and of its coefficients.
 
-    The default engine, whose counts find every loss of stability below the searched depth: a search for the first loss alone
-    (`PanelArnoldi(first_only=True)`) has missed narrow ones where it searched far deeper than they lie. A cut is taken as
-    stable below the first loss alone; islands of stability above it count as chatter.
+    The default engine, whose counts find every loss of stability below the searched depth. A cut is taken as stable below the
+    first loss alone; islands of stability above it count as chatter.
     """
     speeds = np.asarray(question.speeds, float)
     problem = problem_of(systems.nominal(question.pose), question.cut)

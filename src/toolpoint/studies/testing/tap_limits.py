@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning
-from toolpoint.cutting import MillingProblem, PanelArnoldi, StabilityChart, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.stability import method_named
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.lobes_study import end_words
@@ -30,7 +30,6 @@ from toolpoint.studies.testing.tap_dynamics import (
 LIMIT_DRAWS, EXACT_SPEEDS, ROUGH_SPEEDS, DRAW_STRIDE = 80, 36, 400, 4
 CHARTED_MINIMA = 12  # of the rough chart, added to the exact one
 COEFFICIENT_DEVIATION = 0.1  # relative standard deviation of cutting coefficients from a table
-EXACT_METHOD = PanelArnoldi(first_only=True)
 # relative: margins of speed and depth; distance of speeds to use
 SPEED_MARGIN, DEPTH_MARGIN, MIN_SPEED_DISTANCE = 0.02, 0.1, 0.08
 DEPTH_RANGE_FACTOR = 3  # depth of the charts over the estimate of the lowest limit
@@ -92,7 +91,7 @@ def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[flo
     lower = np.minimum(lower, 1.0)  # where the search ended below the limit, draws look beyond it
     charted = np.unique(np.append(np.linspace(*ends, EXACT_SPEEDS), _lowest_places(rough)))
     progress(f"exact stability at {charted.size} speeds", 0, 1)
-    chart = stability.chart(problem, charted, EXACT_METHOD, depth_max=depth)
+    chart = stability.chart(problem, charted, depth_max=depth)
     notes += ["interval: scatter of the hits in poles and sizes of the modes (one number for all sizes, the widest case), "
               f"either sign of cross responses of modes that x and y share, and cutting coefficients known to "
               f"{100 * COEFFICIENT_DEVIATION:.0f} % (assumed); not in it: clamping the tool anew, wear, another feed"]
@@ -165,7 +164,7 @@ def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, lower: Float
 
 
 def _check_speed(problem: MillingProblem, speed: float, lower: float, depth: float) -> SpeedToUse:
-    chart = stability.chart(problem, speed * np.array([1 - SPEED_MARGIN, 1.0, 1 + SPEED_MARGIN]), EXACT_METHOD, depth_max=depth)
+    chart = stability.chart(problem, speed * np.array([1 - SPEED_MARGIN, 1.0, 1 + SPEED_MARGIN]), depth_max=depth)
     k = int(np.argmin(chart.sure_limit))
     point = int(chart.limit_points()[k])
     chatter = float("nan") if point < 0 else float(chart.frequency[point])

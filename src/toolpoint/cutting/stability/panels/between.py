@@ -16,6 +16,7 @@ from toolpoint.cutting.stability.panels.bumps import Level, predict_meeting
 MEETING_ROUNDS = 5  # of looking for meetings of multipliers between levels
 MAX_TANGENT_DIVISIONS = 4  # times that the stretch between two levels is divided by tangents
 SLOPE_STEP_FRACTION = 0.02  # of a stretch, for the slopes at its ends
+LEFT_LEAD = 1.5  # on the growth that a tangent has to gain in a stretch to lead beyond the circle well before its end
 Look = Callable[[float], Level]
 
 
@@ -80,13 +81,13 @@ def _tangent_crossing(a: Level, b: Level, look: Look) -> float | None:
     if not a.depth + step > a.depth:  # one depth looked at twice: nothing lies between
         return None
     sign = -1.0 if a.growth > 0 else 1.0  # growth counted positive beyond the circle as seen from here
+    ga, gb, width = sign * a.growth, sign * b.growth, b.depth - a.depth
     left = sign * (look(a.depth + step).growth - a.growth) / step
     if left <= 0:
         return None
     right = sign * (b.growth - look(b.depth - step).growth) / step
-    if right >= 0:
-        return None
-    ga, gb = sign * a.growth, sign * b.growth
+    if right >= 0:  # rises at both ends: it fell between where the first tangent leads beyond the circle before the second end
+        return a.depth - ga / left if left * width > LEFT_LEAD * -ga else None
     w = (gb - ga + left * a.depth - right * b.depth) / (left - right)
     return min(max(w, a.depth + 5 * step), b.depth - 5 * step)
 

@@ -2,19 +2,62 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 
-from toolpoint.cutting.stability.levels import depth_levels
-from toolpoint.cutting.stability.panels.between import changes_of_sign, refine_levels
+from toolpoint.cutting.stability.levels import FRACTIONS_BELOW_ROOT, depth_levels
+from toolpoint.cutting.stability.panels.between import Look, changes_of_sign, refine_levels
 from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.cutting.stability.panels.search import BRACKET_MARGIN_FRACTION, ROOT_ERROR_FLOOR, PanelSearch
 
 DEPTH_RATIO = 2.0**0.25  # between search depths: the same for all speeds and poses, which so share their panels
 FIRST_DEPTH_RATIO = 1.02  # of the expected limit: the first search depth lies at or above it
-STEPS_BELOW = (1, 3, 6, 10)  # depths below the first unstable one, in steps of `DEPTH_RATIO`; the axial pitch may add more
+# Depths below the first unstable one, in steps of `DEPTH_RATIO`; the axial pitch may add more. A flip lobe spans few steps.
+STEPS_BELOW = (1, 2, 4, 6, 9)
+SAME_BRANCH_COSINE = 0.05  # largest change of a leading multiplier's cosine between neighbours that take it for the same
+# Halvings of the stretch in which the lead changes; on the difference of growth there: what lies further below the circle.
+MAX_LEAD_HALVINGS, LEAD_GROWTH_FACTOR = 5, 2.0
+ROOT_DISTANCE = 1e-6  # relative, from a root to the level just below it
+MAX_FIRST_ROUNDS = 6  # of looking below a root for one that lies lower
 EXTRA_NODES = (3, 6)  # nodes added to a panel, tried in turn
 NO_ROOT_ERROR_FRACTION = 0.9  # of a bracket: a larger stated error says that the bracket holds no root
 NEWTON_CURVATURE_FACTOR = 3.0  # on the square of the last step over the depth: the error of one Newton step with more nodes
+
+
+def _look_for_bands(levels: list[Level], look: Look) -> list[Level]:
+    """Return the levels by depth, and others where a band is announced.
+
+    It is where the growth falls again, which is looked for the closer where another multiplier takes the lead: the one may have
+    come to the circle and left it before. One that only rises needs no look.
+    """
+    taken = [level for a, b in pairwise(levels) for level in _look_where_lead_changes(a, b, look)]
+    levels = sorted([*levels, *taken], key=lambda level: level.depth)
+    rises = np.diff([level.growth for level in levels]) > 0
+    return refine_levels(levels, look) if np.any(rises[:-1] & ~rises[1:]) else levels
+
+
+def _look_where_lead_changes(a: Level, b: Level, look: Look) -> list[Level]:
+    """Return levels about the depth between two others at which another multiplier takes the lead, () where none does."""
+    between = list[Level]()
+    while not _is_same_branch(a, b) and len(between) < MAX_LEAD_HALVINGS:
+        if min(-a.growth, -b.growth) > LEAD_GROWTH_FACTOR * abs(a.growth - b.growth):
+            break
+        middle = look((a.depth + b.depth) / 2)
+        between.append(middle)
+        a, b = (a, middle) if _is_same_branch(middle, b) else (middle, b)
+    return between
+
+
+def _is_same_branch(a: Level, b: Level) -> bool:
+    """Whether one multiplier leads at both: both complex or both real, with nearly the same cosine.
+
+    Unstable levels say nothing. A real one beside a complex one is two that met on the axis between: there lie the flip lobes.
+    """
+    if a.growth > 0 or b.growth > 0:
+        return True
+    return (abs(a.cosine) > 1) == (abs(b.cosine) > 1) and abs(a.cosine - b.cosine) < SAME_BRANCH_COSINE
 
 
 class FirstLimitSearch(PanelSearch):
@@ -23,24 +66,48 @@ class FirstLimitSearch(PanelSearch):
     def lowest(self, expected: float) -> list[tuple[float, ...]]:
         """Solve for the first loss of stability, begun at the depth at which it is expected (m); return its row (depth, theta,
         frequency, change, error), none where all levels are stable."""
-        step = int(np.ceil(np.log(max(FIRST_DEPTH_RATIO * expected, 1e-6 * self.depth_max) / self.depth_max)
-                           / np.log(DEPTH_RATIO)))
+        step = self._step(max(FIRST_DEPTH_RATIO * expected, 1e-6 * self.depth_max))
         levels = [self._look(self._depth(step))]
         while levels[-1].growth <= 0 and step < 0:
             step += 1
             levels.append(self._look(self._depth(step)))
-        depths_seen, unstable_depth = {level.depth for level in levels}, levels[-1].depth
-        pitch = depth_levels(self.problem, unstable_depth, 1, power=1.0).tolist()
-        below = {*(self._depth(step - steps_down) for steps_down in STEPS_BELOW), *pitch} - depths_seen
-        levels = sorted([*levels, *(self._look(w) for w in below)], key=lambda level: level.depth)
-        rises = np.diff([level.growth for level in levels]) > 0
-        if np.any(rises[:-1] & ~rises[1:]):  # growth that falls again announces a band; what only rises does not
-            levels = refine_levels(levels, self._look)
+        pitch = depth_levels(self.problem, levels[-1].depth, 1, power=1.0).tolist()
+        levels = _look_for_bands(self._look_below(step, levels, pitch), self._look)
         if levels[0].growth > 0:
             levels = [self._stable_level(levels[0]), *levels]
-        crossed = changes_of_sign(levels)
-        rows = [self._first_row(*crossed[0])] if crossed else []
-        return [row for row in rows if row[0] <= self.depth_max]
+        row = self._lowest_row(levels)
+        return [row] if row and row[0] <= self.depth_max else []
+
+    def _step(self, depth: float) -> int:
+        """Return the step of the shared depth at or above one."""
+        return int(np.ceil(np.log(depth / self.depth_max) / np.log(DEPTH_RATIO)))
+
+    def _look_below(self, step: int, levels: list[Level], others: list[float]) -> list[Level]:
+        """Return the levels by depth, with those of `STEPS_BELOW` a step and of other depths."""
+        depths = {*(self._depth(step - steps_down) for steps_down in STEPS_BELOW), *others} - {level.depth for level in levels}
+        return sorted([*levels, *(self._look(w) for w in depths)], key=lambda level: level.depth)
+
+    def _lowest_row(self, levels: list[Level]) -> tuple[float, ...]:
+        """Return the row of the lowest root, () where all levels are stable.
+
+        Below every root it is looked for a lower one: a flip lobe may open and close between the root and the level below."""
+        row: tuple[float, ...] = ()
+        for _ in range(MAX_FIRST_ROUNDS):
+            crossed = changes_of_sign(levels)
+            if not crossed:
+                break
+            lower, upper = crossed[0]
+            row = self._first_row(lower, upper)
+            if not lower.depth < row[0] < upper.depth:
+                break
+            between = [lower.depth + (row[0] - lower.depth) * place for place in FRACTIONS_BELOW_ROOT]
+            stable = self._look_below(self._step(row[0]), [level for level in levels if level.depth <= lower.depth], between)
+            levels = _look_for_bands([*stable, self._level_at_root(row)], self._look)
+        return row
+
+    def _level_at_root(self, row: tuple[float, ...]) -> Level:
+        """Return the level just below a root, stable as it is known to be."""
+        return replace(self._look(row[0] - ROOT_DISTANCE * row[0] - 2 * row[-1]), growth=-1e-12)
 
     def _depth(self, step: int) -> float:
         """Return one of the depths that all speeds share, m."""

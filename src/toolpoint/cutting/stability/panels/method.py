@@ -46,7 +46,8 @@ class PanelArnoldi:
         Relative error of depth wanted; nodes are added until the estimate is below it (at most twice).
     first_only : bool
         Look for the first loss of stability alone, from where the speed before (or the single-frequency solution) had it:
-        for maps of many poses, at a fifth of the work. What is stable again above it is not looked for.
+        for maps of many poses, at a quarter of the work. What is stable again above it is not looked for. Below it, narrow
+        losses are looked for where the growth falls again and where another multiplier takes the lead.
 
     Source: Butcher, Bobrenkov, J. Vib. Control 17 (2011) 1873 for collocation of the monodromy operator; Engin, Altintas,
     Int. J. Machine Tools Manufacture 41 (2001) 2195 for general end mills.
@@ -106,7 +107,7 @@ class PanelArnoldi:
             overflow |= search.overflow
             is_normal &= search.is_normal
         columns = np.array(rows, float).reshape(-1, 6).T
-        spacing = ("bands of depths between search levels, a fifth of the limit apart, can be missed" if self.first_only else
+        spacing = ("bands of depths between search levels, two fifths of the limit apart, can be missed" if self.first_only else
                    spacing_note(depth_levels(problem, depth_max, self.levels, power=1.5)))
         note = ("largest multipliers of the one-period map; error of each point from two discretisations; "
                 f"{spacing}, unless the multipliers beside them announce it")
