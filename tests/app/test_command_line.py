@@ -215,6 +215,7 @@ def test_help_answers_by_question_and_cuts_no_sentence(capsys):
     assert run(["--help"]) == 0
     printed = capsys.readouterr().out
     assert "..." not in printed.split("Options:")[1] and all(f"{question}:" in printed for question in COMMANDS_OF_QUESTION)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    positions = [readme.index(f"**{question}**") for question in COMMANDS_OF_QUESTION]
+    page = (ROOT / "docs" / "how_to" / "commands_by_question.md").read_text(encoding="utf-8")
+    positions = [page.index(f"**{question}**") for question in COMMANDS_OF_QUESTION]
     assert positions == sorted(positions)
+    assert [name for name in grouped if f"toolpoint {name}" not in page and name != "completion"] == []
