@@ -52,7 +52,8 @@ def null_sink() -> Iterator[None]:
 
 
 def _raise_priority() -> None:
-    """Let the virtual sound card run ahead of other work, where that is allowed: a real card needs no processor to sample."""
+    """Let the virtual sound card, and what plays into it, run ahead of other work where that is allowed: a real card needs no
+    processor to sample."""
     with suppress(OSError, AttributeError):
         os.nice(-15)
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
@@ -65,8 +66,8 @@ def player(samples: np.ndarray) -> Iterator[subprocess.Popen[bytes]]:
         samples.astype("<f4").tofile(file)
         file.flush()
         command = ["pacat", "--playback", "--raw", f"--rate={RATE}", "--channels=2", "--format=float32le",
-                   "--latency-msec=200", file.name]
-        process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+                   "--latency-msec=1500", file.name]
+        process = subprocess.Popen(command, stderr=subprocess.DEVNULL, preexec_fn=_raise_priority)
         try:
             yield process
         finally:
