@@ -242,3 +242,22 @@ def test_add_and_change_are_commands_too(folder, monkeypatch, capsys):
         with pytest.raises(SystemExit):
             main(wrong)
     assert not (folder / "b.yaml").exists()
+
+
+def test_a_slow_client_costs_the_others_nothing_and_begins_anew(running):
+    """A tab that does not read holds no answer up; what it has missed is not kept for it without end."""
+    import socket
+
+    access, log = running.client.access, running.bench.log
+    with socket.create_connection(("127.0.0.1", access.port), timeout=30) as slow:
+        slow.sendall((f"GET /api/events HTTP/1.1\r\nHost: 127.0.0.1:{access.port}\r\n"
+                      f"Last-Event-ID: {log.start}-0\r\nCookie: {access.cookie_name}={access.cookie_value}\r\n\r\n").encode())
+        assert b"text/event-stream" in slow.recv(4096)
+        for number in range(4 * KEPT_EVENTS):
+            log.publish("step", number=number, words="x" * 4000)
+        start = time.monotonic()
+        running.client.json("GET", "/api/view/list")
+        assert time.monotonic() - start < 5 and len(log._events) == KEPT_EVENTS
+        content = b""
+        while b"event: reset" not in content:
+            content = content[-200:] + slow.recv(1 << 20)
