@@ -19,7 +19,8 @@ VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view"
          "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
          "report": ("pages_view", "view_report")}
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
-                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed")}
+                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed"),
+                 "band": ("lobes_view", "band_deed")}
 
 
 def list_views(desk: Desk) -> dict[str, Any]:
