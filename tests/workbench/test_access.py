@@ -147,6 +147,11 @@ def test_oversize_is_refused_whether_it_is_stated_or_not(running, monkeypatch):
     chunks = b"".join(b"%x\r\n%s\r\n" % (400, b"x" * 400) for _ in range(4)) + b"0\r\n\r\n"
     assert ask("PUT", "/api/file/a.csv", chunks, Transfer_Encoding="chunked")[0] in (0, 413)
     assert not list(running.bench.desk.folder.glob("incoming/*"))
+    monkeypatch.setattr(guard, "MAX_JSON_BYTES", 40)
+    text, before = b'{"place": "goals.x", "value": "{speed: 900 rpm, depth: 1 mm}"}', running.bench.desk.folder / "project.yaml"
+    kept = before.read_bytes()
+    assert ask("POST", "/api/part", b"%x\r\n%s\r\n0\r\n\r\n" % (len(text), text), Transfer_Encoding="chunked")[0] in (0, 413)
+    assert before.read_bytes() == kept  # what is too large is not worked on
 
 
 @pytest.mark.parametrize("name", ["..%2f..%2fx.csv", "%2e%2e%2fproject.yaml", "a%00b.csv", ".hidden", "a%5Cb.csv",

@@ -216,9 +216,9 @@ def test_one_workbench_a_project(folder):
 def test_words_have_the_same_keys_and_every_key_of_the_page():
     import re
 
-    from toolpoint.workbench.web.assets import SCRIPTS, check_words, web_file
+    from toolpoint.workbench.web.assets import LANGUAGES, SCRIPTS, web_file
 
-    words = check_words()
+    words = {language: set(json.loads(web_file(f"words_{language}.json"))) for language in LANGUAGES}
     assert words["de"] == words["en"]
     used = {key for name in SCRIPTS for key in re.findall(r'W\.word\("([\w.]+)"[,)]', web_file(name).decode())}
     assert used - words["en"] == set() and len(used) > 80
@@ -242,3 +242,22 @@ def test_add_and_change_are_commands_too(folder, monkeypatch, capsys):
         with pytest.raises(SystemExit):
             main(wrong)
     assert not (folder / "b.yaml").exists()
+
+
+def test_a_slow_client_costs_the_others_nothing_and_begins_anew(running):
+    """A tab that does not read holds no answer up; what it has missed is not kept for it without end."""
+    import socket
+
+    access, log = running.client.access, running.bench.log
+    with socket.create_connection(("127.0.0.1", access.port), timeout=30) as slow:
+        slow.sendall((f"GET /api/events HTTP/1.1\r\nHost: 127.0.0.1:{access.port}\r\n"
+                      f"Last-Event-ID: {log.start}-0\r\nCookie: {access.cookie_name}={access.cookie_value}\r\n\r\n").encode())
+        assert b"text/event-stream" in slow.recv(4096)
+        for number in range(4 * KEPT_EVENTS):
+            log.publish("step", number=number, words="x" * 4000)
+        start = time.monotonic()
+        running.client.json("GET", "/api/view/list")
+        assert time.monotonic() - start < 5 and len(log._events) == KEPT_EVENTS
+        content = b""
+        while b"event: reset" not in content:
+            content = content[-200:] + slow.recv(1 << 20)

@@ -11,8 +11,8 @@ from toolpoint import project
 from toolpoint._check import fail
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of, write_answer
 from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
+from toolpoint.workbench.views.hammer_views import decide_hit
 from toolpoint.workbench.views.intake import INCOMING_FOLDER, enter_files, list_incoming
-from toolpoint.workbench.views.test_views import decide_hit
 
 if TYPE_CHECKING:
     from starlette.requests import Request

@@ -14,11 +14,13 @@ from toolpoint.workbench.views.view import WorkbenchView
 
 # Name of a view, in the order of the page: module and function.
 VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine"),
-         "lobes": ("lobes_view", "view_lobes"), "modes": ("test_views", "view_modes"), "blows": ("test_views", "view_blows"),
+         "lobes": ("lobes_view", "view_lobes"), "modes": ("hammer_views", "view_modes"),
+         "blows": ("hammer_views", "view_blows"),
          "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
          "report": ("pages_view", "view_report")}
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
-                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed")}
+                 "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed"),
+                 "band": ("lobes_view", "band_deed")}
 
 
 def list_views(desk: Desk) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_wor
 # Values of a cut with a slider: key, factor of its ends over the value, unit shown, SI of that unit.
 CUT_SLIDERS = (("tangential", 4.0, "MPa", 1e6), ("normal", 4.0, "MPa", 1e6), ("immersion", 0.0, "", 1.0),
                ("diameter", 2.0, "mm", 1e-3))
+BAND_SPEEDS = 15  # of the band over the range of a cut
 MAX_INTERVAL_DRAWS = 200  # draws of an interval that the page waits for
 
 
@@ -160,6 +161,17 @@ def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     chance = None if depth is None else float(limits.chance(weights)[0])
     return {"speed_rpm": speed, "limit_m": limits.limit[0], "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
             "depth_m": depth, "stable_probability": chance, "shares": limits.shares, "draws": systems.count,
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
+
+
+def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
+    """Return the 95 % intervals of the limit at speeds over the range of the cut; many times slower than one."""
+    project, cut, deviation, name, systems = _asked(desk, request)
+    speeds = tuple(np.linspace(*cut.speeds, BAND_SPEEDS).tolist())
+    limits = draw_limits(systems, CutQuestion(name, cut, deviation, speeds, dict(request.pose)))
+    weights, is_weighed = _weights(desk, project, systems.count, request)
+    lower, upper = limits.interval(weights)
+    return {"speeds": pack(speeds), "lower": pack(lower), "upper": pack(upper), "draws": systems.count,
             "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
 from importlib import resources
 
@@ -45,8 +44,3 @@ def index_page(*, base: str = "/web/", first_scripts: tuple[str, ...] = ()) -> s
     style = f'<link rel="stylesheet" href="{base}{STYLE_BUNDLE}">\n'
     scripts = "".join(f'<script src="{base}{name}" defer></script>\n' for name in (*first_scripts, SCRIPT_BUNDLE))
     return web_file("index.html").decode("utf-8").replace("<!-- styles -->", style).replace("<!-- scripts -->", scripts)
-
-
-def check_words() -> dict[str, set[str]]:
-    """Return the keys of every language's words, for the test that none is missing in English."""
-    return {language: set(json.loads(web_file(f"words_{language}.json"))) for language in LANGUAGES}

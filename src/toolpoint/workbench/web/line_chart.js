@@ -153,6 +153,7 @@ window.Workbench = window.Workbench || { views: {} };
         const high = Number.isFinite(mark.high) ? Math.max(this.sy(mark.high), MARGIN.top) : MARGIN.top;
         nodes.push(svg("line", { class: "wb-bar " + (mark.kind || ""), x1: x, x2: x, y1: this.sy(mark.low), y2: high }));
       }
+      if (mark.kind === "interval") return nodes;
       if (mark.kind === "chatter") nodes.push(svg("path", { class: "wb-mark chatter", d: `M${x - 5} ${y - 5}l10 10m0-10l-10 10` }));
       else nodes.push(svg("circle", { class: "wb-mark " + (mark.kind || ""), cx: x, cy: y, r: 5.5 }));
       if (mark.name) nodes.push(svg("title", { text: mark.name }));

@@ -58,7 +58,8 @@ window.Workbench = window.Workbench || { views: {} };
         state.speed = Math.min(Math.max(Math.round(x), low), high); state.cut_values.depth = Math.max(y, 0.01) / 1e3;
         speed.put(state.speed); depth.put(state.cut_values.depth); send();
       } });
-      const draw = () => chart.set({ lines: Object.values(lines), marks: [...marks.goals, ...marks.tried, ...marks.mine] });
+      let bars = [];
+      const draw = () => chart.set({ lines: Object.values(lines), marks: [...bars, ...marks.goals, ...marks.tried, ...marks.mine] });
       const rest = async () => {
         const mine = ++turn;
         sure.textContent = W.word("asking");
@@ -78,7 +79,7 @@ window.Workbench = window.Workbench || { views: {} };
       const show = (answer) => {
         if (place.firstChild !== title) return;
         const limit = answer.limit, quick = limit.quick;
-        delete lines.exact;
+        delete lines.exact; bars = []; // of another state of the sliders
         if (quick) lines.quick = { x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") };
         marks.mine = [{ x: limit.speed_rpm, y: 1e3 * (limit.limit_m ?? limit.searched_m), kind: "exact", name: W.word("exact.here") },
           ...(state.cut_values.depth ? [{ x: limit.speed_rpm, y: 1e3 * state.cut_values.depth, kind: "goal", name: W.word("asked") }] : [])];
@@ -113,9 +114,27 @@ window.Workbench = window.Workbench || { views: {} };
       };
       const select = W.make("select", { id: "lobes-cut", onchange: () => { cut = data.cuts.find((entry) => entry.name === select.value); choose(); } },
         data.cuts.map((entry) => W.make("option", { value: entry.name, text: entry.name, selected: entry === cut })));
+      const said = W.make("span", { class: "key", role: "status" });
+      const band = W.make("button", { type: "button", id: "lobes-band", text: W.word("band"), onclick: async () => {
+        const mine = turn;
+        band.disabled = true; said.textContent = W.word("band.takes");
+        try {
+          const answer = await W.ask("machine/band", state);
+          if (mine === turn && place.firstChild === title) { // the sliders stand as they did
+            const millimetres = (text) => W.floats(text).map((v) => 1e3 * v);
+            // Bars, not a band: between the speeds the lobes go up and down, and a straight line there would be a claim.
+            const low = millimetres(answer.lower), high = millimetres(answer.upper);
+            bars = [...W.floats(answer.speeds)].map((x, i) => ({ x, y: low[i], low: low[i], high: high[i], kind: "interval", name: i ? "" : W.word("band.is", { n: answer.draws }) }));
+            draw();
+          }
+          said.textContent = "";
+        } catch (error) { said.textContent = error.message; }
+        band.disabled = false;
+      } });
       const [title, answer, doubts] = W.head(view, W.word("view.lobes"));
       place.replaceChildren(title, answer, doubts, W.make("div", { class: "wb-two" },
-        W.section(W.word("lobes"), words, sure, chart.node, W.make("p", { class: "key", text: W.word("lobes.key") })),
+        W.section(W.word("lobes"), words, sure, chart.node,
+          ...(W.isExport ? [] : [W.make("div", { class: "wb-run" }, band, said)]), W.make("p", { class: "key", text: W.word("lobes.key") })),
         W.section(W.word("cut"), W.make("div", { class: "wb-run" }, W.make("label", { for: "lobes-cut", text: W.word("cut") }), select), sliders, live, fault)),
       ...[goalRows(view)].filter(Boolean), same);
       choose();
