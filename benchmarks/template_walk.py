@@ -23,9 +23,9 @@ from toolpoint.samples import KINDS, write_samples
 MAX_SECONDS, MAX_MEGABYTES = 120.0, 1000.0  # CPU of a command with its compiling; peak
 COMMANDS = ("check m.yaml", "modes m.yaml", "report m.yaml -o page", "lobes m.yaml -o page",
             "mill m.yaml --speed 6000 --depth 0.5 -o page", "frf m.yaml --save tip.uff", "lobes --frf tip.uff -o page",
-            "turn --frf tip.uff --kf 1500 -o page", "sensitivity m.yaml --count 3 -o page", "base m.yaml", "plan m.yaml -o page",
-            "campbell m.yaml --speeds 0:6000:5 -o page", "export m.yaml out.xml", "convert tip.uff --to tip.h5",
-            "identify tip.uff -o page")
+            "turn --frf tip.uff --kf 1500 -o page", "sensitivity m.yaml --count 3 -o page", "base m.yaml",
+            "plan m.yaml -o page", "campbell m.yaml --speeds 0:6000:5 -o page", "export m.yaml out.xml",
+            "convert tip.uff --to tip.h5", "identify tip.uff -o page")
 ALLOWED_REFUSALS = ("no body that spins", "gravity or loads; cannot be written", "loops or elastic bodies; must be a tree",
                     "do not tell the shapes")
 

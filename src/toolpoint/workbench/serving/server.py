@@ -22,7 +22,7 @@ from toolpoint.workbench.state.kept_files import keep_file
 
 LOCAL_HOST = "127.0.0.1"
 ANY_HOSTS = ("0.0.0.0", "::", "*", "")  # ways to say every address of a machine
-LOOK_SECONDS = 1.0  # between two looks for files that somebody changed
+FOLDER_LOOK_SECONDS = 1.0  # between two looks for files that somebody changed
 STOP_SECONDS = 2  # that open connections get when the server ends
 
 
@@ -45,7 +45,7 @@ class Workbench:
     def watch(self) -> None:
         """Say in the log when files of the project have changed, until the workbench closes; in a thread of its own."""
         stamp = self.desk.stamp()
-        while not self._closing.wait(LOOK_SECONDS):
+        while not self._closing.wait(FOLDER_LOOK_SECONDS):
             with contextlib.suppress(OSError):
                 if (new := self.desk.stamp()) != stamp:
                     stamp = new

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 KEPT_EVENTS = 2000  # events that a tab may be behind before it must fetch the state anew
-QUIET_SECONDS = 15.0  # after which a comment keeps the connection open
+EVENT_QUIET_SECONDS = 15.0  # after which a comment keeps the connection open
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class EventLog:
                     yield self._text(event)
                     number = event.number
                 try:
-                    await asyncio.wait_for(signal.wait(), QUIET_SECONDS)
+                    await asyncio.wait_for(signal.wait(), EVENT_QUIET_SECONDS)
                 except TimeoutError:
                     yield ": quiet\n\n"
         finally:
