@@ -262,3 +262,17 @@ def test_record_of_another_pose_is_refused(tmp_path):
         find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"X": 0.2})
     with pytest.raises(ToolpointError, match="must be an axis of the component file: X, Z"):
         find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"B": 0.2})
+
+
+def test_a_project_stands_for_its_machine_file_in_every_command(folder, capsys):
+    def table(place):
+        main(["modes", str(place)])
+        printed = capsys.readouterr()
+        return printed.out, printed.err
+
+    by_file, by_folder = table(folder / "machine.yaml"), table(folder)
+    assert by_folder[0] == by_file[0] and "not of today" in by_folder[1]  # it was never run
+    (folder / "project.yaml").write_text(PROJECT.replace("machine: machine.yaml\n", ""))
+    with pytest.raises(SystemExit) as end:
+        main(["modes", str(folder)])
+    assert end.value.code == 2 and "no machine file" in capsys.readouterr().err

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import click
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
+from toolpoint.app import console
 from toolpoint.app.declare import REPLACE_KEY, Reading
 from toolpoint.io.output_places import check_file_place, check_folder_place
 from toolpoint.io.quantities import written
@@ -17,7 +18,8 @@ from toolpoint.io.quantities.written import AxisPoints, Vector
 
 
 class _Source(click.Path):
-    """A file to read: looked for as soon as the options are known, before anything else is loaded."""
+    """A file to read: looked for as soon as the options are known, before anything else is loaded. The folder of a project
+    stands for its machine file."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         path = Path(value)
@@ -26,7 +28,18 @@ class _Source(click.Path):
             siblings = (each.name for each in folder.iterdir()) if folder.is_dir() else ()
             hint = suggestion(path.name, siblings) if path.name else ""
             raise ToolpointError(f"{path}: cannot be read (no such file); {hint or 'check the name and the folder'}")
-        return path
+        return _machine_file(path) if (path / "project.yaml").is_file() else path
+
+
+def _machine_file(folder: Path) -> Path:
+    """Return the machine file of a project, with a warning where a run would make another one."""
+    from toolpoint.project import Project  # only where a project is given
+
+    project = Project.open(folder)
+    place = project.machine_file
+    if project.machine_doubt:
+        console.warning(f"{project.machine_doubt}; run it first (toolpoint run {folder})")
+    return place
 
 
 class _NewFile(click.Path):

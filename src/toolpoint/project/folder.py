@@ -108,6 +108,12 @@ class Project:
             raise ToolpointError(f"{self.folder}: has no machine file; run the project, or see what is missing in its results")
         return place
 
+    @property
+    def machine_doubt(self) -> str:
+        """What speaks against the machine file of today: the step that would run again, and why; empty where nothing does."""
+        seen = next((entry for entry in self.outlook() if entry.step.name == "machine"), None)
+        return "" if seen is None or seen.is_of_today else f"{self.folder}: its machine file is not of today: {seen.reason}"
+
     def limits(self, pose: Mapping[str, float] | None = None, *, cut: str = "", speeds: Sequence[float] | FloatArray = (),
                draws: int | None = None) -> DrawnLimits:
         """Return the limits of a cut of the project at a pose, with draws of the machine and of the coefficients.
