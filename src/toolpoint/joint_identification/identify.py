@@ -21,6 +21,7 @@ from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.bending_share import bending_share
 from toolpoint.joint_identification.machine.refined import fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
+from toolpoint.joint_identification.machine.untested_directions import question_directions
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import shape_mixing
@@ -193,16 +194,36 @@ def identify_joints(
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
                                 "doubts"))
-    return _refine_joints(JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine), modes)
+    forces = _struck_wrenches(modes, points, components)
+    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
+    return _refine_joints(result, modes, forces)
 
 
-def _refine_joints(result: JointIdentification, modes: Modes) -> JointIdentification:
+def _struck_wrenches(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]]
+                     ) -> dict[str, FloatArray]:
+    """Return the wrenches (6, n) of unit forces at the struck points about the origin, by the component that is struck."""
+    wrenches: dict[str, list[FloatArray]] = {}
+    for dof in modes.input_dofs:
+        name = next((name for name, members in components.items() if dof.point in members), None)
+        if name is not None and dof.point in points:
+            force, moment = dof.unit[:3], dof.unit[3:]
+            moment = moment + np.cross(np.asarray(points[dof.point], float), force)
+            wrenches.setdefault(name, []).append(np.concatenate([force, moment]))
+    return {name: np.array(columns).T for name, columns in wrenches.items()}
+
+
+def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:
     """Return the result with joints refined by the whole machine and the doubts of that fit; it warns where any is left."""
     machine = result.machine
     if machine is not None:
         fit_doubt = [doubt for doubt in (question_fit(machine, modes.frequency),) if doubt is not None]
         refined = [refine_joint(joint, machine) for joint in result.joints]
-        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *joint.doubts)) for joint in refined),
+        untested = [question_directions(joint, machine, result.motions, relative=relative, omega=modes.omega,
+                                        forces=forces)
+                    for joint, relative in zip(refined, result.relatives, strict=True)]
+        result = replace(result, joints=tuple(
+            replace(joint, doubts=(*fit_doubt, *(() if doubt is None else (doubt,)), *joint.doubts))
+            for joint, doubt in zip(refined, untested, strict=True)),
                          doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
