@@ -1,4 +1,4 @@
-"""Machines whose feet give several modes almost one frequency: may a joint be called established whose modes were not all found?
+"""Machines whose feet give several modes almost one frequency: is a joint called established whose modes were not all found?
 
 A box on isolators, of whose six modes two to five lie within 0.05 to 3 % of one frequency (half-power widths 2 to 10 %), with a
 second box on a hinge; one or two driving points, noise of 0.5 to 5 %. From responses to joints by command, nobody choosing.
@@ -22,8 +22,12 @@ import joint_machines as jm
 import numpy as np
 from joint_random import called, judged
 
-from toolpoint.machine import build
-from toolpoint.machine.description import BodyDescription, FrameDescription, JointDescription, MachineDescription, ShapeDescription
+from toolpoint.machine.description import (
+    BodyDescription,
+    FrameDescription,
+    JointDescription,
+    ShapeDescription,
+)
 from toolpoint.studies.machines.virtual_test import surface_points
 
 
@@ -32,9 +36,9 @@ def close_case(seed: int) -> jm.Case:
     rng = np.random.default_rng(seed)
     size, mass = rng.uniform(0.6, 1.4, 3), float(rng.uniform(800, 3000))
     small = rng.uniform(0.3, 0.5, 3)
-    bodies = {"b0": BodyDescription(mass, (0.0, 0.0, float(size[2] / 2)), shape=ShapeDescription("box", tuple(map(float, size)))),
-              "b1": BodyDescription(mass / 40, (0.0, 0.0, float(size[2] + small[2] / 2)),
-                                    shape=ShapeDescription("box", tuple(map(float, small))))}
+    shapes = [ShapeDescription("box", tuple(map(float, edges))) for edges in (size, small)]
+    bodies = {"b0": BodyDescription(mass, (0.0, 0.0, float(size[2] / 2)), shape=shapes[0]),
+              "b1": BodyDescription(mass / 40, (0.0, 0.0, float(size[2] + small[2] / 2)), shape=shapes[1])}
     inertia = mass / 12 * ((size**2).sum() - size**2)
     hertz = rng.uniform(12, 60, 6)
     close = rng.permutation(6)[:int(rng.integers(2, 6))]
@@ -48,7 +52,8 @@ def close_case(seed: int) -> jm.Case:
                                         loss_factor=0.04)}
     machine = jm._complete(rng, bodies, joints)
     points = surface_points(machine, int(rng.integers(30, 80)), rng)
-    return jm.Case(machine, {"b0": "isolators", "b1": "hinge"}, points, float(10 ** rng.uniform(np.log10(0.005), np.log10(0.05))))
+    noise = float(10 ** rng.uniform(np.log10(0.005), np.log10(0.05)))
+    return jm.Case(machine, {"b0": "isolators", "b1": "hinge"}, points, noise)
 
 
 def run_case(seed: int) -> dict:

@@ -1,28 +1,31 @@
 r"""Directions of a joint that a test neither moves nor loads: there it may be soft without any sign of it.
 
-A joint carries the inertia of all components outward of it, the wrench :math:`R_r = \omega_r^2 \sum_c M_c t_{c,r}` in mode r. That
-it is stiff along a direction q is known only where a mode loads it that way and it does not yield: with
+A joint carries the inertia of all components outward of it, the wrench :math:`R_r = \omega_r^2 \sum_c M_c t_{c,r}` in mode r.
+That it is stiff along a direction q is known only where a mode loads it that way and it does not yield: with
 :math:`u_r = q^T M \tau_r` of the relative twist, M the mass that it carries and :math:`q^T M q = 1`, the compliance
 :math:`u_r / (q^T R_r)` is the inverse square of the frequency at which that mass would vibrate along q. Where a struck point
-pushes the carried mass along q itself, a soft direction would have shown a mode. Modes that no struck point excites, and all but
-one of several modes of one frequency under one struck point, leave neither.
+pushes the carried mass along q itself, a soft direction would have shown a mode. Modes that no struck point excites leave
+neither, nor do all but one of several modes of one frequency under one struck point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.joint_identification.joints.estimate import JointEstimate
 from toolpoint.joint_identification.joints.kinds import unit_twists
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
+from toolpoint.joint_identification.motion.measured import Point
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Modes
 
 _WAYS = ("x", "y", "z", "rx", "ry", "rz")
 _SURE_DEVIATIONS = 3.0  # standard deviations of a compliance, within which it is not excluded
@@ -33,8 +36,8 @@ _MIN_NAMED_SHARE = 0.3  # of the carried mass's motion along a way, in the untes
 
 
 def question_directions(joint: JointEstimate, machine: WholeMachine, motions: Mapping[str, RigidMotion], *,
-                        relative: RelativeMotion, omega: FloatArray, forces: Mapping[str, FloatArray]) -> Doubt | None:
-    """Return the doubt that a joint may be soft where the test does not load it.
+                        relative: RelativeMotion, omega: FloatArray, forces: Mapping[str, FloatArray]) -> tuple[Doubt, ...]:
+    """Return the doubt, if any, that a joint may be soft where the test does not load it.
 
     omega : (n_modes,) measured, rad/s; forces : wrenches (6, n) about the origin that struck each component, of unit force.
 
@@ -47,7 +50,7 @@ def question_directions(joint: JointEstimate, machine: WholeMachine, motions: Ma
     carried = np.sum([masses[i] for i in outward], axis=0)
     locked = _complement(joint.screws, carried)
     if not locked.shape[1] or not columns or not forces:
-        return None
+        return ()
     twists = {i: motions[machine.names[i]].twist[:, columns] for i in outward}
     load = omega[columns] ** 2 * np.sum([masses[i] @ twists[i] for i in outward], axis=0)
     bounds, ways = _excluded_squares(load, relative, columns, locked=locked, carried=carried)
@@ -55,11 +58,25 @@ def question_directions(joint: JointEstimate, machine: WholeMachine, motions: Ma
     is_untested = (bounds < omega[columns].min() ** 2) & (pushed < _MIN_PUSHED_SHARE)
     bounds, untested = bounds[is_untested], ways[:, is_untested]
     if not untested.shape[1]:
-        return None
+        return ()
     hertz = float(np.sqrt(max(bounds.min(), 0.0)) / (2 * np.pi))
     names = _names_of(joint, untested, carried)
-    return Doubt("freedoms", f"nothing in this test loads the joint along {', '.join(names)}: it may be soft there too (a mode "
-                 f"of it above {hertz:.3g} Hz is not excluded)", "strike a further point, in another direction", figure=hertz)
+    return (Doubt("freedoms", f"nothing in this test loads the joint along {', '.join(names)}: it may be soft there too (a "
+                  f"mode of it above {hertz:.3g} Hz is not excluded)", "strike a further point, in another direction",
+                  figure=hertz),)
+
+
+def struck_wrenches(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]]
+                    ) -> dict[str, FloatArray]:
+    """Return the wrenches (6, n) of unit forces at the struck points about the origin, by the component that is struck."""
+    wrenches: dict[str, list[FloatArray]] = {}
+    for dof in modes.input_dofs:
+        name = next((name for name, members in components.items() if dof.point in members), None)
+        if name is not None and dof.point in points:
+            force, moment = dof.unit[:3], dof.unit[3:]
+            moment = moment + np.cross(np.asarray(points[dof.point], float), force)
+            wrenches.setdefault(name, []).append(np.concatenate([force, moment]))
+    return {name: np.array(columns).T for name, columns in wrenches.items()}
 
 
 def _carries(parents: tuple[int, ...], joint: int, component: int) -> bool:
@@ -79,8 +96,7 @@ def _complement(screws: FloatArray, carried: FloatArray) -> FloatArray:
 
 def _excluded_squares(load: FloatArray, relative: RelativeMotion, columns: list[int], *, locked: FloatArray, carried: FloatArray
                       ) -> tuple[FloatArray, FloatArray]:
-    """Return squares (p,) of the frequencies, rad/s, below which a mode along a locked direction is excluded, and the directions
-    (6, p) as twists."""
+    """Return squares (p,) of frequencies, rad/s, below which modes along locked directions are excluded, and these (6, p)."""
     projection, twists = carried @ locked, relative.twist[:, columns]
     noise = np.linalg.eigvalsh(projection.T @ relative.covariance[columns] @ projection)[:, -1]
     motion = np.einsum("ir,ij,jr->r", twists, carried, twists)
@@ -102,7 +118,7 @@ def _pushed_share(forces: list[FloatArray], ways: FloatArray, carried: FloatArra
 
 
 def _names_of(joint: JointEstimate, untested: FloatArray, carried: FloatArray) -> list[str]:
-    """Return the ways of the joint's frame that lie in the untested directions, all the likeliest where none does so clearly."""
+    """Return the ways of the joint's frame that lie in the untested directions, the likeliest where none does so clearly."""
     ways = tf.adjoint(tf.transform(joint.frame, joint.position)) @ unit_twists(_WAYS)
     share = ((untested.T @ carried @ ways) ** 2).sum(axis=0) / np.einsum("iw,ij,jw->w", ways, carried, ways)
     names = [way for way, part in zip(_WAYS, share, strict=True) if part >= _MIN_NAMED_SHARE]
