@@ -24,7 +24,7 @@ from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
-from toolpoint.joint_identification.modes.mode_mixing import aligned_mixing
+from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.measured import Component, Point, component
 from toolpoint.joint_identification.motion.motion_errors import (
     column_correlation,
@@ -188,7 +188,7 @@ def identify_joints(
         try:
             fitted = whole_machine(aligned, parts, motions, joints=joints, relatives=relatives, masses=masses,
                                    scale=scale_deviations(modes), calibration=calibration_deviation,
-                                   mixing=aligned_mixing(modes))
+                                   mixing=mixing_in_phase(modes))
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
                                                            kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:

@@ -57,7 +57,7 @@ def with_mixing(data: ModalData, mixing: ComplexArray) -> ModalData:
     return replace(data, mixing=mixing, mixing_deviation=np.asarray(_MIXING_ERROR * np.abs(mixing) * size))
 
 
-def aligned_mixing(modes: Modes) -> ComplexArray | None:
+def mixing_in_phase(modes: Modes) -> ComplexArray | None:
     """Return the mixing of shapes turned to where their real parts are largest."""
     mixing = shape_mixing(modes)
     if mixing is None:
