@@ -11,7 +11,7 @@ Every machine has one later test unchanged, and one with a joint 5 to 30 % softe
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/drift_random.py [--first 0] [--seeds 100] [--results FILE]
         [--model-scatter 0.03] [--two]
 
---model-scatter makes the machine file worse; with --two a second joint softens as well, which no single change explains.
+--model-scatter makes the machine file worse; with --two a second joint softens as well, so that both are to be named, or none.
 
 Last line: how often the joint was named first, how often with the probability that names it alone and how many of these were
 right, how many changes were seen, and the false alarms.
@@ -56,11 +56,13 @@ def run_case(seed: int, model_scatter: float = MODEL_SCATTER, *, two: bool = Fal
         other = str(rng.choice([each for each in case.machine.description.joints if each != name]))
         every_way = list(case.machine.description.joints[other].stiffness)
         changed = softened(changed, other, every_way, 1 - float(rng.uniform(*SOFTER)))
+    pair = {f"joint {name}", f"joint {other}"} if two else {f"joint {name}"}
     row: dict = {"seed": seed, "joints": len(case.kinds), "joint": name, "ways": changed_ways, "factor": factor}
     for label, machine in (("same", case.machine), ("softer", changed)):
         later = tested(case, scattered(machine, TEST_SCATTER, rng), few, rng)
         study = study_drift(baseline, [later], model)
-        row[label] = judged(study, f"joint {name}", factor)
+        row[label] = judged(study, f"joint {name}", factor) | {"pair": bool(study.parts) and set(
+            study.parts[0][0].split(" and ")) == pair}
     return row
 
 
@@ -116,9 +118,12 @@ def summary(rows: list[dict]) -> str:
     first, right = sum(each["first"] for each in explained), sum(each["first"] for each in alone)
     inside = sum(each["inside"] for each in explained if each["first"])
     false = sum(row["same"]["changed"] for row in rows)
+    both = sum(each["pair"] for each in explained)
+    half = sum(each["alone"] and " and " not in each["parts"][0][0] for each in explained)
     doubted = sum(each["doubted"] for each in explained)
     return (f"{len(rows)} machines: joint first {first} of {len(rows)}, named alone {len(alone)} ({right} right), interval "
-            f"holds {inside} of {first}, no single change fits {doubted}, change seen {len(seen)}, false alarms {false}")
+            f"holds {inside} of {first}, no single change fits {doubted}, change seen {len(seen)}, false alarms {false}; "
+            f"all that changed first {both}, one part named alone {half}")
 
 
 def main() -> None:

@@ -95,11 +95,20 @@ def test_all_frequencies_alike_are_no_joint(mill):
     assert study.explanations[0].factor == pytest.approx(0.988, abs=2e-3)
 
 
-def test_two_changes_are_not_explained_by_one(mill):
-    changed = softer(softer(mill, "feet", 0.7), "guide_z", 0.7)
+def test_two_changes_are_named_together(mill):
+    changed = softer(softer(mill, "feet", 0.7), "guide_z", 0.8)
     study = study_drift(measured(mill), [measured(changed)], mill)
-    assert any("no single change explains" in doubt for doubt in study.doubts)
-    assert "No single part explains it" in study.status and "Likeliest" not in study.status
+    best = study.explanations[0]
+    factors = dict(zip(best.part.split(" and "), (best.factor, best.second[0]), strict=True))
+    assert factors == pytest.approx({"joint feet": 0.7, "joint guide_z": 0.8}, abs=0.02)
+    assert study.parts[0] == (best.part, pytest.approx(0.95, abs=0.05)) and " and " in best.change_text
+
+
+def test_three_changes_are_explained_by_no_pair(mill):
+    changed = softer(softer(softer(mill, "feet", 0.7), "guide_z", 0.6), "bearings", 0.6)
+    study = study_drift(measured(mill), [measured(changed)], mill)
+    assert any("no single change and no pair" in doubt for doubt in study.doubts)
+    assert "no pair of parts explains it" in study.status and "Likeliest" not in study.status
 
 
 def test_unchanged_machines_are_called_changed_as_often_as_stated():

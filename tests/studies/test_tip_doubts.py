@@ -10,7 +10,7 @@ from tapped_tools import Tip
 from toolpoint import io
 from toolpoint.app.main import main
 from toolpoint.studies import modal_dynamics, response_dynamics, separate_dynamics
-from toolpoint.studies.cuts.tip_doubts import question_tip
+from toolpoint.studies.cuts.tip_doubts import gain_notes, question_directions, question_tip
 from toolpoint.vibration import Dof, Frf
 
 TIP = Tip(np.array([640.0, 1480.0, 2900.0]), np.array([0.03, 0.02, 0.025]), np.array([1.5e7, 9e6, 3e7]),
@@ -50,6 +50,23 @@ def test_a_slip_is_grave_and_named(name):
     values, words = SLIPS[name]
     doubts = question_tip(response(values))
     assert any(doubt.grave and words in doubt for doubt in doubts), doubts
+
+
+def test_a_gain_that_the_response_cannot_tell_is_said():
+    accelerance = response(WHOLE * -((2 * np.pi * LINES) ** 2), quantity="accelerance")
+    (note,) = gain_notes(accelerance)
+    assert "this response alone does not tell" in note
+    stiffness = 1e-6 / abs(TIP.receptance(np.array([1.0]))[0, 0, 0])
+    assert float(note.split("static stiffness ")[1].split()[0]) == pytest.approx(stiffness, rel=0.1)
+    assert gain_notes(response()) == []  # no g where the file holds displacements
+
+
+def test_one_direction_in_another_unit_is_doubted():
+    ways = {"x": response(), "y": response(WHOLE / 9.80665, way="+y")}
+    (doubt,) = question_directions(ways)
+    assert doubt.why.startswith("x is 9.8")
+    assert "g for m/s^2" in doubt and not doubt.grave
+    assert question_directions({"x": response(), "y": response(1.4 * WHOLE, way="+y")}) == []
 
 
 def test_a_good_response_has_no_doubt():

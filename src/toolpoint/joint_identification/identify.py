@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
+from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
@@ -21,9 +21,10 @@ from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.bending_share import bending_share
 from toolpoint.joint_identification.machine.refined import fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
+from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
-from toolpoint.joint_identification.modes.mode_mixing import shape_mixing
+from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.measured import Component, Point, component
 from toolpoint.joint_identification.motion.motion_errors import (
     column_correlation,
@@ -187,22 +188,26 @@ def identify_joints(
         try:
             fitted = whole_machine(aligned, parts, motions, joints=joints, relatives=relatives, masses=masses,
                                    scale=scale_deviations(modes), calibration=calibration_deviation,
-                                   mixing=_aligned_mixing(modes))
+                                   mixing=mixing_in_phase(modes))
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
                                                            kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
                                 "doubts"))
-    return _refine_joints(JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine), modes)
+    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
+    return _refine_joints(result, modes, struck_wrenches(modes, points, components))
 
 
-def _refine_joints(result: JointIdentification, modes: Modes) -> JointIdentification:
+def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:
     """Return the result with joints refined by the whole machine and the doubts of that fit; it warns where any is left."""
     machine = result.machine
     if machine is not None:
         fit_doubt = [doubt for doubt in (question_fit(machine, modes.frequency),) if doubt is not None]
         refined = [refine_joint(joint, machine) for joint in result.joints]
-        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *joint.doubts)) for joint in refined),
+        untested = [question_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
+                    for joint, motion in zip(refined, result.relatives, strict=True)]
+        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *doubts, *joint.doubts))
+                                              for joint, doubts in zip(refined, untested, strict=True)),
                          doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
@@ -216,15 +221,6 @@ def _align_phase(modes: Modes) -> Modes:
     phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
     return replace(modes, shape=modes.shape * phase, scaling="unscaled", participation=None, input_dofs=(),
                    lower_residual=None, upper_residual=None)
-
-
-def _aligned_mixing(modes: Modes) -> ComplexArray | None:
-    """Return the mixing of shapes as `_align_phase` turns them."""
-    mixing = shape_mixing(modes)
-    if mixing is None:
-        return None
-    phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
-    return np.asarray(mixing * phase[:, None] / phase)
 
 
 def _real_variance(modes: Modes) -> FloatArray | None:

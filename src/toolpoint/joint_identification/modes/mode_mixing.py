@@ -55,3 +55,12 @@ def with_mixing(data: ModalData, mixing: ComplexArray) -> ModalData:
     # Of (ln f, ratio): a pole moves by its size times either.
     size = 2 * np.pi * data.frequency * np.sqrt(np.einsum("kii->k", covariance))
     return replace(data, mixing=mixing, mixing_deviation=np.asarray(_MIXING_ERROR * np.abs(mixing) * size))
+
+
+def mixing_in_phase(modes: Modes) -> ComplexArray | None:
+    """Return the mixing of shapes turned to where their real parts are largest."""
+    mixing = shape_mixing(modes)
+    if mixing is None:
+        return None
+    phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
+    return np.asarray(mixing * phase[:, None] / phase)

@@ -14,7 +14,7 @@ from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.cuts.example_cut import EXAMPLE_CUT
 from toolpoint.studies.cuts.lobes_study import end_words
-from toolpoint.studies.cuts.tip_doubts import question_tip, withheld_words
+from toolpoint.studies.cuts.tip_doubts import gain_notes, question_tip, withheld_words
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import lines_to_judge, take_band
 from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
@@ -101,6 +101,7 @@ def _chart(frf: Frf, cut: CuttingDescription, notes: list[str], *, band: tuple[f
                  + ("and the same across." if ways.y == "same" else f"and that of {ways.y} across."))
     labels = [ways.x] if ways.y in (None, "same") else [ways.x, str(ways.y)]
     tip = frf.selected(labels, labels)
-    notes[:] = [*question_tip(lines_to_judge(tip, band)), *notes]
+    judged = lines_to_judge(tip, band)
+    notes[:] = [*question_tip(judged), *notes, *gain_notes(judged)]
     problem = milling_problem(cut, tip, ways.x, y=ways.y)
     return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=min(depth_limit(problem), cut.depth_end[0]))

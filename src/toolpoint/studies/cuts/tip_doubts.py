@@ -18,6 +18,7 @@ from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
 
 TIP_STIFFNESS_RANGE = (2e5, 3e8)  # N/m, static, of tips of tools
+GRAVITY_FACTOR = 9.80665  # of a response whose sensor's unit is g where m/s^2 was taken
 TIP_MASS_RANGE = (2e-3, 2e3)  # kg, modal mass of the softest mode of a tip
 OUTSIDE_DAMPING_RATIO = 0.02  # assumed of a mode outside the band
 # of the band; of the largest response, from which it is large at the edge
@@ -27,6 +28,8 @@ MIN_CUT_OFF_RATIO = 1.2  # first believed over first measured line: below it, th
 MAX_SOFTNESS_ABOVE, MAX_SOFTNESS_BELOW = 1.0, 0.55
 MAX_SENSOR_CHANGE, MAX_SENSOR_SHIFT = 0.05, 0.02  # of the least real part, of the largest peak's frequency, by a sensor's mass
 MAX_ACTIVE_PAIRS = 0.05  # share of lines at which some mix of directions gives off power
+# One direction in g: factor about 9.81 between the stiffnesses of x and y; distance of the logarithms of their largest peaks
+MAX_GAIN_MISFIT, MAX_GAIN_FREQUENCY_DISTANCE = 1.3, 0.15
 MODAL_LINES = 4000  # at which modes are judged
 MODAL_NOISE = 0.02  # of a response of identified modes, as a share of it, and a tenth of that of the largest
 WITHHELD = "withheld"
@@ -82,21 +85,64 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
         return [Doubt("directions", f"what is given along x was measured along {ways['x'].outputs[0]}, and along y "
                       f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
                       grave=True)]
-    return []  # a file without labels counts as measured along x: one label alone decides nothing
+    # a file without labels counts as measured along x: one label alone decides nothing
+    return _question_gains(ways)
+
+
+def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
+    """Return the doubt that one of two directions was measured in g and taken for m/s^2: as soft as a tenth of the other at the
+    same frequencies."""
+    parts = {way: lines for way, frf in ways.items() if way in "xy" and (lines := select_lines(frf)) is not None}
+    if len(parts) < 2:
+        return []
+    peaks = {way: max(find_peaks(lines), key=lambda peak: peak.height, default=None) for way, lines in parts.items()}
+    if peaks["x"] is None or peaks["y"] is None:
+        return []
+    ratio = _static_stiffness(parts["y"]) / _static_stiffness(parts["x"])
+    size = max(ratio, 1 / ratio) / GRAVITY_FACTOR
+    apart = abs(np.log(peaks["x"].frequency / peaks["y"].frequency))
+    if max(size, 1 / size) > MAX_GAIN_MISFIT or apart > MAX_GAIN_FREQUENCY_DISTANCE:
+        return []
+    soft, stiff = ("x", "y") if ratio > 1 else ("y", "x")
+    return [Doubt("directions", f"{soft} is {max(ratio, 1 / ratio):.3g} times as soft as {stiff}, with its largest peak near "
+                  f"the other's at {peaks[stiff].frequency:.4g} Hz: g for m/s^2 in one of them makes 9.81",
+                  "compare the sensitivities of both sensors and their units (mV/g, mV/(m/s^2))", figure=ratio)]
+
+
+def gain_notes(frf: Frf) -> list[str]:
+    """Return the remarks that a driving point's accelerance does not tell g from m/s^2, where its stiffness leaves that open.
+
+    A factor of 9.81 moves limits as much, and leaves every other property of a response as it is.
+    """
+    notes = []
+    for dof in (dof for dof in frf.outputs if dof in frf.inputs and frf.quantity == "accelerance"):
+        lines = select_lines(frf.selected([dof], [dof]))
+        stiffness = 0.0 if lines is None else _static_stiffness(lines)
+        others = [stiffness * factor for factor in (GRAVITY_FACTOR, 1 / GRAVITY_FACTOR)
+                  if TIP_STIFFNESS_RANGE[0] < stiffness * factor < TIP_STIFFNESS_RANGE[1]]
+        if others:
+            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.3g} N/um; were g taken for m/s^2 it would be "
+                         f"{' or '.join(f'{value / 1e6:.3g}' for value in others)} N/um, which tips have too, and limits 9.81 "
+                         "times off: this response alone does not tell; a known mass that is struck does")
+    return notes
 
 
 def _first_omega(frf: Frf) -> float:
     return float(frf.omega[frf.omega > 0][0])
 
 
-def _question_stiffness(name: str, lines: BandLines) -> list[Doubt]:
-    """Doubt a static stiffness or a modal mass that no tip of a tool has."""
-    peaks = find_peaks(lines)
+def _static_stiffness(lines: BandLines) -> float:
+    """Return the static stiffness, N/m, by what is lost at all lines and what stays outside of them."""
     outside = look_outside(lines)
     loss = np.maximum(-lines.receptance.imag, 0.0)
     inside = 2 / np.pi * float(np.trapezoid(loss / lines.omega, lines.omega))
-    static = inside + max(outside.above, 0.0) + max(outside.below, 0.0)
-    stiffness = 1 / max(static, 1e-300)
+    return 1 / max(inside + max(outside.above, 0.0) + max(outside.below, 0.0), 1e-300)
+
+
+def _question_stiffness(name: str, lines: BandLines) -> list[Doubt]:
+    """Doubt a static stiffness or a modal mass that no tip of a tool has."""
+    peaks = find_peaks(lines)
+    stiffness = _static_stiffness(lines)
     remedy = "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2)), and `quantity`"
     if not TIP_STIFFNESS_RANGE[0] < stiffness < TIP_STIFFNESS_RANGE[1]:
         return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/um, which no tip of a tool has", remedy,

@@ -13,7 +13,7 @@ from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint._doubt import Doubt, grave_among
 from toolpoint.machine import Machine
 from toolpoint.signals.usable_band import usable_band
-from toolpoint.studies.cuts.tip_doubts import question_directions, question_mixes, question_modes, question_tip
+from toolpoint.studies.cuts.tip_doubts import gain_notes, question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
 from toolpoint.studies.machines.tool_seat import question_tool_seat
@@ -106,7 +106,7 @@ def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, b
     doubts = question_tip(judged, names={dof: f"{what}, {dof}" for dof in lines.outputs}, sensor_mass=sensor_mass)
     across = "" if ways.y in (None, "same") else f", along y {ways.y}"
     note = f"{what}, {frf.quantity}: response along x is {ways.x}{across}"
-    return ToolDynamics(lines, ways.x, ways.y, None, (*doubts, note, *ways.notes, *lines.notes), what)
+    return ToolDynamics(lines, ways.x, ways.y, None, (*doubts, note, *ways.notes, *lines.notes, *gain_notes(judged)), what)
 
 
 def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, across: str | None = None,
@@ -142,6 +142,7 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
     doubts = question_directions(judged)
     for way, part in judged.items():
         doubts += question_tip(part, names={part.outputs[0]: f"{called[way]}, along {way}"}, sensor_mass=sensor_mass)
+        notes += gain_notes(part)
     what = ", ".join(called[way] for way in parts)
     joined = _one_direction(parts["x"], across, notes, what) if y is None else _two_directions(parts, notes, what)
     if xy is not None and not doubts:

@@ -92,7 +92,7 @@ class DriftStudy(NotebookText):
         way = f" in direction {best.direction}" if best.direction else ""
         factor = f"{best.part}{way}: {best.change_text} ({best.interval_text})"
         if not any(each.fits for each in self.explanations):
-            return [f"No single part explains it; nearest comes {factor}, and what it leaves is more than noise."]
+            return [f"No part and no pair of parts explains it; nearest comes {factor}, and what it leaves is more than noise."]
         if share >= MIN_NAMED_PROBABILITY:
             return [f"Likeliest is {factor}, with a probability of {probability_text(share)}."]
         names = [f"{name} ({probability_text(each)})" for name, each in [(part, share), *others[:3]] if each > 0.05]
@@ -195,7 +195,7 @@ def _explain(machine: Machine, changes: ModeChanges, pose: Pose | None) -> tuple
                              f"{', '.join(machine.description.points) or 'none'}, the tests {measured}")
     changes = compare_modes(changes.baseline.at_dofs(dofs), changes.current.at_dofs(dofs), changes.repeatability)
     model = model_drift(machine, dofs, pose, highest=float(changes.baseline.frequency.max()))
-    nominal = model.modes(model.hypotheses[-1], 0.0)
+    nominal = model.modes()
     rows, columns, values = assign_modes(changes.baseline, nominal)
     partner = np.full(changes.baseline.count, -1)
     is_pair = values >= _MIN_MODEL_MAC
@@ -220,7 +220,8 @@ def _model_doubts(offset: np.ndarray, best: Explanation) -> list[Doubt]:
         doubts.append(Doubt("which part changed", f"{offset.size} modes of the tests are the machine's: too few to tell parts "
                             "apart", "measure more points or a wider band"))
     if not best.fits:
-        doubts.append(Doubt("which part changed", "no single change explains what was measured: more than one part changed, "
+        doubts.append(Doubt("which part changed", "no single change and no pair of them explains what was measured: more parts "
+                            "changed, "
                             "the pose or the sensors were others, or the machine is not the one of the baseline",
                             "look at the changes of the modes"))
     return doubts

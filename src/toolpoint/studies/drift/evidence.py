@@ -9,10 +9,10 @@ Information Theory, Inference, and Learning Algorithms, 2003, chapter 27).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.stats import chi2
 
 from toolpoint._check import FloatArray, IndexArray
@@ -26,6 +26,10 @@ MODEL_ERROR_FRACTION = 0.1  # of a predicted change: standard deviation by what 
 # That the machine's file does not tell which part moves which mode: of 140 random machines whose joint was named, 4 were wrong
 # (benchmarks/drift_random.py), with files 3 and 10 % off.
 WRONG_MODEL_PROBABILITY = 0.05
+# Two parts changed: their share before a test beside one part; how many of the likeliest are joined with all others
+PAIR_WEIGHT, PAIR_LEADERS = 0.1, 3
+MAX_PAIR_MISFIT = 0.99  # probability of larger residuals than one part leaves, above which no second is sought
+_PAIR_STEP, _PAIR_EVALUATIONS = 0.5, 60  # of the search for both factors: deviations before the test; predictions
 _MAX_DEVIATIONS = 4.0  # of the logarithm of a factor before the test: where it is sought
 _START_COUNT = 9  # factors that the search begins between
 _MIN_RESIDUAL_PROBABILITY = 1e-3  # below it a change does not explain what was measured
@@ -38,7 +42,8 @@ class Explanation(NotebookText):
 
     part, direction : see `Hypothesis`; factor : of its stiffness, mass, or of all frequencies; interval : its 95 % interval if
     this is what changed; probability : of this change among those looked at, if one of them happened; misfit : probability of
-    residuals as large as what it leaves.
+    residuals as large as what it leaves; second : of two parts that change together ("joint a and joint b"), factor and
+    interval of the second.
     """
 
     part: str
@@ -47,6 +52,7 @@ class Explanation(NotebookText):
     interval: tuple[float, float]
     probability: float
     misfit: float
+    second: tuple[float, float, float] | None = None
 
     @property
     def fits(self) -> bool:
@@ -56,12 +62,13 @@ class Explanation(NotebookText):
     @property
     def change_text(self) -> str:
         """Change by the factor in per cent: ``-15.2 %``."""
-        return f"{100 * (self.factor - 1):+.1f} %"
+        return " and ".join(f"{100 * (factor - 1):+.1f} %" for factor in (self.factor, *(self.second or ())[:1]))
 
     @property
     def interval_text(self) -> str:
         """The 95 % interval of the change in per cent: ``-18.1 to -11.4 %``."""
-        return f"{100 * (self.interval[0] - 1):+.1f} to {100 * (self.interval[1] - 1):+.1f} %"
+        intervals = (self.interval, *([self.second[1:]] if self.second else []))
+        return " and ".join(f"{100 * (lower - 1):+.1f} to {100 * (upper - 1):+.1f} %" for lower, upper in intervals)
 
     @property
     def words(self) -> str:
@@ -111,34 +118,62 @@ def gather_data(changes: ModeChanges, model: Modes, partner: IndexArray) -> Drif
 
 
 def weigh_hypotheses(model: DriftModel, data: DriftData) -> list[Explanation]:
-    """Return every hypothesis of a model with its probability, the likeliest first."""
-    nominal = model.modes(model.hypotheses[-1], 0.0)
-    fits = [_Fit.best(model, hypothesis, data, nominal) for hypothesis in model.hypotheses]
+    """Return every hypothesis of a model, and pairs of them, with its probability, the likeliest first."""
+    nominal = model.modes()
+    fits = [DriftFit.single(model, hypothesis, data, nominal) for hypothesis in model.hypotheses]
+    fits += _fit_pairs(model, fits, data, nominal)
     logs = np.array([fit.log_evidence for fit in fits])
-    shares, weights = np.exp(logs - logs.max()), np.array([hypothesis.weight for hypothesis in model.hypotheses])
+    shares, weights = np.exp(logs - logs.max()), np.array([fit.weight for fit in fits])
     # However clear the residuals are: where the machine's file is wrong, they say nothing.
     shares = (1 - WRONG_MODEL_PROBABILITY) * shares / shares.sum() + WRONG_MODEL_PROBABILITY * weights / weights.sum()
-    explanations = [
-        Explanation(h.part, h.direction, float(np.exp(fit.theta)),
-                    (float(np.exp(fit.theta - 1.96 * fit.deviation)), float(np.exp(fit.theta + 1.96 * fit.deviation))),
-                    float(share), fit.misfit)
-        for h, fit, share in zip(model.hypotheses, fits, shares, strict=True)]
+    explanations = [fit.explanation(float(share)) for fit, share in zip(fits, shares, strict=True)]
     return sorted(explanations, key=lambda e: -e.probability)
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """The largest posterior of one hypothesis."""
+def _fit_pairs(model: DriftModel, singles: list[DriftFit], data: DriftData, nominal: Modes) -> list[DriftFit]:
+    """Return fits of two parts that change together: each of the likeliest with every other part, in their likeliest ways."""
+    best: dict[str, DriftFit] = {}
+    for fit in sorted(singles, key=lambda each: -each.log_evidence):
+        best.setdefault(fit.hypotheses[0].part, fit)
+    parts = list(best)
+    if best[parts[0]].misfit > MAX_PAIR_MISFIT:
+        return []
+    pairs = {frozenset((a, b)): (best[a], best[b]) for a in parts[:PAIR_LEADERS] for b in parts if a != b}
+    return [DriftFit.pair(model, pair, data, nominal) for pair in pairs.values()]
 
-    theta: float
-    deviation: float
+
+@dataclass(frozen=True)
+class DriftFit:
+    """The largest posterior of one hypothesis, or of two together: logarithms of factors, their standard deviations."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    thetas: FloatArray
+    deviations: FloatArray
     log_evidence: float
     misfit: float
 
+    @property
+    def weight(self) -> float:
+        """Share before the test."""
+        weight = float(np.prod([hypothesis.weight for hypothesis in self.hypotheses]))
+        return weight if len(self.hypotheses) == 1 else PAIR_WEIGHT * weight
+
+    def explanation(self, probability: float) -> Explanation:
+        """Return it in words and factors."""
+        intervals = [(float(np.exp(theta)), float(np.exp(theta - 1.96 * deviation)), float(np.exp(theta + 1.96 * deviation)))
+                     for theta, deviation in zip(self.thetas, self.deviations, strict=True)]
+        first, second = intervals[0], intervals[1] if len(intervals) > 1 else None
+        part = " and ".join(hypothesis.part for hypothesis in self.hypotheses)
+        directions = [hypothesis.direction or "all" for hypothesis in self.hypotheses]
+        direction = self.hypotheses[0].direction if second is None else (
+            " and ".join(directions) if any(hypothesis.direction for hypothesis in self.hypotheses) else "")
+        return Explanation(part, direction, first[0], first[1:], probability, self.misfit, second)
+
     @classmethod
-    def best(cls, model: DriftModel, hypothesis: Hypothesis, data: DriftData, nominal: Modes) -> _Fit:
+    def single(cls, model: DriftModel, hypothesis: Hypothesis, data: DriftData, nominal: Modes) -> DriftFit:
+        """Return the fit of one hypothesis."""
         def cost(theta: float) -> float:
-            prediction = _predict(model, hypothesis, float(theta), data, nominal)
+            prediction = _predict(model.modes((hypothesis, float(theta))), data, nominal)
             return _cost(prediction, data) + (theta / hypothesis.deviation) ** 2 / 2
 
         # Shapes that exchange places make a likelihood with more than one hill: the best of a grid is refined.
@@ -147,22 +182,52 @@ class _Fit:
         k = int(np.argmin(costs))
         bounds = (grid[max(k - 1, 0)], grid[min(k + 1, _START_COUNT - 1)])
         theta = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-5}).x)
+        return cls._at(model, (hypothesis,), np.array([theta]), data, nominal)
+
+    @classmethod
+    def pair(cls, model: DriftModel, singles: tuple[DriftFit, DriftFit], data: DriftData, nominal: Modes) -> DriftFit:
+        """Return the fit of two hypotheses together, by Nelder and Mead's method from where each is best alone."""
+        hypotheses = tuple(fit.hypotheses[0] for fit in singles)
+        prior = np.array([hypothesis.deviation for hypothesis in hypotheses])
+
+        def cost(scaled: FloatArray) -> float:
+            thetas = prior * scaled
+            prediction = _predict(model.modes(*zip(hypotheses, thetas.tolist(), strict=True)), data, nominal)
+            return _cost(prediction, data) + float((scaled**2).sum()) / 2
+
+        start = np.array([singles[0].thetas[0] / prior[0], 0.0])
+        simplex = start + np.array([[0.0, 0.0], [-_PAIR_STEP, 0.0], [0.0, -_PAIR_STEP]])
+        thetas = prior * minimize(cost, start, method="Nelder-Mead",
+                                  options={"xatol": 1e-3, "fatol": 1e-2, "maxfev": _PAIR_EVALUATIONS,
+                                           "initial_simplex": simplex}).x
+        return cls._at(model, hypotheses, thetas, data, nominal)
+
+    @classmethod
+    def _at(cls, model: DriftModel, hypotheses: tuple[Hypothesis, ...], thetas: FloatArray, data: DriftData, nominal: Modes
+            ) -> DriftFit:
+        """Return the evidence by the curvature at the largest posterior."""
+        def residuals(values: FloatArray) -> FloatArray:
+            return _residuals(_predict(model.modes(*zip(hypotheses, values.tolist(), strict=True)), data, nominal), data)
+
+        prior = np.array([hypothesis.deviation for hypothesis in hypotheses])
         # Gauss-Newton curvature: second differences of a likelihood this narrow would be noise.
-        step = _LOG_FACTOR_STEP * hypothesis.deviation
-        residuals = [_residuals(_predict(model, hypothesis, theta + sign * step, data, nominal), data) for sign in (-1, 1)]
-        curvature = float((((residuals[1] - residuals[0]) / (2 * step)) ** 2).sum()) + hypothesis.deviation**-2
-        remaining = _residuals(_predict(model, hypothesis, theta, data, nominal), data)
-        log_evidence = (np.log(hypothesis.weight / hypothesis.deviation) - cost(theta) - np.log(curvature) / 2)
-        misfit = float(chi2.sf((remaining**2).sum(), max(remaining.size - 1, 1)))
+        steps = _LOG_FACTOR_STEP * prior
+        slopes = np.array([(residuals(thetas + move) - residuals(thetas - move)) / (2 * step)
+                           for move, step in zip(np.diag(steps), steps, strict=True)])
+        curvature = slopes @ slopes.T + np.diag(prior**-2.0)
+        remaining = residuals(thetas)
+        prediction = _predict(model.modes(*zip(hypotheses, thetas.tolist(), strict=True)), data, nominal)
+        cost = _cost(prediction, data) + float(((thetas / prior) ** 2).sum()) / 2
+        misfit = float(chi2.sf((remaining**2).sum(), max(remaining.size - len(thetas), 1)))
         # The model's error is one for all modes alike: it does not average out over them as noise does.
-        deviation = float(np.hypot(curvature**-0.5, MODEL_ERROR_FRACTION * theta))
-        return cls(theta, deviation, float(log_evidence), misfit)
+        deviations = np.hypot(np.sqrt(np.diag(np.linalg.inv(curvature))), MODEL_ERROR_FRACTION * thetas)
+        fit = cls(hypotheses, thetas, deviations, 0.0, misfit)
+        log_evidence = np.log(fit.weight / prior.prod()) - cost - np.linalg.slogdet(curvature)[1] / 2
+        return replace(fit, log_evidence=float(log_evidence))
 
 
-def _predict(model: DriftModel, hypothesis: Hypothesis, theta: float, data: DriftData, nominal: Modes
-             ) -> tuple[FloatArray, FloatArray]:
+def _predict(changed: Modes, data: DriftData, nominal: Modes) -> tuple[FloatArray, FloatArray]:
     """Return predicted changes of log frequency, (k,), and of shapes scaled to the baseline's, (n_dofs, k)."""
-    changed = model.modes(hypothesis, theta)
     # Modes of the changed model are found among the nominal ones as those of the later test among the baseline's.
     rows, columns, _ = assign_modes(nominal, changed)
     follower = np.empty(nominal.count, int)

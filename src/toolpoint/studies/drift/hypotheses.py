@@ -66,19 +66,22 @@ class DriftModel(NotebookText):
     hypotheses: tuple[Hypothesis, ...]
     count: int
 
-    def modes(self, hypothesis: Hypothesis, theta: float) -> Modes:
-        """Return the lowest modes with the factor exp(theta)."""
+    def modes(self, *changes: tuple[Hypothesis, float]) -> Modes:
+        """Return the lowest modes with the factor exp(theta) of each change (hypothesis, theta)."""
+        scale, changes_made = 1.0, False
+        stiffness, mass = np.diag(self.nominal.omega**2), np.eye(self.nominal.count)
+        for hypothesis, theta in changes:
+            if hypothesis.slope is None:
+                scale *= float(np.exp(theta))
+            elif theta != 0:
+                changes_made = True
+                target = stiffness if hypothesis.term == "stiffness" else mass
+                target += (np.exp(theta) - 1) * hypothesis.slope
         unchanged = self.nominal.selected(range(self.count))
-        if hypothesis.slope is None or theta == 0:
-            return replace(unchanged, frequency=unchanged.frequency * np.exp(theta))
-        change = (np.exp(theta) - 1) * hypothesis.slope
-        stiffness, mass = np.diag(self.nominal.omega**2), None
-        if hypothesis.term == "stiffness":
-            stiffness = stiffness + change
-        else:
-            mass = np.eye(self.nominal.count) + change
+        if not changes_made:
+            return replace(unchanged, frequency=unchanged.frequency * scale)
         squares, vectors = scipy.linalg.eigh(stiffness, mass, subset_by_index=[0, self.count - 1])
-        frequency = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+        frequency = scale * np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
         return replace(unchanged, frequency=frequency, shape=self.nominal.shape @ vectors)
 
     def __repr__(self) -> str:

@@ -13,7 +13,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint._rounding import text_below
 from toolpoint.modal_identification import Identification
 from toolpoint.signals.usable_band import UsableBand, find_compliant_band, usable_band
-from toolpoint.studies.cuts.tip_doubts import question_directions, question_tip
+from toolpoint.studies.cuts.tip_doubts import gain_notes, question_directions, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.identification import identify_modes
@@ -198,6 +198,7 @@ def _tip_of(directions: list[TappedDirection]) -> TappedTip:
     parts = [take_modes(d.modes, d.tip, str(d.tip.outputs[0])) for d in directions]
     notes = [f"along {d.name}: the modes of {d.tip.outputs[0]}, {d.tip.quantity}, {d.band.low:.4g} .. {d.band.high:.4g} Hz"
              for d in directions]
+    notes += [note for d in directions for note in gain_notes(d.tip.between(*d.band.ends))]
     return join_directions(parts[0], parts[1] if len(parts) > 1 else None, tuple(notes))
 
 
