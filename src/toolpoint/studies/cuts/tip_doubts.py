@@ -95,8 +95,8 @@ def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
     parts = {way: lines for way, frf in ways.items() if way in "xy" and (lines := select_lines(frf)) is not None}
     if len(parts) < 2:
         return []
-    peaks = {way: max(find_peaks(lines), key=lambda peak: peak.height, default=None) for way, lines in parts.items()}
-    if peaks["x"] is None or peaks["y"] is None:
+    peaks = {way: max(resonances, key=lambda peak: peak.height) for way, lines in parts.items() if (resonances := find_peaks(lines))}
+    if len(peaks) < 2:
         return []
     ratio = _static_stiffness(parts["y"]) / _static_stiffness(parts["x"])
     size = max(ratio, 1 / ratio) / GRAVITY_FACTOR
