@@ -95,7 +95,8 @@ def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
     parts = {way: lines for way, frf in ways.items() if way in "xy" and (lines := select_lines(frf)) is not None}
     if len(parts) < 2:
         return []
-    peaks = {way: max(resonances, key=lambda peak: peak.height) for way, lines in parts.items() if (resonances := find_peaks(lines))}
+    resonances = {way: find_peaks(lines) for way, lines in parts.items()}
+    peaks = {way: max(part, key=lambda peak: peak.height) for way, part in resonances.items() if part}
     if len(peaks) < 2:
         return []
     ratio = _static_stiffness(parts["y"]) / _static_stiffness(parts["x"])
