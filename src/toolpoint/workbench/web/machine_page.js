@@ -43,6 +43,7 @@ window.Workbench = window.Workbench || { views: {} };
       const isChanged = () => Object.keys(draft.state.values).length > 0;
       const show = (answer) => {
         if (place.firstChild !== top) return;
+        if (answer.digest !== data.digest) { W.open(true); return; } // the file has changed on the disk: no number of the two mixed
         scene.update(answer);
         const moved = isChanged() || data.axes.some((axis) => (draft.state.pose[axis.name] ?? axis.at) !== axis.at);
         if (chart && answer.response) chart.show(answer.response, moved);
