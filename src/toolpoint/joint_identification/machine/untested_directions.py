@@ -29,9 +29,9 @@ from toolpoint.vibration import Modes
 
 _WAYS = ("x", "y", "z", "rx", "ry", "rz")
 _SURE_DEVIATIONS = 3.0  # standard deviations of a compliance, within which it is not excluded
-_LOAD_ERROR_SHARE = 0.01  # of a mode's load on the joint: errors of masses and shapes turn it so far
+_LOAD_ERROR_SHARE = 0.003  # of a mode's load on the joint: errors of masses and shapes turn it so far
 _MOTION_ERROR_SHARE = 1e-3  # of a mode's motion: systematic errors of the relative motion beside its noise
-_MIN_PUSHED_SHARE = 0.1  # of a struck point's push on the carried mass: a soft direction so far along it would show a mode
+_MIN_PUSHED_SHARE = 0.03  # of a struck point's push on the carried mass: a soft direction so far along it would show a mode
 _MIN_NAMED_SHARE = 0.3  # of the carried mass's motion along a way, in the untested directions, from which it is named
 
 

@@ -95,18 +95,17 @@ def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
     parts = {way: lines for way, frf in ways.items() if way in "xy" and (lines := select_lines(frf)) is not None}
     if len(parts) < 2:
         return []
-    resonances = {way: find_peaks(lines) for way, lines in parts.items()}
-    peaks = {way: max(part, key=lambda peak: peak.height) for way, part in resonances.items() if part}
-    if len(peaks) < 2:
+    highest = {way: find_peaks(lines) for way, lines in parts.items()}
+    if not all(highest.values()):
         return []
+    peak = {way: max(peaks, key=lambda each: each.height).frequency for way, peaks in highest.items()}
     ratio = _static_stiffness(parts["y"]) / _static_stiffness(parts["x"])
     size = max(ratio, 1 / ratio) / GRAVITY_FACTOR
-    apart = abs(np.log(peaks["x"].frequency / peaks["y"].frequency))
-    if max(size, 1 / size) > MAX_GAIN_MISFIT or apart > MAX_GAIN_FREQUENCY_DISTANCE:
+    if max(size, 1 / size) > MAX_GAIN_MISFIT or abs(np.log(peak["x"] / peak["y"])) > MAX_GAIN_FREQUENCY_DISTANCE:
         return []
     soft, stiff = ("x", "y") if ratio > 1 else ("y", "x")
     return [Doubt("directions", f"{soft} is {max(ratio, 1 / ratio):.3g} times as soft as {stiff}, with its largest peak near "
-                  f"the other's at {peaks[stiff].frequency:.4g} Hz: g for m/s^2 in one of them makes 9.81",
+                  f"the other's at {peak[stiff]:.4g} Hz: g for m/s^2 in one of them makes 9.81",
                   "compare the sensitivities of both sensors and their units (mV/g, mV/(m/s^2))", figure=ratio)]
 
 
