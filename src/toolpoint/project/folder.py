@@ -110,9 +110,9 @@ class Project:
 
     @property
     def machine_doubt(self) -> str:
-        """What speaks against the machine file of today: the step that would run again, and why; empty where nothing does."""
-        seen = next((entry for entry in self.outlook() if entry.step.name == "machine"), None)
-        return "" if seen is None or seen.is_of_today else f"{self.folder}: its machine file is not of today: {seen.reason}"
+        """Reason why the machine file is not of today: the step that would run again; empty where nothing has changed."""
+        step = next((entry for entry in self.outlook() if entry.step.name == "machine"), None)
+        return "" if step is None or step.is_of_today else f"{self.folder}: its machine file is not of today: {step.reason}"
 
     def limits(self, pose: Mapping[str, float] | None = None, *, cut: str = "", speeds: Sequence[float] | FloatArray = (),
                draws: int | None = None) -> DrawnLimits:
