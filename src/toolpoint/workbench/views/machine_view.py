@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
+from toolpoint._rounding import with_uncertainty
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.description import AxisDescription
@@ -34,6 +35,7 @@ from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_wor
 
 CHANGED_FILE = "changed.yaml"  # name of the file that the shown commands write
 STANDARD_NORMAL_HALF_WIDTH = 1.96  # standard deviations of a 95 % interval
+MIN_TOLD_HALF_WIDTH = 5e-4  # of a frequency: a sharper one is shown without its interval in the headline
 AXIS_REACH = 0.3  # m or rad to each side of an axis without limits, for its slider
 
 
@@ -69,8 +71,10 @@ def _unstated(machine: Machine) -> list[Doubt]:
 def _answer(machine: Machine) -> str:
     shares = compliance_shares(machine)
     first = studies.solve_modes(machine, None, 1)
-    interval = "" if first.spread is None else f" ± {float(first.spread.interval[0]):.2g}"
-    words = f"{machine.name}: the lowest mode is at {float(first.frequency[0]):.4g}{interval} Hz"
+    frequency, half_width = float(first.frequency[0]), 0.0 if first.spread is None else float(first.spread.interval[0])
+    # Noise alone makes some fits sharp to 1e-5; next to what no test repeats, such an interval is no news for a headline.
+    is_told = half_width > MIN_TOLD_HALF_WIDTH * frequency
+    words = f"{machine.name}: the lowest mode is at {with_uncertainty(frequency, half_width if is_told else None, 'Hz')}"
     if not shares:
         return f"{words}; the file names no tool."
     parts: dict[str, float] = {}
