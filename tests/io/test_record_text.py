@@ -43,3 +43,13 @@ def test_one_record_written_in_the_ways_of_programs_is_one_record(tmp_path, text
     record = record_table.read(tmp_path / "r.txt")
     np.testing.assert_allclose(record.samples, [[1.5, -2], [2.5, -3], [3.5, -4]], rtol=1e-12)
     assert record.sample_rate == pytest.approx(1000) and record.quantities == ("force", "force")
+
+
+def test_columns_of_g_are_accelerations_in_si(tmp_path):
+    """A column in g is no gram, whatever its name; a name may say quantity, point and direction."""
+    path = tmp_path / "blow.csv"
+    path.write_text("Time [s];force 3:-z [kN];acceleration tip:+x [g];Sensor 2 [g]\n0;1;1;1\n0.001;2;2;2\n0.002;0;1;1\n")
+    record = record_table.read(path)
+    assert [str(dof) for dof in record.channels[:2]] == ["3:-z", "tip:+x"]
+    assert record.quantities[:2] == ("force", "acceleration")
+    assert record.samples[0] == pytest.approx([1000.0, 9.80665, 9.80665])

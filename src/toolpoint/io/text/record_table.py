@@ -18,16 +18,21 @@ from toolpoint.io.text.columns import EXPECTED_RECORDS, TIME_STEP_TOLERANCE, rea
 from toolpoint.vibration import Dof, Record
 
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
+_LABELLED = re.compile(r"(\w+) (\S+):([+-][xyzXYZ])")  # quantity, point and direction
 TIMES = ("t", "time")
 KINDS = {"force": units.FORCE, "acceleration": units.ACCELERATION, "velocity": units.FEED, "displacement": units.LENGTH,
          "feed": units.LENGTH, "time": units.TIME}
 
 
 def channel_of(name: str) -> tuple[Dof, str]:
-    """Return label and quantity of a column: Fx, Fy, Fz are forces on the tool, other names stand for themselves."""
+    """Return label and quantity of a column: Fx, Fy, Fz are forces on the tool, ``acceleration tip:+x`` says both, other names
+    stand for themselves."""
     match = _FORCE.fullmatch(name.strip())
     if match:
         return Dof("tool", "+" + match[1].lower()), "force"
+    match = _LABELLED.fullmatch(name.strip())
+    if match and match[1].lower() in KINDS:
+        return Dof.parse(f"{match[2]}:{match[3].lower()}"), match[1].lower()
     return Dof(name.strip(), "+x"), name.strip().lower()
 
 
@@ -86,11 +91,11 @@ def _factor(path: Path, line: int, name: str, unit: str) -> float:
     quantity = channel_of(name)[1]
     if not unit:
         return 1.0
+    if unit.lower() == "g":  # no record is of grams
+        return GRAVITY_UNIT
     if quantity not in KINDS:  # a name of the user's: its unit says what it is, and an unknown unit (A, V) stays as it is
         return next((factor for kind in (units.LENGTH, *KINDS.values(), units.ANGLE, units.ANGULAR_SPEED)
                      if (factor := _si(unit, kind)) is not None), 1.0)
-    if quantity == "acceleration" and unit.lower() == "g":  # not the gram
-        return GRAVITY_UNIT
     try:
         return units.quantity(f"1 {unit}", KINDS[quantity])
     except units.UnitError as error:
