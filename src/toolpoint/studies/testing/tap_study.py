@@ -31,6 +31,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Frf
 
 COLOURS = ("green", "amber", "red")
+MAX_STATIC_STIFFNESS = 1e12  # N/m: what is stiffer has no modal compliance at all
 MIN_SCATTER_HITS = 3  # from which the scatter of hits is known
 MAX_INTERVAL_RATIO = 2.0  # upper over lower end of the interval of the least limit
 HAND_BLOW_FORCE_RANGE = (4.0, 2e4)  # N, of blows of hand-held hammers
@@ -267,7 +268,8 @@ def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
     fit = min(identified.fit, 1 - measure_misfit(identified, direction.tip, direction.band.ends))
     words = (f"{identified.modes.count} modes, {len(identified.dominant)} stand out, {int(identified.doubtful.sum())} doubtful "
              f"({int((identified.doubtful[part.vibrates] & soft).sum())} of them soft); they explain {100 * fit:.1f} %; "
-             f"static stiffness {part.stiffness / 1e6:.3g} N/um")
+             + (f"static stiffness {part.stiffness / 1e6:.3g} N/um" if part.stiffness < MAX_STATIC_STIFFNESS else
+                "no mode that yields at rest: such a response is none of a structure"))
     if len(identified.dominant) == 0 or fit < 0.8:
         return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")
     if ends := question_ends(direction.name, part, direction.band.ends):
