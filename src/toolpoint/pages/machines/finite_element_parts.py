@@ -112,7 +112,7 @@ def _motion_parts(sensitivity: PartSensitivity, part: str) -> Parts:
 def _volumes(sensitivity: PartSensitivity, part: str) -> FloatArray:
     """Return the volume of each element of a part, (e,), dm^3, in the order of blocks."""
     model = sensitivity.machine.parts[part]
-    # Castings of cuboids have box elements along the axes, so the span of the corners is their size; of others it would be wrong.
+    # Castings of cuboids have box elements along the axes, so the span of corners is their size; it is wrong for others.
     corners = [model.nodes[block.nodes[:, :block.kind.corner_count]] for block in model.blocks]
     return np.concatenate([np.prod(np.ptp(c, axis=1), axis=1) for c in corners]) * 1e3
 

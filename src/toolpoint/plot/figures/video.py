@@ -75,7 +75,7 @@ def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str,
 
 
 def spread_points(field: DisplacementField, max_points: int = MAX_CLICKED_POINTS) -> list[int]:
-    """Return the numbers of up to `max_points` windows that see motion in one or both directions, evenly spaced in the order of windows."""
+    """Return the numbers, from 0, of up to `max_points` windows that see motion, evenly spaced in their order."""
     visible = np.flatnonzero(field.windows.sight > 0)
     return visible[np.unique(np.linspace(0, visible.size - 1,
                                          min(max_points, visible.size)).astype(int))].tolist() if visible.size else []
