@@ -20,7 +20,7 @@ MAX_JSON_BYTES = 1_000_000  # of a request in JSON
 MAX_FILE_BYTES = 500_000_000  # of a file that is handed over
 MAX_NAME_LENGTH = 120  # characters of a file's name
 READING_METHODS = ("GET", "HEAD")  # requests that change nothing: all others must state their origin
-# Content type that each changing method must have. A form of another site can send none of them without being asked first.
+# Content type that each changing method must have. A form of another site can send none of them.
 CONTENT_TYPES = {"POST": "application/json", "PUT": "application/octet-stream", "DELETE": ""}
 # Names that Windows keeps for devices, with or without an ending.
 _DEVICE_NAMES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
