@@ -172,6 +172,7 @@ class _Goal:
     @classmethod
     def of(cls, chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None, turn: float | None
            ) -> _Goal:
+        """Return the target with checked arguments, as `solve_inverse` takes them."""
         axes: FloatArray | None = None
         if direction is not None:
             unit = floats("direction", direction, (3,))

@@ -137,6 +137,7 @@ class SphericalWrist:
 
     @cached_property
     def _step_of_joint(self) -> list[int]:
+        """Index of the step (rotation) of each joint, (6,)."""
         steps = {step.joint: k for k, step in enumerate(self.chain.steps)}
         return [steps[i] for i in range(6)]
 
