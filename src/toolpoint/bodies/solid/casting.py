@@ -14,9 +14,10 @@ from toolpoint.bodies.solid.element_kinds import HEX_SIDES
 from toolpoint.bodies.solid.material import Material
 from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 
+# Cell centres (c, 3), m, to (c,) bools: whether there is material.
 Predicate = Callable[[FloatArray], np.ndarray]
 
-MAX_GRID_CELLS = 20_000_000  # of a casting's bounding box, windows included
+MAX_GRID_CELLS = 20_000_000  # cells of the grid over a casting's bounding box, empty ones included
 MAX_MESH_ELEMENTS = 400_000  # elements, four to five million coordinates
 
 
@@ -81,7 +82,7 @@ class Casting:
             fail("Casting.cuboids", "no material", "must hold at least one box")
 
     def planes(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the planes of the mesh along x, y, z: every side of every box, no step above `size` (m)."""
+        """Return the coordinates of mesh planes along x, y, z, m: every side of every box, no step above `size` (m)."""
         positive("size", size)
         sides = np.array([side for cuboid in self.cuboids for side in (cuboid.low, cuboid.high)])
         return _divide_sides(sides[:, 0], size), _divide_sides(sides[:, 1], size), _divide_sides(sides[:, 2], size)
@@ -89,7 +90,8 @@ class Casting:
     def meshed(self, size: float, *, planes: Sequence[FloatArray] | None = None) -> SolidModel:
         """Return the solid model with elements of at most `size` (m); a wall thinner than that is one element thick.
 
-        Raises ToolpointError for a casting that falls into several pieces.
+        planes : coordinates of mesh planes along x, y and z, m, in place of `planes(size)`; a cell belongs to the box that
+        holds its centre. Raises ToolpointError for a casting that falls into several pieces.
         """
         grid = tuple(floats("planes", p, (None,)) for p in planes) if planes is not None else self.planes(size)
         check_mesh_size(size, float(np.prod([len(p) - 1.0 for p in grid])), MAX_GRID_CELLS)
@@ -104,7 +106,7 @@ class Casting:
         return SolidModel(nodes, blocks, dict(self.materials))
 
     def _owners(self, centres: Sequence[FloatArray]) -> tuple[list[str], IndexArray]:
-        """Return the names of sets and which one each cell belongs to, -1 for none."""
+        """Return the names of sets, and the index of each cell's set (n_x, n_y, n_z), -1 where it is empty."""
         names = list(dict.fromkeys([c.name for c in self.cuboids if not c.is_window]
                                    + [name for name in self.predicates if name != "window"]))
         owner = np.full(tuple(len(c) for c in centres), -1)
@@ -119,7 +121,7 @@ class Casting:
 
 
 def check_mesh_size(size: float, cells: float, max_cells: int) -> None:
-    """Refuse a mesh that no machine here could solve: a size in the wrong unit, before memory runs out."""
+    """Refuse a mesh with more than `max_cells` cells before memory runs out: often a size (m) in the wrong unit."""
     if cells > max_cells:
         fail("mesh_size", f"{1e3 * size:.4g} mm, which gives {cells:.2g} cells", f"must give {max_cells:.0e} at most",
              remedy="write a larger one; is its unit right?")
@@ -130,13 +132,14 @@ def _divide_sides(sides: FloatArray, size: float) -> FloatArray:
     sides = np.unique(sides)
     tolerance = 1e-9 * (sides[-1] - sides[0])
     sides = sides[np.concatenate([[True], np.diff(sides) > tolerance])]
+    # The factor keeps a side that is a whole multiple of the size, but for rounding, from one element more.
     steps = np.maximum(np.ceil(np.diff(sides) / size * (1 - 1e-12)), 1).astype(int)
     parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(sides[:-1], sides[1:], steps, strict=True)]
     return np.concatenate([*parts, sides[-1:]])
 
 
 def _check_whole(filled: np.ndarray) -> None:
-    """Refuse cells that are not one body joined by faces: edges and corners do not join."""
+    """Refuse filled cells, (n_x, n_y, n_z) bools, that are not one body joined by faces: edges and corners do not join."""
     number = np.full(filled.shape, -1)
     number[filled] = np.arange(int(filled.sum()))
     pairs = []
@@ -156,7 +159,11 @@ def _check_whole(filled: np.ndarray) -> None:
 
 
 def _hexahedra(planes: Sequence[FloatArray], cells: IndexArray) -> tuple[FloatArray, IndexArray]:
-    """Return nodes (n, 3) and elements (e, 20) of the filled cells; nodes live on the grid of half steps."""
+    """Return nodes (n, 3) and elements (e, 20) of the filled cells; nodes lie on the grid of half steps.
+
+    planes : coordinates along x, y, z, m; cells : (e, 3) indices of cells. Corners lie at even places of that grid, nodes in
+    the middle of edges at one odd place.
+    """
     corner = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]])
     offsets = np.vstack([corner, corner[HEX_SIDES].sum(axis=1) // 2])
     shape = [2 * len(p) - 1 for p in planes]

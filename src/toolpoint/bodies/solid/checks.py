@@ -18,8 +18,8 @@ from toolpoint.bodies.solid.model import SolidModel
 # A part of a machine tool is between a small insert and a large gantry.
 SIZE_LIMITS = (2e-3, 30.0)  # m, of the largest extent
 _MASS_LIMITS = (1e-4, 1e6)  # kg
-_MIN_JACOBIAN = 0.1  # of the smallest to the largest volume change inside an element: below, it is poor
-_MAX_RIGID_FORCE = 1e-9  # of a rigid motion, over that of the stiffest row
+_MIN_JACOBIAN = 0.1  # smallest over largest Jacobian determinant inside an element: below, it is poor
+_MAX_RIGID_FORCE = 1e-9  # nodal force of a rigid motion of the part's size, over the largest diagonal stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +33,11 @@ class SolidCheck(NotebookText):
     mass : float
         kg.
     jacobian_ratio : float
-        Smallest ratio of smallest to largest volume change inside an element: 1 for bricks, below 0.1 poor.
+        Of the worst element, smallest over largest Jacobian determinant: 1 for bricks, below 0.1 poor.
     rigid_residual : float
-        Largest force of a rigid motion, relative to that of the stiffest row.
+        Largest nodal force of a unit rigid motion over the largest diagonal stiffness; rotations are by one over the extent.
     notes : sequence of str
+        Remarks on poor elements.
     """
 
     size: FloatArray
@@ -77,7 +78,7 @@ def check_solid(model: SolidModel) -> SolidCheck:
 
 
 def check_size(size: FloatArray) -> None:
-    """Refuse a largest extent (m) that no part of a machine has."""
+    """Refuse a size (3,), m, whose largest extent is beyond `SIZE_LIMITS`."""
     largest = float(np.max(size))
     if not SIZE_LIMITS[0] <= largest <= SIZE_LIMITS[1]:
         unit = "mm" if largest > SIZE_LIMITS[1] else "m"
@@ -86,7 +87,7 @@ def check_size(size: FloatArray) -> None:
 
 
 def check_pieces(model: SolidModel) -> None:
-    """Refuse a mesh of several bodies."""
+    """Refuse a mesh of several bodies: nodes that no chain of elements joins."""
     first = np.concatenate([np.repeat(b.nodes[:, 0], b.nodes.shape[1] - 1) for b in model.blocks])
     other = np.concatenate([b.nodes[:, 1:].ravel() for b in model.blocks])
     graph = coo_array((np.ones(len(first), dtype=np.int8), (first, other)), shape=(len(model.nodes),) * 2)
@@ -98,12 +99,13 @@ def check_pieces(model: SolidModel) -> None:
 
 
 def _jacobian_ratio(model: SolidModel) -> float:
-    """Return the smallest ratio of the volume changes at the points of any element."""
+    """Return, for the worst element, the smallest over the largest Jacobian determinant at its integration points."""
     smallest = 1.0
     for block in model.blocks:
         for part in chunks(len(block)):
             kind = block.kind
             _, volume = matrices.gradients(kind, model.nodes[block.nodes[part]])
+            # Volumes hold the weights of the rule, which are taken out again.
             local = volume / (kind.weights if volume.shape[1] == len(kind.weights) else volume.mean(axis=1, keepdims=True))
             smallest = min(smallest, float((local.min(axis=1) / local.max(axis=1)).min()))
     return smallest

@@ -9,11 +9,14 @@ from scipy.sparse.csgraph import connected_components
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.model import SolidModel
 
-SHARP_EDGE_ANGLE = 30.0  # degrees between the normals of triangles of different smooth faces
+SHARP_EDGE_ANGLE = 30.0  # degrees between the normals of two triangles: above, an edge parts two smooth faces
 
 
 def outer_faces(model: SolidModel) -> list[IndexArray]:
-    """Return the outer faces as node numbers, one array (f, 8) or (f, 6) for each kind; corners first, seen from outside."""
+    """Return the outer faces as indices of nodes, one array (f, 8) or (f, 6) for each kind.
+
+    Corners come first, anticlockwise as seen from outside, then the nodes in the middle of the sides.
+    """
     by_width: dict[int, list[IndexArray]] = {}
     for block in model.blocks:
         faces = block.nodes[:, block.kind.faces].reshape(-1, block.kind.faces.shape[1])
@@ -22,14 +25,14 @@ def outer_faces(model: SolidModel) -> list[IndexArray]:
 
 
 def _unshared_faces(faces: IndexArray) -> IndexArray:
-    """Return the faces whose corners appear once."""
+    """Return the faces (f, 8 or 6) whose corners no other face has."""
     corners = np.sort(faces[:, :faces.shape[1] // 2], axis=1)
     _, index, repeats = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
     return faces[repeats[index.ravel()] == 1]
 
 
 def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
-    """Return the corner nodes of the outer faces and triangles (t, 3) between them."""
+    """Return the indices (n,) of the corner nodes of the outer faces, and triangles (t, 3) as places in that array."""
     triangles = []
     for faces in outer_faces(model):
         corners = faces[:, :faces.shape[1] // 2]
@@ -40,7 +43,9 @@ def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
 
 
 def thin_triangles(nodes: FloatArray, triangles: IndexArray, max_nodes: int) -> tuple[IndexArray, IndexArray]:
-    """Return at most about `max_nodes` nodes (their numbers) and the triangles between them.
+    """Return the indices of about `max_nodes` kept nodes at most, and triangles (t, 3) as places in that array.
+
+    nodes : (n, 3); triangles : (t, 3) indices of nodes.
 
     One node a cell of a grid is kept among those of the same smooth faces: walls stay separate, edges sharp, flat faces flat.
     """
@@ -49,6 +54,7 @@ def thin_triangles(nodes: FloatArray, triangles: IndexArray, max_nodes: int) -> 
     order = np.argsort(-np.linalg.norm(nodes - nodes.mean(axis=0), axis=1),
                        kind="stable")  # the outermost node of a cell is kept
     faces, cells = _faces_of_nodes(nodes, triangles), 2 * np.sqrt(max_nodes)
+    # A surface crosses far fewer cells than the box has: the grid is made coarser step by step until few enough remain.
     while len(chosen) > max_nodes and cells > 1:
         grid = np.floor((nodes[order] - origin) / size * cells).astype(np.int64)
         _, first, inverse = np.unique(np.column_stack([grid, faces[order]]), axis=0, return_index=True, return_inverse=True)
@@ -63,7 +69,10 @@ def thin_triangles(nodes: FloatArray, triangles: IndexArray, max_nodes: int) -> 
 
 
 def _faces_of_nodes(nodes: FloatArray, triangles: IndexArray) -> IndexArray:
-    """Return a key for each node, equal for nodes on the same smooth faces: triangles joined below `SHARP_EDGE_ANGLE`."""
+    """Return a key (n,) for each node, equal for nodes on the same set of smooth faces.
+
+    A smooth face is all triangles joined over edges with an angle below `SHARP_EDGE_ANGLE`.
+    """
     normal = np.cross(nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

@@ -18,16 +18,16 @@ class Material:
     modulus : float
         Young's modulus E, Pa.
     poisson : float
-        Poisson's ratio, above -1 and below 0.5.
+        Poisson's ratio, above -1 and below 0.4999.
     density : float
         kg/m^3.
     loss_factor : float
-        Structural loss factor.
+        Structural loss factor, not negative: imaginary over real part of the modulus.
 
     Raises
     ------
     ToolpointError
-        For a modulus or density that is not positive, or a Poisson's ratio out of its limits.
+        For a modulus or density that is not positive, a negative loss factor, or a Poisson's ratio out of its limits.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Material:
 
     @property
     def lame(self) -> float:
-        """First constant of Lame, Pa."""
+        """First constant of Lame, lambda = E nu / ((1 + nu) (1 - 2 nu)), Pa."""
         return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
 
 

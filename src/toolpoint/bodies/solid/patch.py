@@ -76,7 +76,9 @@ class Patch:
         return Patch(self.centre + by, self.along, self.across, self.length, self.width)
 
     def averages(self, model: SolidModel) -> csc_array:
-        """Return W, shape (model.size, 6): the patch's twist (v, w) about its centre is W^T u; W f spreads a wrench.
+        """Return W, shape (model.size, 6): the patch's twist (v, w) about its centre is W^T u, and W f spreads a wrench f.
+
+        u are the displacements of all coordinates, m; v in m and w in rad are in the body's frame.
 
         Raises ToolpointError where less than the whole rectangle lies on outer faces in its plane.
         """
@@ -95,7 +97,10 @@ class Patch:
         return self._weights(model, integrals, area, moments)
 
     def _check_cover(self, area: float, face_area: float) -> None:
-        """Refuse a patch that leaves the outer faces, and one so small that it is a point."""
+        """Refuse a patch that leaves the outer faces, and one that is a point beside them; both areas in m^2.
+
+        area : of the patch on faces; face_area : of all faces that it touches.
+        """
         patch_area = self.length * self.width
         if abs(area - patch_area) > 1e-6 * patch_area:
             fail("Patch", f"{100 * area / patch_area:.4g} % of its {patch_area:.4g} m^2 lie on outer faces in its plane",
@@ -106,7 +111,10 @@ class Patch:
                  remedy="a point yields the more the finer the mesh: write the area that carries, or mesh it finer")
 
     def _weights(self, model: SolidModel, integrals_of: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
-        """Return the averages as a map: v = sum int N / A u, w = J^-1 sum r x int N u."""
+        """Return W of `averages`: v = sum of (int N / A) u, w = J^-1 sum of (int r N) x u, over nodes.
+
+        integrals_of : node to the integrals of N, s N and t N; area : A, m^2; moments : (2, 2) second moments of s, t, m^4.
+        """
         nodes = np.array(sorted(integrals_of), dtype=np.int64)
         integrals = np.array([integrals_of[int(node)] for node in nodes])
         frame = np.column_stack([self.along, self.across, np.cross(self.along, self.across)])
@@ -125,7 +133,10 @@ class Patch:
 
 
 def _integrals(values: FloatArray, place: FloatArray, weight: FloatArray) -> FloatArray:
-    """Return the integrals of the shape functions, and of them times s and times t, (3, nodes)."""
+    """Return the integrals of the shape functions, and of them times s and times t, (3, nodes), m^2 and m^3.
+
+    values : (p, nodes); place : (p, 2) s and t, m; weight : (p,) m^2.
+    """
     return np.vstack([weight @ values, (weight * place[:, 0]) @ values, (weight * place[:, 1]) @ values])
 
 
@@ -137,7 +148,10 @@ def _extent(model: SolidModel, face: IndexArray) -> float:
 
 
 def _flat_faces(model: SolidModel, patch: Patch) -> Iterator[IndexArray]:
-    """Yield the outer faces in the patch's plane that overlap the rectangle."""
+    """Yield the outer faces, (8,) or (6,) nodes, that lie in the patch's plane and may overlap its rectangle.
+
+    The sense of the normal does not count.
+    """
     normal = np.cross(patch.along, patch.across)
     tolerance = 1e-7 * float(np.ptp(model.nodes, axis=0).max())
     height = (model.nodes - patch.centre) @ normal
@@ -150,7 +164,10 @@ def _flat_faces(model: SolidModel, patch: Patch) -> Iterator[IndexArray]:
 
 
 def _pieces(model: SolidModel, patch: Patch, face: IndexArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Yield shape functions, places (s, t) and weights at points of the triangles of face and rectangle's common part."""
+    """Yield shape functions (12, nodes), places s, t (12, 2), m, and weights (12,), m^2, at points of triangles.
+
+    The triangles make up the common part of the face and the rectangle.
+    """
     arms = model.nodes[face] - patch.centre
     plane = np.column_stack([arms @ patch.along, arms @ patch.across])
     polygon = _clip_polygon(plane[:len(face) // 2], patch.length / 2, patch.width / 2)
@@ -173,7 +190,10 @@ def _triangle_rule() -> tuple[FloatArray, FloatArray]:
 
 
 def _clip_polygon(polygon: FloatArray, half_length: float, half_width: float) -> FloatArray:
-    """Return the part of a convex polygon inside the rectangle (Sutherland and Hodgman, Commun. ACM 17, 1974)."""
+    """Return the part (k, 2) of a convex polygon inside a rectangle about the origin, empty where there is none.
+
+    Source: Sutherland, Hodgman, Commun. ACM 17 (1974).
+    """
     corners = [np.asarray(p) for p in polygon]
     for axis, sign, limit in ((0, 1, half_length), (0, -1, half_length), (1, 1, half_width), (1, -1, half_width)):
         inside = [sign * p[axis] <= limit for p in corners]
@@ -191,7 +211,10 @@ def _clip_polygon(polygon: FloatArray, half_length: float, half_width: float) ->
 
 
 def _face_values(plane: FloatArray, place: FloatArray) -> FloatArray:
-    """Return the shape functions of a face with nodes at `plane` (8 or 6, 2) at places (p, 2); Newton on the map."""
+    """Return the shape functions (p, nodes) of a face with nodes at `plane` (8 or 6, 2) at places (p, 2).
+
+    Newton's method finds the parent coordinates; one step is exact on a face with straight parallel sides.
+    """
     parent = np.zeros_like(place) if len(plane) == 8 else np.full_like(place, 1 / 3)
     functions = _quadrilateral if len(plane) == 8 else _triangle
     for _ in range(20):
@@ -204,7 +227,7 @@ def _face_values(plane: FloatArray, place: FloatArray) -> FloatArray:
 
 
 def _quadrilateral(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return functions and slopes of the 8-node face: the top of the hexahedron."""
+    """Return shape functions (p, 8) and slopes (p, 8, 2) of the 8-node face: the top of the hexahedron."""
     from toolpoint.bodies.solid.element_kinds import HEXAHEDRON
 
     # The top face of the hexahedron, zeta = 1.
@@ -214,7 +237,7 @@ def _quadrilateral(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _triangle(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return functions and slopes of the 6-node face: a side of the tetrahedron."""
+    """Return shape functions (p, 6) and slopes (p, 6, 2) of the 6-node face: a side of the tetrahedron."""
     from toolpoint.bodies.solid.element_kinds import TETRAHEDRON
 
     # The face of nodes 1, 2, 3 of the tetrahedron.

@@ -18,9 +18,10 @@ from toolpoint.bodies.solid.element_kinds import HEXAHEDRON, STRAIGHT_TETRAHEDRO
 from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 
 _GAUSS_COORDINATE = 1 / np.sqrt(3)  # of the rule of order two, where strains of 20-node hexahedra are most accurate
+# Number of corners of an element to the points of its parent (p, 3).
 _BEST_POINTS = {8: HEXAHEDRON.nodes[:8] * _GAUSS_COORDINATE, 4: STRAIGHT_TETRAHEDRON.points}
 _PENALTY = np.array([0.0] + [1e-8] * 3 + [1e-4] * 6)  # of the terms of degree 0, 1 and 2, over the mean square of the terms
-_CORNERS_AT_ONCE = 2000
+_CORNERS_AT_ONCE = 2000  # corners whose fits are solved as one array
 
 
 def best_points(kind: ElementKind) -> FloatArray:
@@ -29,12 +30,15 @@ def best_points(kind: ElementKind) -> FloatArray:
 
 
 def blocks_of(model: SolidModel, name: str) -> list[ElementBlock]:
-    """Return the blocks of a set, in their order."""
+    """Return the element blocks of the set `name`, in their order."""
     return [block for block in model.blocks if block.name == name]
 
 
 def recovery(model: SolidModel, name: str) -> csr_array:
-    """Return the map (nodes, points) to nodes from strains at the best points of a set's elements, in the order of blocks."""
+    """Return the map (nodes, points) from strains at the best points of a set's elements to strains at its nodes.
+
+    Points are in the order of blocks, elements, best points. Nodes outside the set have empty rows.
+    """
     places, corners, owners, sides = _patches(model, blocks_of(model, name))
     order = np.argsort(corners, kind="stable")
     vertices, first, count = np.unique(corners[order], return_index=True, return_counts=True)
@@ -53,14 +57,17 @@ def recovery(model: SolidModel, name: str) -> csr_array:
         at_corner, at_middle = _weights(places[near_points], model.nodes[vertices[chosen]], owner, model.nodes[mid_nodes])
         rows += [np.repeat(vertices[chosen], near_points.shape[1]), np.repeat(mid_nodes, near_points.shape[1])]
         columns += [near_points.ravel(), near_points[owner].ravel()]
+        # A node in the middle of a side takes the mean of the fits about both ends.
         values += [at_corner.ravel(), at_middle.ravel() / 2]
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     return csr_array(coo_array(entries, shape=(len(model.nodes), len(places))))
 
 
 def _patches(model: SolidModel, blocks: list[ElementBlock]) -> tuple[FloatArray, IndexArray, IndexArray, IndexArray]:
-    """Return the places of all points (P, 3); corner and point of every pair that meets in an element; sides (s, 3): the node
-    in the middle, then its two ends."""
+    """Return places (P, 3) of all best points, corner nodes (q,) and points (q,) of pairs, and sides (s, 3).
+
+    A pair is a corner and a point of one element; a side is the node in its middle, then its two ends.
+    """
     places, corners, owners, sides, count = [], [], [], [], 0
     for block in blocks:
         kind, point_count = block.kind, len(best_points(block.kind))
@@ -77,7 +84,7 @@ def _patches(model: SolidModel, blocks: list[ElementBlock]) -> tuple[FloatArray,
 
 
 def _equal_counts(count: IndexArray) -> Iterator[IndexArray]:
-    """Yield positions of equal counts, at most 2000 at once: their fits are one array."""
+    """Yield the positions of equal counts, at most `_CORNERS_AT_ONCE` each: their fits are solved as one array."""
     for number in np.unique(count):
         positions = np.flatnonzero(count == number)
         yield from (positions[start:start + _CORNERS_AT_ONCE] for start in range(0, len(positions), _CORNERS_AT_ONCE))
@@ -85,7 +92,10 @@ def _equal_counts(count: IndexArray) -> Iterator[IndexArray]:
 
 def _weights(points: FloatArray, corner: FloatArray, which: IndexArray, mid_places: FloatArray) -> tuple[FloatArray,
                                                                                                          FloatArray]:
-    """Return weights of the points about corners (v, p, 3) for the values at corners (v, p) and at mid-side nodes (s, p)."""
+    """Return weights of points for the values at corners (v, p), and at nodes in the middle of sides (s, p).
+
+    points : (v, p, 3) about each corner; corner : (v, 3); which : (s,) corner that each middle belongs to; mid_places : (s, 3).
+    """
     arms = points - corner[:, None]
     scale = np.abs(arms).max(axis=1, keepdims=True)
     matrix = _terms(arms / scale)

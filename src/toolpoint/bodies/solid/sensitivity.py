@@ -41,7 +41,7 @@ class ElementSensitivity(NotebookText):
     notes: tuple[str, ...] = ()
 
     def by_set(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Return (modulus, density), each (k,), summed over the elements of every set."""
+        """Return set to (modulus, density), each (k,): relative sensitivities summed over the elements of the set."""
         names = np.array(self.set_names)
         return {name: (self.modulus[:, names == name].sum(axis=1), self.density[:, names == name].sum(axis=1))
                 for name in dict.fromkeys(self.set_names)}
@@ -80,13 +80,14 @@ def element_sets(model: SolidModel) -> tuple[str, ...]:
 
 def element_masses(model: SolidModel) -> FloatArray:
     """Return the mass of every element, (e,), kg."""
+    # A unit translation along x: twice its kinetic energy is the mass.
     motion = np.zeros((model.size, 1))
     motion[::3] = 1.0
     return element_energies(model, motion, motion)[1][0]
 
 
 def element_energies(model: SolidModel, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
-    r"""Return :math:`a_k^T K_e b_k` and :math:`a_k^T M_e b_k` of every element for paired columns, (k, e) each.
+    r"""Return :math:`a_k^T K_e b_k` and :math:`a_k^T M_e b_k` of every element, (k, e) each; a of `left`, b of `right`.
 
     left, right : (model.size, k) floats
         Of all coordinates; the same array for the energies of shapes.

@@ -8,15 +8,15 @@ from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.element_kinds import kind_of
 
-MIN_VOLUME_RATIO = 0.15  # of the smallest to the largest volume change inside an element: below, it counts as folded
-MAX_STRAIGHTENING_ROUNDS = 6
+MIN_VOLUME_RATIO = 0.15  # smallest over largest Jacobian determinant inside an element: below, it counts as folded
+MAX_STRAIGHTENING_ROUNDS = 6  # tests of all elements: each may straighten neighbours of the last
 
 
 def straighten(nodes: FloatArray, elements: IndexArray) -> tuple[FloatArray, int]:
-    """Return nodes with the sides of folded elements straight, and the number of elements that were folded.
+    """Return nodes with the sides of folded elements straight, and the number of elements that were straightened.
 
-    nodes : (n, 3); elements : (e, 10) or (e, 20). A straight side may fold a neighbour, so elements are tested again, some
-    times.
+    nodes : (n, 3); elements : (e, 10) or (e, 20). A side that is made straight may fold a neighbour, so elements are tested
+    again. Folded elements whose sides are straight already stay as they are, and are not counted.
     """
     kind = kind_of(elements.shape[1])
     result, was_folded = np.array(nodes), np.zeros(len(elements), dtype=bool)
@@ -32,7 +32,11 @@ def straighten(nodes: FloatArray, elements: IndexArray) -> tuple[FloatArray, int
 
 
 def _volume_ratio(places: FloatArray) -> FloatArray:
-    """Return the smallest over the largest volume change at the corners, mid-sides and points of the rule of each element."""
+    """Return the smallest over the largest Jacobian determinant of each element, (e,), negative where it is inside out.
+
+    places : (e, n, 3). It is taken at the points of the integration rules for mass and stiffness; corners and middles of sides
+    are not among them.
+    """
     kind = kind_of(places.shape[1])
     points = np.vstack([kind.mass_points, kind.points])
     determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(points), places, optimize=True))
@@ -40,7 +44,7 @@ def _volume_ratio(places: FloatArray) -> FloatArray:
 
 
 def _has_straight_sides(places: FloatArray) -> np.ndarray:
-    """Whether all mid-side nodes of each element are in the middle of their sides."""
+    """Whether all mid-side nodes of each element, places (e, n, 3), are in the middle of their sides, (e,) bools."""
     kind = kind_of(places.shape[1])
     middles = places[:, kind.sides].mean(axis=2)
     size = np.abs(np.diff(places[:, kind.sides], axis=2)).max(axis=(1, 2, 3))

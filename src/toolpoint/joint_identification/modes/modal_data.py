@@ -11,22 +11,38 @@ from scipy import stats
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 
-# Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
+# Least standard deviations, whatever the noise: of ln(frequency); of a damping ratio, over that ratio; of a motion, over the
+# largest motion of its mode. No structure has exactly viscous modes, and no component is exactly rigid.
 FREQUENCY_FLOOR, DAMPING_FLOOR, RIGIDITY_FLOOR = 1e-5, 6e-4, 1e-5
-_MAC_NOISE_PROBABILITY = 1e-3  # of a larger loss of MAC by noise
+_MAC_NOISE_PROBABILITY = 1e-3  # probability that noise alone costs more MAC than `mac_noise` states
 
 
 @dataclass(frozen=True, eq=False)
 class ModalData:
-    """Measured modes of the components.
+    """Measured modes of c rigid components, k modes, with their noise.
 
-    motions : (c, 6, k), real or complex, of the components; roots : one (6 m, 6 m) a component, inverse Cholesky factors of
-    the covariance of its columns (m = k, or 2 k: real parts, then imaginary parts), column by column; grams : (c, 6, 6), sums
-    over the points, by which shapes are compared; frequency (k,) Hz, ratio (k,); spread : (k, 2, 2), inverse Cholesky factors
-    of the covariance of (ln frequency, ratio); scale (k,): standard deviations of the logarithms of the squared scales, None
-    where shapes have no scale; calibration: standard deviation of the logarithm of the test's gain, None where not told; mixing
-    (k, k): what errors of the poles add to the shapes of others (`mode_mixing`), None where nothing is known of it;
-    mixing_deviation (k, k): standard deviation of the share of shape s in shape r that this leaves open, zero for modes apart.
+    Parameters
+    ----------
+    motions : (c, 6, k) real or complex
+        Rigid-body motion of every component in every mode: translation, rotation.
+    roots : c arrays (6 m, 6 m)
+        Inverse Cholesky factor of the covariance of each component's motions, mode by mode; m = k, or 2 k of complex shapes
+        (real parts, then imaginary parts).
+    grams : (c, 6, 6)
+        Gram matrix of the rigid-body motion over the measured points of a component: ``v^H gram v`` is the sum of squared
+        motions of its points, by which shapes are compared.
+    frequency, ratio : (k,)
+        Hz; damping ratio.
+    spread : (k, 2, 2)
+        Inverse Cholesky factors of the covariance of (ln frequency, ratio).
+    scale : (k,), optional
+        Standard deviation of the logarithm of the squared scale, None where shapes have no scale.
+    calibration : float, optional
+        Standard deviation of the logarithm of the test's gain, None where none is stated.
+    mixing : (k, k), optional
+        Correction of shape r by the shapes s for each rad/s of error of pole s (`mode_mixing`), None where unknown.
+    mixing_deviation : (k, k), optional
+        Standard deviation of the share of shape s in shape r that the correction leaves open, zero for modes apart.
     """
 
     motions: Array
@@ -42,7 +58,10 @@ class ModalData:
 
     @cached_property
     def shares(self) -> FloatArray:
-        """Whitened columns of the shares that shapes may have of others, each times its standard deviation; none where none."""
+        """Whitened motions by one standard deviation of each undetermined share, (sum of 6 m, n): n = 2 for each pair of modes.
+
+        A share is complex: its real and its imaginary part have a column each.
+        """
         deviation = np.zeros((0, 0)) if self.mixing_deviation is None else self.mixing_deviation
         columns = []
         for r, s in np.argwhere(deviation > 0).tolist():
@@ -53,7 +72,7 @@ class ModalData:
         return np.stack(columns, axis=1) if columns else np.zeros((sum(len(root) for root in self.roots), 0))
 
     def whitened(self, motions: Array) -> FloatArray:
-        """Return whitened motions of all components, column by column."""
+        """Return whitened motions (c, 6, k) of all components as one vector, (sum of 6 m,): unit variance each."""
         parts = []
         for motion, root in zip(motions, self.roots, strict=True):
             columns = np.concatenate([motion.real, motion.imag], axis=1) if self.is_complex else motion
@@ -67,17 +86,17 @@ class ModalData:
         return np.asarray(size * (-self.ratio + 1j * np.sqrt(np.maximum(1 - self.ratio**2, 0.0))), complex)
 
     def unmixed(self, poles: ComplexArray) -> Array:
-        """Return the motions (c, 6, k) as they would have been measured with these poles, rad/s."""
+        """Return the motions (c, 6, k) as they would have been identified with these poles, (k,) rad/s."""
         return self.motions if self.mixing is None else self.motions + self.mixed_by(self.poles - poles)
 
     def mixed_by(self, errors: ComplexArray) -> ComplexArray:
-        """Return what errors (..., k) of the poles, rad/s, take from the motions, (..., c, 6, k)."""
+        """Return the correction of the motions, (..., c, 6, k), for errors (..., k) of the poles, measured less true, rad/s."""
         assert self.mixing is not None
         return np.einsum("cis,rs,...s->...cir", self.motions, self.mixing, errors, optimize=True)
 
     @property
     def tells_masses(self) -> bool:
-        """Whether the common factor of all masses is told."""
+        """Whether the data determine the common factor of all masses: some mode has a scale, and a calibration is stated."""
         return self.scale is not None and self.calibration is not None and bool(np.isfinite(self.scale).any())
 
     @property
@@ -87,11 +106,15 @@ class ModalData:
 
 
 def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray | None) -> FloatArray:
-    """Return inverse Cholesky factors (k, 2, 2) of the covariance of (ln frequency, damping ratio), with the floors."""
+    """Return inverse Cholesky factors (k, 2, 2) of the covariance of (ln frequency, damping ratio), with the floors.
+
+    frequency : (k,) Hz; ratio : (k,); covariance : (k, 2, 2) of (Hz, ratio), or None: then 1e-6 and 1e-4 are assumed.
+    """
     result = np.zeros((len(frequency), 2, 2))
     for r, f in enumerate(frequency):
         covariance_of_pole = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f],
                                                                                                              [f, 1.0]])
+        # Not a covariance, by few groups or by rounding: the variances are kept, the correlation is dropped.
         if np.linalg.eigvalsh(covariance_of_pole)[0] < 0:
             covariance_of_pole = np.diag(np.maximum(np.diag(covariance_of_pole), 1e-12))
         floor = np.array([FREQUENCY_FLOOR, DAMPING_FLOOR * max(abs(float(ratio[r])), 1e-3)])
@@ -100,9 +123,10 @@ def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray
 
 
 def covariance_roots(covariances: Sequence[FloatArray], grams: FloatArray, motions: Array) -> tuple[FloatArray, ...]:
-    """Return the inverse Cholesky factors of covariances (m, 6, m, 6), with the floor of the shapes.
+    """Return the inverse Cholesky factors, (6 m, 6 m) a component, of covariances (m, 6, m, 6) with the floor of the shapes.
 
-    No casting is perfectly rigid: a motion of every component of its own, by a share of the largest motion of a mode.
+    grams : (c, 6, 6); motions : (c, 6, k). No casting is perfectly rigid: `RIGIDITY_FLOOR` times the largest motion of any
+    component in a mode is added to the standard deviation of each.
     """
     result = []
     power = np.einsum("cik,cij,cjk->ck", motions.conj(), grams, motions, optimize=True).real
@@ -121,7 +145,8 @@ def covariance_roots(covariances: Sequence[FloatArray], grams: FloatArray, motio
 def mac_noise(data: ModalData) -> FloatArray:
     """Return the loss (k,) of MAC of a measured shape with the true one by noise alone, exceeded with a probability of 0.1 %.
 
-    The mean is the noise's share of the motion's power, over 6 numbers a component (12 of complex shapes).
+    Its mean is the power of the noise over that of the motion. It is spread as chi-squared, with 6 degrees of freedom for each
+    component (12 of complex shapes), less those of the scale, which MAC does not see.
     """
     k = len(data.frequency)
     noise = np.zeros(k)

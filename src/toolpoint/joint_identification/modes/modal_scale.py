@@ -24,11 +24,12 @@ from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.unit_factor import scale_words
 
-# Relative standard deviation: modes outside the tested band contribute to every residue.
+# Least standard deviation of the logarithm of a squared scale: modes outside the tested band contribute to every residue.
 _SCALE_FLOOR = 3e-3
-_MIN_SCATTER_PVALUE = 1e-3  # below, modes scatter by more than their noise
+_MIN_SCATTER_PVALUE = 1e-3  # p-value of chi-squared below which the modes scatter by more than their noise
 _DEFAULT_CALIBRATION = 0.05  # relative standard deviation of the gain where none is stated
-_MIN_MASS_ERROR, _DOUBT_DEVIATIONS = 0.10, 3.0  # logarithm of the factor without a stated calibration; standard deviations
+# Least logarithm of the factor that is doubted: where no calibration is stated; and always, in standard deviations.
+_MIN_MASS_ERROR, _DOUBT_DEVIATIONS = 0.10, 3.0
 
 
 def scale_deviations(modes: Modes) -> FloatArray | None:
@@ -55,9 +56,9 @@ def scale_deviations(modes: Modes) -> FloatArray | None:
 class MassScale:
     """Common factor of all masses, by the driving points.
 
-    factor : by which the masses of the machine times the gain of the test are too large; deviation : its relative standard
-    deviation (noise, and the scatter between modes where that is larger); calibration : standard deviation that was stated of
-    the gain, None where none was; masses : the largest that was stated of a mass.
+    factor : g m of the module's equation, masses of the machine times gain of the test, over their true value; deviation : its
+    relative standard deviation (noise, and the scatter between modes where that is larger); calibration : stated relative
+    standard deviation of the gain, None where none is; masses : largest stated relative standard deviation of a mass.
     """
 
     factor: float
@@ -67,7 +68,7 @@ class MassScale:
 
     @property
     def doubt(self) -> Doubt | None:
-        """Doubt about the masses or the calibration, None where they agree."""
+        """Doubt about masses or calibration where the factor is more than three standard deviations from one, else None."""
         gain = _DEFAULT_CALIBRATION if self.calibration is None else self.calibration
         log_error = abs(np.log(self.factor))
         expected = np.sqrt(self.deviation**2 + gain**2 + self.masses**2)
@@ -83,7 +84,7 @@ class MassScale:
 
     @property
     def note(self) -> str:
-        """Meaning for the masses, in words."""
+        """Sentence on the masses: how many times the stated ones, or those of the fit, they are by the driving points."""
         words = with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)
         if self.calibration is None:
             ending = "; with calibration_deviation in the component file the fit takes that into account" if self.masses else ""
@@ -94,7 +95,12 @@ class MassScale:
 
 
 def mean_scale(logarithms: FloatArray, deviations: FloatArray, calibration: float | None) -> MassScale | None:
-    """Return the mean of the modes' scales, None where no mode has one."""
+    """Return the mean of the modes' scales, weighted by their inverse variances; None where no mode has one.
+
+    logarithms : (k,) of the squared scales, the left side of the module's equation; deviations : (k,) their standard
+    deviations, infinite where a mode has none. Where the modes scatter by more than their noise, the deviation of the mean
+    grows with it.
+    """
     has_scale = np.isfinite(deviations)
     if not has_scale.any():
         return None
@@ -106,7 +112,11 @@ def mean_scale(logarithms: FloatArray, deviations: FloatArray, calibration: floa
 
 
 def scale_root(deviations: FloatArray, calibration: float) -> FloatArray:
-    """Return the inverse Cholesky factor (k, k) of the covariance of the logarithms: noise, and the gain common to all."""
+    """Return the inverse Cholesky factor (k, k) of the covariance of the logarithms of the squared scales.
+
+    deviations : (k,) by noise, infinite where a mode has no scale: its row and column are zero. calibration : standard
+    deviation of the gain, common to all modes.
+    """
     has_scale = np.isfinite(deviations)
     result = np.zeros((len(deviations), len(deviations)))
     covariance = np.diag(deviations[has_scale] ** 2) + calibration**2

@@ -23,14 +23,17 @@ from toolpoint._check import ComplexArray
 from toolpoint.joint_identification.modes.modal_data import ModalData
 from toolpoint.vibration import Modes
 
-_MAX_MIXING_DISTANCE = 1.5  # of two poles, in the sum of their half widths: farther ones do not mix
+_MAX_MIXING_DISTANCE = 1.5  # of two poles, over the sum of their half-power half widths: farther ones do not mix
 # Relative standard deviation of the mixing: the integrals know neither the ends of the band nor the weights of the lines.
 _MIXING_ERROR = 0.5
 
 
 def shape_mixing(modes: Modes) -> ComplexArray | None:
-    """Return the mixing (k, k) by which measured shapes (turned by `phases`) are set right: shape r gains its entries times
-    the errors of the poles (measured less true, rad/s) times the shapes s; None for real shapes or unknown participation."""
+    """Return the mixing (k, k) by which the measured shapes are corrected; None for real shapes or unknown participation.
+
+    Shape r gains the sum over s of entry (r, s), times the error of pole s (measured less true, rad/s), times shape s. The
+    entries belong to the shapes with the phases that they have in `modes`.
+    """
     if modes.participation is None or not np.iscomplexobj(modes.shape):
         return None
     omega, ratio = modes.omega, modes.damping_ratio
@@ -50,15 +53,18 @@ def shape_mixing(modes: Modes) -> ComplexArray | None:
 
 
 def with_mixing(data: ModalData, mixing: ComplexArray) -> ModalData:
-    """Return the data with this mixing, and with its error as undetermined shares of other shapes."""
+    """Return the data with this mixing (k, k), and with its error as undetermined shares of other shapes.
+
+    The error is `_MIXING_ERROR` times the mixing, for a pole error of one standard deviation.
+    """
     covariance = np.linalg.inv(np.einsum("kji,kjl->kil", data.spread, data.spread))
-    # Of (ln f, ratio): a pole moves by its size times either.
+    # The spread is of (ln f, ratio): a pole moves by its modulus times either.
     size = 2 * np.pi * data.frequency * np.sqrt(np.einsum("kii->k", covariance))
     return replace(data, mixing=mixing, mixing_deviation=np.asarray(_MIXING_ERROR * np.abs(mixing) * size))
 
 
 def mixing_in_phase(modes: Modes) -> ComplexArray | None:
-    """Return the mixing of shapes turned to where their real parts are largest."""
+    """Return the mixing (k, k) for shapes turned to the phase of largest real parts; None as of `shape_mixing`."""
     mixing = shape_mixing(modes)
     if mixing is None:
         return None

@@ -7,16 +7,20 @@ from itertools import product
 
 from toolpoint._check import fail
 
+# The two words for each part of an arm; `SphericalWrist.branch_name` says what they mean.
 SHOULDERS, ELBOWS, WRISTS = ("front", "back"), ("up", "down"), ("no flip", "flip")
 BRANCHES = tuple(" ".join(words) for words in product(SHOULDERS, ELBOWS, WRISTS))
 LEAST_TURNED = "wrist turned least"
+# Words that a text may hold beside those of a branch, and that decide nothing.
 _FILLERS = ("shoulder", "elbow", "wrist", "turned", "and")
 
 
 @dataclass(frozen=True)
 class BranchChoice:
-    """Chosen branches: shoulder, elbow and wrist by their words, any where empty; `is_least` : of those that remain at a place,
-    the one that turns the three axes of the wrist least from the reference pose.
+    """Choice among the branches of an arm.
+
+    shoulder, elbow, wrist : word of the wanted branches, any where empty; is_least : whether, of the branches that remain at a
+    place, the one is taken that turns the three axes of the wrist least from the reference pose.
 
     Examples
     --------
@@ -52,13 +56,14 @@ class BranchChoice:
         return cls(chosen.get("shoulder", ""), chosen.get("elbow", ""), "" if is_least else chosen.get("wrist", ""), is_least)
 
     def allows(self, name: str) -> bool:
-        """Whether a branch has the chosen words."""
+        """Whether the branch of this name, such as ``front up no flip``, has the chosen words; `is_least` is not looked at."""
         shoulder, elbow, wrist = name.split(" ", 2)
         return all(not word or word == chosen for word, chosen in (
             (self.shoulder, shoulder), (self.elbow, elbow), (self.wrist, wrist)))
 
 
 def _refuse(text: str) -> None:
+    """Raise ToolpointError for a text that names no branch, with all branch names."""
     fail("`branch`", repr(text), f"must be of {', '.join(BRANCHES)}",
          remedy=f"some of the words will do, as 'front up', and '{LEAST_TURNED}' in place of the last: 'front, elbow up, "
                 f"{LEAST_TURNED}'")

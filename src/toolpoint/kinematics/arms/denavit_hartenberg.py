@@ -25,8 +25,9 @@ CONVENTIONS = ("standard", "modified")
 class ArmRow:
     """Row of the Denavit-Hartenberg table: theta and alpha in rad, d and a in m.
 
-    axis : name of the axis that moves it; slides : whether along z instead of about it; coupled : further axes that move it, by
-    name and factor (theta_3 = q_3 + q_2 is ``{"q2": 1.0}``); lower, upper : limits of the axis, m or rad.
+    axis : name of the axis that moves the joint; theta, d : values at the axis's zero, to which its position is added; slides :
+    whether the joint moves along z instead of about it; coupled : further axes that move it, by name and factor (theta_3 = q_3
+    + q_2 is ``{"q2": 1.0}``); lower, upper : limits of the axis, m or rad.
     """
 
     axis: str
@@ -52,7 +53,8 @@ def arm_frames(rows: Sequence[ArmRow], convention: str = "standard", base: Float
                ) -> tuple[FloatArray, FloatArray]:
     """Return the frames of the joints and of the links with all axes at zero, machine frame, shape (n, 4, 4) each.
 
-    A joint moves about (or along) the z axis of its frame.
+    A joint moves about (or along) the z axis of its frame. base : (4, 4) frame before the first row, the machine frame where
+    left out.
     """
     one_of("convention", convention, CONVENTIONS)
     place = np.eye(4) if base is None else floats("base", base, (4, 4))
@@ -61,7 +63,7 @@ def arm_frames(rows: Sequence[ArmRow], convention: str = "standard", base: Float
         screw = tf.transform(rot.about("z", row.theta), [0.0, 0.0, row.d])
         across = tf.transform(rot.about("x", row.alpha), [row.a, 0.0, 0.0])
         if convention == "standard":
-            joints.append(place)
+            joints.append(place)  # theta_i turns about the z axis of the frame before
             place = place @ screw @ across
         else:
             place = place @ across @ screw
@@ -71,7 +73,7 @@ def arm_frames(rows: Sequence[ArmRow], convention: str = "standard", base: Float
 
 
 def arm_axes(rows: Sequence[ArmRow]) -> tuple[Axis, ...]:
-    """Return the axes of an arm whose joint i is that of row i; a coupled axis drives several joints."""
+    """Return the axes of an arm, in the order of rows: each drives the joint of its row, and those that name it as coupled."""
     names = [row.axis for row in rows]
     repeated = next((name for name in names if names.count(name) > 1), None)
     if repeated is not None:
@@ -79,6 +81,7 @@ def arm_axes(rows: Sequence[ArmRow]) -> tuple[Axis, ...]:
     drives: dict[str, list[Drive]] = {name: [] for name in names}
     for i, row in enumerate(rows):
         way = "z" if row.slides else "rz"
+        # The axis's own joint comes first, also where an earlier row is coupled to it.
         drives[row.axis].insert(0, Drive(i, way))
         for name, factor in row.coupled.items():
             if name not in drives:

@@ -24,12 +24,16 @@ MAX_START_COUNT = 13  # starts of the iteration, the given one among them
 INVERSE_TOLERANCE = 1e-9  # rad, or of the size of the machine: residual of a pose that reaches its target
 # The same for more coordinates than axes: a place and a direction that were rounded to 0.01 mm do not fit each other better,
 # and no machine of this size positions better.
-OVERDETERMINED_TOLERANCE = 1e-5
+OVERDETERMINED_TOLERANCE = 1e-5  # rad, or of the size of the machine
 
 
 @dataclass(frozen=True, eq=False)
 class ToolOnWork:
-    """Tool and work: their links (-1 is the ground), points (m) and the tool's direction, reference pose, machine frame."""
+    """Tool and work on a chain at its reference pose, in the machine frame.
+
+    tool, table : numbers of the links that carry tool and work, -1 for the ground; tip : (3,) of the tool, m; direction : (3,)
+    of the tool's axis, of any length; origin : (3,) point of the work from which places are measured, m.
+    """
 
     tool: int
     tip: FloatArray
@@ -44,7 +48,11 @@ class ToolOnWork:
         put(self, "direction", self.direction / np.linalg.norm(self.direction))
 
     def placed(self, chain: TreeChain, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return tip from the work's point (P, 3) and the tool's axes (P, 3, 3), in the work's axes, and these (P, 3, 3)."""
+        """Return tip (P, 3), tool axes (P, 3, 3) and work axes (P, 3, 3) for step values (P, n_steps).
+
+        The tip is measured from the work's point, m. Tip and tool axes (columns, z the tool's direction) are in the work's
+        axes; those are in the machine frame.
+        """
         moved = chain.displacements_of(chain.motions_of(values))
         ground = np.broadcast_to(np.eye(4), (len(values), 4, 4))
         tool, work = (ground if link < 0 else moved[:, link] for link in (self.tool, self.table))
@@ -56,7 +64,11 @@ class ToolOnWork:
 
 @dataclass(frozen=True, eq=False)
 class InverseSolution:
-    """Positions of the driven axes by name, m or rad; remaining errors of place (m) and orientation (rad); status in words."""
+    """Inverse solution: positions of the driven axes by name, m or rad; remaining errors of place (m) and orientation (rad).
+
+    status : ``reached``, or what is left and what to try. Where no pose could be solved the mapping is empty and both errors
+    are infinite.
+    """
 
     pose: Mapping[str, float]
     place_error: float
@@ -121,7 +133,10 @@ def solve_inverse(
 
 def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None = None,
                       turn: float | None = None) -> list[InverseSolution]:
-    """Return all distinct solutions within limits that a grid of starts leads to, see `solve_inverse`."""
+    """Return all distinct solutions within limits that a grid of starts leads to, see `solve_inverse`.
+
+    Positions that differ by whole turns are distinct. Solutions far from all starts can be missed.
+    """
     goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
     lower, upper = goal.bounds()
     reference = np.clip(np.array([axis.reference_position for axis in chain.driven_axes], float), lower, upper)
@@ -134,11 +149,19 @@ def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, dir
 
 
 def _differs(first: InverseSolution, second: InverseSolution) -> bool:
+    """Whether two solutions differ by more than 1e-6 m or rad in some axis."""
     return any(abs(first.pose[name] - second.pose[name]) > 1e-6 for name in first.pose)
 
 
 @dataclass(frozen=True, eq=False)
 class _Goal:
+    """Target of the iteration, as equations of the positions of the driven axes.
+
+    tip : (3,) m, in the work's axes; axes : (3, 3) wanted axes of the tool in those of the work, None where the direction is
+    free; with_turn : whether the turn about the tool is prescribed too; size : largest extent of the machine, m, which makes
+    places and angles alike.
+    """
+
     chain: TreeChain
     pair: ToolOnWork
     tip: FloatArray
@@ -149,6 +172,7 @@ class _Goal:
     @classmethod
     def of(cls, chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None, turn: float | None
            ) -> _Goal:
+        """Return the target with checked arguments, as `solve_inverse` takes them."""
         axes: FloatArray | None = None
         if direction is not None:
             unit = floats("direction", direction, (3,))
@@ -166,14 +190,16 @@ class _Goal:
 
     @property
     def equations(self) -> int:
-        """Number of prescribed coordinates."""
+        """Number of prescribed coordinates: 3, 5 or 6; the residual has 6 rows for 5, of which one is redundant."""
         return 3 + (0 if self.axes is None else 3 if self.with_turn else 2)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return lower and upper limits of the driven axes, (n_driven,) each."""
         axes = self.chain.driven_axes
         return np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])
 
     def residual(self, positions: FloatArray) -> FloatArray:
+        """Return error of place over `size`, and rotation vector of the error of orientation, (3,) or (6,)."""
         place, axes, _ = self.pair.placed(self.chain, self._values(positions))
         rows = [(place[0] - self.tip) / self.size]
         if self.axes is not None:
@@ -181,10 +207,12 @@ class _Goal:
         return np.concatenate(rows)
 
     def _values(self, positions: FloatArray) -> FloatArray:
+        """Return the step values (1, n_steps) of positions of the driven axes (n_driven,)."""
         names = [axis.name for axis in self.chain.driven_axes]
         return self.chain.step_values(dict(zip(names, positions, strict=True)))
 
     def _orientation(self, axes: FloatArray) -> FloatArray:
+        """Return the rotation vector (3,) from the wanted to the actual axes (3, 3) of the tool."""
         assert self.axes is not None
         if self.with_turn:
             return rot.to_vector(axes @ self.axes.T)
@@ -195,7 +223,7 @@ class _Goal:
         return cross * (np.arctan2(sine, float(d @ goal)) / sine if sine > 1e-12 else 1.0)
 
     def slope(self, positions: FloatArray) -> FloatArray:
-        """Return the Jacobian of the residual, that of the rotation vector to first order: exact where the target is met."""
+        """Return the Jacobian of the residual, (3 or 6, n_driven); its rows of rotation are exact where the target is met."""
         chain, pair = self.chain, self.pair
         values = self._values(positions)
         moved = chain.displacements_of(chain.motions_of(values))
@@ -216,8 +244,9 @@ class _Goal:
 
 
 def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
-    """Return the given start, then combinations of a few positions of the rotary axes, at most 36."""
+    """Return the given start (n_driven,), then at most 36 combinations of a few positions of the rotary axes."""
     rotary = [k for k, axis in enumerate(chain.driven_axes) if axis.is_rotary]
+    # A few starts for each axis, so that the grid stays within some 36 solutions.
     count = {0: 1, 1: 8, 2: 6, 3: 4}.get(len(rotary), 2)
     starts = [first]
     for number in range(min(count ** len(rotary), 36)):
@@ -232,7 +261,9 @@ def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
 
 
 def _solve(goal: _Goal, begin: FloatArray, lower: FloatArray, upper: FloatArray) -> InverseSolution:
+    """Solve by least squares within limits from one start (n_driven,), then by Newton's method; the status says how it went."""
     try:
+        # A start must lie strictly inside the bounds, and may lie on a limit.
         fit = least_squares(goal.residual, begin, goal.slope, (lower - 1e-12, upper + 1e-12), xtol=1e-15,
                             ftol=1e-15, gtol=1e-15,
                             x_scale=np.where([axis.is_rotary for axis in goal.chain.driven_axes], 1.0, goal.size), max_nfev=30)

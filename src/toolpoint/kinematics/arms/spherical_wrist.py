@@ -32,7 +32,11 @@ STRAIGHT_WRIST_TOLERANCE = 1e-8  # sine of the angle between axes 4 and 6, below
 
 @dataclass(frozen=True, eq=False)
 class ArmBranch(NotebookText):
-    """Inverse solution of an arm: positions of the axes (6,), rad; its name; whether within limits; a note where singular."""
+    """Inverse solution of an arm on one branch.
+
+    name : as of `SphericalWrist.branch_name`; positions : (6,) of the axes, rad; within_limits : of all axes; note : text where
+    the wrist is singular, else empty.
+    """
 
     name: str
     positions: FloatArray
@@ -46,9 +50,10 @@ class ArmBranch(NotebookText):
 
 @dataclass(frozen=True, eq=False)
 class SphericalWrist:
-    """Geometry of an arm for its closed-form inverse, taken from its chain with all axes at rest.
+    """Geometry of an arm for its closed-form inverse, taken from its chain with all axes at rest, in the machine frame.
 
-    directions, places : (6, 3), of the joint axes; centre : (3,), where the last three meet; u along axes 2 and 3.
+    directions : (6, 3) unit vectors of the joint axes; places : (6, 3) a point on each, m; centre : (3,) wrist centre, where
+    the last three meet, m. In the methods w is the direction of axis 1, u that of axis 2.
     """
 
     chain: TreeChain
@@ -63,7 +68,7 @@ class SphericalWrist:
         return list(np.stack([single, single @ single], axis=1))
 
     def _turn(self, axis: int, angle: float) -> FloatArray:
-        """Return the rotation about a joint axis, I + sin(q) [w] + (1 - cos(q)) [w]^2 (Rodrigues), (3, 3)."""
+        """Return the rotation (3, 3) about a joint axis (0 .. 5), I + sin(q) [w] + (1 - cos(q)) [w]^2 (Rodrigues), q in rad."""
         k = self._crosses[axis]
         return np.eye(3) + math.sin(angle) * k[0] + (1 - math.cos(angle)) * k[1]
 
@@ -132,6 +137,7 @@ class SphericalWrist:
 
     @cached_property
     def _step_of_joint(self) -> list[int]:
+        """Index of the step (rotation) of each joint, (6,)."""
         steps = {step.joint: k for k, step in enumerate(self.chain.steps)}
         return [steps[i] for i in range(6)]
 
@@ -139,8 +145,8 @@ class SphericalWrist:
     def _plane(self) -> tuple[float, complex, complex, float, float]:
         """Arm in the plane across axes 2 and 3 as complex numbers, the real axis forward (u x w), angles about u.
 
-        Forward distance from axis 1 to axis 2, upper and lower arm (m), the sense of axis 3, and the forward distance of the
-        wrist centre at the reference pose.
+        Forward distance from axis 1 to axis 2 (m), upper and lower arm (m), sense of axis 3 (+1 along axis 2, -1 against it),
+        and forward distance of the wrist centre from axis 1 at the reference pose (m; 1 where it lies on axis 1).
         """
         u, w = self.directions[1], self.directions[0]
         forward = np.cross(u, w)
@@ -154,7 +160,7 @@ class SphericalWrist:
 
     @cached_property
     def _straight_wrist(self) -> float:
-        """Angle of joint 5 at which joints 4 and 6 turn about one line, or are nearest to it."""
+        """Angle of joint 5, rad, at which joints 4 and 6 turn about one line, or are nearest to it: the largest w4 . R5 w6."""
         w4, w5, w6 = self.directions[3:]
         return math.atan2(float(w4 @ self._crosses[4][0] @ w6), float(w4 @ w6 - (w4 @ w5) * (w5 @ w6)))
 
@@ -176,8 +182,9 @@ class SphericalWrist:
         return " ".join(words)
 
     def _branch(self, name: str, angles: list[float], note: str) -> ArmBranch:
+        """Return the branch of joint angles (6,), rad: positions of the axes, each by whole turns into its limits."""
         joint = np.arctan2(np.sin(angles), np.cos(angles))
-        # Joint angles back to axes, which may be coupled; each axis by whole turns into its limits.
+        # Whole turns are taken off the joints first: an axis may drive several, and is turned whole after that.
         joints_to_axes, reference_positions = self._decoupling
         positions = joints_to_axes @ joint + reference_positions
         positions = np.array([_wrap_into_limits(v, axis.lower, axis.upper) for v, axis in zip(positions, self.chain.driven_axes,
@@ -188,15 +195,16 @@ class SphericalWrist:
 
     @cached_property
     def _decoupling(self) -> tuple[FloatArray, FloatArray]:
-        """Positions of the axes per joint angle (6, 6), and at rest."""
+        """Matrix (6, 6) from joint angles to axis positions, and the reference positions (6,) of the axes, rad."""
         coupling = self.chain.coupling[self._step_of_joint]
         return np.linalg.inv(coupling), np.array([axis.reference_position for axis in self.chain.driven_axes])
 
     def _move_back(self, axis: int, angle: float, point: FloatArray) -> FloatArray:
+        """Return a point (3,) turned back about joint axis 0 .. 5 by an angle, rad."""
         return self._turn(axis, -angle) @ (point - self.places[axis]) + self.places[axis]
 
     def _shoulder_angles(self, centre: FloatArray) -> list[float]:
-        """Return the angles of axis 1 for which the wrist centre keeps its distance along axes 2 and 3."""
+        """Return the angles of axis 1, rad, that bring the wrist centre (3,) back to its component along u at rest."""
         w, u = self.directions[0], self.directions[1]
         reach = centre - self.places[0]
         distance = u @ (self.centre - self.places[0])
@@ -206,7 +214,7 @@ class SphericalWrist:
         return _solve_linear_angle(cosine, sine, float(distance - along))
 
     def _elbow_angles(self, target_centre: FloatArray) -> Iterator[tuple[float, float]]:
-        """Yield the angles of axes 2 and 3 that bring the wrist centre to a place."""
+        """Yield the angles of axes 2 and 3, rad, that bring the wrist centre to a place (3,), axis 1 turned back."""
         u, cross = self.directions[1], self._crosses[1][0]
         sense = float(np.sign(self.directions[2] @ u))
         a = _across(self.places[2] - self.places[1], u)
@@ -219,7 +227,7 @@ class SphericalWrist:
             yield float(math.atan2((cross @ moved) @ c, moved @ c)), sense * angle
 
     def _wrist_angles(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[tuple[float, float, float], str]]:
-        """Yield the angles of the last three axes that make a rotation (3, 3), and a note where they are singular."""
+        """Yield the angles of the last three axes, rad, that make a rotation (3, 3), and a note where they are singular."""
         w4, w5, w6 = self.directions[3:]
         goal = turn @ w6
         along = (w4 @ w5) * (w5 @ w6)
@@ -240,7 +248,10 @@ class SphericalWrist:
 
 
 def _solve_linear_angle(cosine: float, sine: float, constant: float) -> list[float]:
-    """Return the angles t with cosine cos t + sine sin t = constant: two, one where they meet, none out of reach."""
+    """Return the angles t, rad, with cosine cos t + sine sin t = constant: two, one where they meet, none out of reach.
+
+    Where both factors vanish every angle will do, and 0 is returned.
+    """
     size = math.hypot(cosine, sine)
     if size < 1e-14:
         return [0.0] if abs(constant) < 1e-12 else []
@@ -257,19 +268,25 @@ def _across(vector: FloatArray, unit: FloatArray) -> FloatArray:
 
 
 def _wrap_into_limits(value: float, lower: float, upper: float) -> float:
-    """Return an angle changed by whole turns: of those within limits the nearest to zero, else the one within half a turn."""
+    """Return an angle (rad) changed by up to two turns: within limits the one nearest to zero, else the smallest of all."""
     turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)]
     inside = [v for v in turns if lower - 1e-9 <= v <= upper + 1e-9]
     return min(inside or turns, key=abs)
 
 
 def _meeting_point(directions: FloatArray, places: FloatArray) -> tuple[FloatArray, float]:
-    """Return the point nearest to three lines by least squares (m) and its largest distance to them."""
+    """Return the point (3,) nearest to lines by least squares, and its largest distance to them, m.
+
+    directions, places : (n, 3) unit vectors of the lines, and a point on each, m.
+    """
     projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     point = np.linalg.lstsq(projectors.reshape(-1, 3), (projectors @ places[..., None]).reshape(-1), rcond=None)[0]
     return point, float(np.linalg.norm((projectors @ (point - places)[..., None])[..., 0], axis=-1).max())
 
 
 def move_tool(frame: ArrayLike, reference: ArrayLike) -> FloatArray:
-    """Return the displacement (4, 4) that brings a frame of the last link from its reference to a target, both (4, 4)."""
+    """Return the displacement (4, 4) of the last link that brings a frame of it to a target.
+
+    frame : (4, 4) target; reference : (4, 4) the same frame at the reference pose; both in the machine frame.
+    """
     return floats("frame", frame, (4, 4)) @ tf.inverse(floats("reference", reference, (4, 4)))

@@ -12,7 +12,7 @@ from toolpoint.studies.machines.pose_words import pose_words
 
 
 def campbell_page(result: Campbell) -> Report:
-    """Return the page of a Campbell diagram."""
+    """Return the page of a Campbell diagram: the diagram, the critical speeds (rev/min) and the assumptions."""
     report = Report(f"Campbell diagram: {result.machine.name}", _answer(result),
                     subtitle=pose_words(result.machine, result.pose))
     chart = campbell_diagram(result.speeds, result.frequency, result.whirl, orders=result.orders)
@@ -28,7 +28,7 @@ def campbell_page(result: Campbell) -> Report:
 
 
 def _answer(result: Campbell) -> str:
-    """Return the lowest critical speed in a sentence."""
+    """Return the number of critical speeds and the lowest of them, rev/min, in a sentence; or that there is none."""
     speed_min, speed_max = float(result.speeds[0]), float(result.speeds[-1])
     if not result.critical:
         return f"No critical speed lies between {speed_min:.0f} and {speed_max:.0f} rev/min for the orders looked at."

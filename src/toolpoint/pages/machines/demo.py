@@ -1,4 +1,4 @@
-"""The page of the demo: a published machine, without and with its feed drives."""
+"""Pages of published machines: the demo without and with feed drives, a workspace study, and a head beside its source."""
 
 from __future__ import annotations
 
@@ -18,8 +18,12 @@ from toolpoint.studies.robots.workspace import WorkspaceStudy
 
 
 def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a machine with maps of its frequencies and of its tool's stiffness over the workspace."""
+    """Return the page of a machine with maps of its frequencies and of its tool's stiffness over the workspace.
+
+    source, file_name : text and name of the machine file.
+    """
     page = machine_page(result.report, source, file_name, problems=warnings)
+    # The inputs are the last section of a machine page, and stay the last.
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     page = page.with_section("How it moves", Notes(describe_motion(result.report.machine), "note", "Axes, loops and the tool"))
     for title, part in (("Frequencies over the workspace", result.frequencies),
@@ -30,7 +34,10 @@ def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warni
 
 
 def head_source_page(result: PublishedHead, *, source: str, file_name: str, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of the parallel head beside its source: numbers first, then its planes and its responses over tilt."""
+    """Return the page of the published parallel head: its numbers beside the source, then maps over planes and over tilt.
+
+    source, file_name : text and name of the machine file. The source meant in the page is the publication.
+    """
     page = machine_page(result.report, source, file_name, problems=warnings)
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     page = page.with_section("Beside the source", Notes(result.source_lines(), "note", "Numbers of both"))
@@ -46,7 +53,10 @@ def head_source_page(result: PublishedHead, *, source: str, file_name: str, warn
 
 def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], *, warnings: Sequence[str] = ()
               ) -> Report:
-    """Return the page of the published machine, without and with its feed drives; `files`: name and text of either."""
+    """Return the page of the published machine, without and with its feed drives.
+
+    files : (name, text) of the machine file without drives, then of that with drives.
+    """
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)
     first_sentence = answer(casting).partition(". ")[0]

@@ -1,4 +1,4 @@
-"""Parts of the page of a machine by finite elements: test, slopes, grams, the part alone, options and dampers."""
+"""Parts of the page of a machine by finite elements: hammer test, sensitivities, effect of added mass, options, dampers."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ def hammer_parts(correlation: FiniteElementCorrelation, test: FiniteElementTest)
 
 
 def _coherence(test: FiniteElementTest) -> object:
+    """Return the chart of the test's coherence over frequency."""
     chart = figure("", 300)
     chart.add_scatter(x=np.round(test.frf.frequency, 3), y=np.round(test.coherence, 4), line={"color": COLOURS[0]})
     chart.update_xaxes(title_text="Frequency, Hz")
@@ -58,7 +59,10 @@ def _coherence(test: FiniteElementTest) -> object:
 
 
 def slope_parts(sensitivity: PartSensitivity, part: str) -> Parts:
-    """Return the effects of parts on frequencies, how few elements hold most, and what would raise the worst MAC."""
+    """Return the sensitivities of frequencies, of a motion and of MAC to E and density: by part, and drawn on `part`.
+
+    Mode 1 stands for all modes in the drawings; of the MAC values the lowest is drawn.
+    """
     parts: Parts = [Table(list(PART_HEADER), sensitivity.rows(),
                           "Relative change of a frequency per relative change of a part's E "
                           "or density; the share of elements, and of the part's mass, that hold 80 % of its effect on mode 1"),
@@ -85,7 +89,11 @@ def slope_parts(sensitivity: PartSensitivity, part: str) -> Parts:
 
 
 def _motion_parts(sensitivity: PartSensitivity, part: str) -> Parts:
-    """Return what parts do to the motion of a place in the modes that move it, and, for the first of these, the elements."""
+    """Return the effect of each part on the motion of the studied Dof, and that of each element of `part` in one mode.
+
+    The modes are the first six that move the Dof by more than a tenth of the largest motion; the elements are those of the
+    first of them.
+    """
     moving_modes = np.flatnonzero(np.abs(sensitivity.motion.values) > 0.1 * np.abs(sensitivity.motion.values).max())[:6]
     share = 100 / sensitivity.motion.values[moving_modes]
     rows = [[name, *(f"{v:+.1f}" for v in e[moving_modes] * share), *(f"{v:+.1f}" for v in rho[moving_modes] * share)]
@@ -102,19 +110,20 @@ def _motion_parts(sensitivity: PartSensitivity, part: str) -> Parts:
 
 
 def _volumes(sensitivity: PartSensitivity, part: str) -> FloatArray:
-    """Return the volume of each element, dm^3."""
+    """Return the volume of each element of a part, (e,), dm^3, in the order of blocks."""
     model = sensitivity.machine.parts[part]
-    # Elements are boxes along the axes: the span of the corners is their size.
+    # Castings of cuboids have box elements along the axes, so the span of corners is their size; it is wrong for others.
     corners = [model.nodes[block.nodes[:, :block.kind.corner_count]] for block in model.blocks]
     return np.concatenate([np.prod(np.ptp(c, axis=1), axis=1) for c in corners]) * 1e3
 
 
 def _accumulated(sensitivity: PartSensitivity) -> object:
+    """Return the chart of the accumulated effect of E on mode 1 over the share of elements, a line for each part."""
     chart = figure("", 360)
     for i, (name, slopes) in enumerate(sensitivity.frequency.items()):
         values = accumulate(slopes.modulus[0])
         share = 100 * np.arange(1, len(values) + 1) / len(values)
-        step = max(len(values) // 80, 1)
+        step = max(len(values) // 80, 1)  # some 80 points a line are enough for a screen
         chart.add_scatter(x=np.round(share[::step], 2), y=np.round(values[::step], 6), name=name, line={"color": COLOURS[i]})
     chart.update_xaxes(title_text="share of the part's elements, %")
     chart.update_yaxes(title_text="relative change of f1 per that of E")
@@ -122,6 +131,7 @@ def _accumulated(sensitivity: PartSensitivity) -> object:
 
 
 def _mac_slopes(sensitivity: PartSensitivity) -> object:
+    """Return the chart of the change of MAC by +1 % of E, density or joint stiffness: the seven largest."""
     assert sensitivity.mac is not None
     chart = figure("", 420, barmode="group")
     modes = [f"mode {i + 1}" for i in sensitivity.mac.modes]
@@ -136,7 +146,7 @@ def _mac_slopes(sensitivity: PartSensitivity) -> object:
 
 
 def gram_parts(study: FiniteElementStudy, part: str) -> Parts:
-    """Return what a kilogram of wall does at each element of a part, and the best and worst places of every part."""
+    """Return the change of the first frequency by thickening a wall, mHz/kg: best and worst of every part, and on `part`."""
     gains = 1e3 * study.whole_sensitivity.hertz_a_kilogram(part)[0]
     rows = [[name, f"{1e3 * best_gain:+.1f}", f"{1e3 * worst_gain:+.1f}"]
             for name, best_gain, worst_gain in study.whole_sensitivity.best_grams(0, len(study.machine.parts))]
@@ -146,7 +156,7 @@ def gram_parts(study: FiniteElementStudy, part: str) -> Parts:
 
 
 def alone_parts(sensitivity: PartSensitivity, part: str) -> Parts:
-    """Return the modes of a part alone with what its E, density and foot do to them, to its motion, and to MAC."""
+    """Return the modes of a part alone on its joints, with the effect of its E and density on frequency, motion and MAC."""
     e, rho = sensitivity.motion.by_part()[part]
     motion = 100 * np.array([e, rho]) / np.where(sensitivity.motion.values == 0, np.inf, sensitivity.motion.values)
     is_moving = np.abs(sensitivity.motion.values) > 0.05 * np.abs(sensitivity.motion.values).max()
@@ -176,7 +186,7 @@ def alone_parts(sensitivity: PartSensitivity, part: str) -> Parts:
 
 
 def option_parts(study: FiniteElementStudy) -> Parts:
-    """Return options with their depths, and the lobes of the best of them."""
+    """Return the options with their depths, and the lobes of the machine as it is and of the three best by mean depth."""
     cut = study.cut
     words = (f"{1e3 * cut.tool.diameter:.0f} mm, {cut.tool.teeth} teeth, {cut.engagement.direction}-milling at "
              f"{cut.engagement.immersion:g} of the diameter, feed {cut.feed}")
@@ -187,6 +197,7 @@ def option_parts(study: FiniteElementStudy) -> Parts:
 
 
 def _lobes(study: FiniteElementStudy) -> object:
+    """Return the chart of stable depth (mm) over speed: the machine as it is, and the three best options."""
     chart = figure("Stable depth", 440)
     best = sorted(study.every_option, key=lambda option: -option.limit.mean)[:3]
     for i, option in enumerate((study.base, *best)):
@@ -199,12 +210,13 @@ def _lobes(study: FiniteElementStudy) -> object:
 
 
 def damper_parts(study: FiniteElementStudy) -> Parts:
-    """Return the responses with both dampers, and what each is."""
+    """Return the chart of responses with the tuned and with the active damper, and a line of numbers for each."""
     return [Chart(_responses(study), "Both are tuned for the least depth of the cut, not for the peak."),
             Notes(damper_lines(study.dampers), "note")]
 
 
 def _responses(study: FiniteElementStudy) -> object:
+    """Return the chart of the response of the tool against the work along x, µm/N, without and with the dampers."""
     chart = figure("Tool against work along x", 420)
     for i, option in enumerate((study.base, *study.dampers.options)):
         values = 1e6 * np.abs(option.response.values[::2, 0, 0])

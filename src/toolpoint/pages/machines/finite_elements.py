@@ -20,11 +20,11 @@ from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.shape_view.solid_scene import solid_shapes
 from toolpoint.studies.finite_elements.machine_study import FiniteElementStudy
 
-_DRAWN_MODES = 10  # modes
+_DRAWN_MODES = 10  # lowest modes that are animated and whose energy is charted
 
 
 def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a study; `part` is the one whose elements are coloured."""
+    """Return the page of a study; part : name of the part whose elements are coloured and which is looked at alone."""
     pairs, machine = study.pairs, study.machine
     labels = tuple(_energy_words(study, i) for i in range(_DRAWN_MODES))
     frequency = pairs.frequency[:_DRAWN_MODES]
@@ -67,12 +67,13 @@ def _energy_words(study: FiniteElementStudy, mode: int) -> str:
 
 
 def _mode_table(study: FiniteElementStudy) -> Table:
+    """Return frequency, effect of a finer mesh (%) and seat of the energy of every mode."""
     header = ["mode", "Hz", "finer mesh, %", "strain energy in"]
     return Table(header, study.mode_rows(), "Natural frequencies, what a finer mesh changes, and where the energy is")
 
 
 def _energies(study: FiniteElementStudy) -> object:
-    """Return the strain energy of every mode by part and joint, as stacked bars."""
+    """Return the chart of strain energy by part and joint (%), a stacked bar for each mode; joints are hatched."""
     chart = figure("", 460, barmode="stack")
     shares = {**study.part_shares, **study.joint_shares}
     modes = [f"{i + 1}: {f:.1f} Hz" for i, f in enumerate(study.pairs.frequency[:_DRAWN_MODES])]

@@ -19,14 +19,14 @@ from toolpoint.studies.machines.stiffness_map import NAMES, StiffnessMap
 
 
 def map_page(result: PoseMap | StiffnessMap | ResponseMap, name: str) -> Report:
-    """Return the page of a map of any kind."""
+    """Return the page of a map of frequencies, stiffness or responses; name : of the machine file, for the title."""
     if isinstance(result, ResponseMap):
         return response_map_page(result, name)
     return frequency_map_page(result, name) if isinstance(result, PoseMap) else stiffness_map_page(result, name)
 
 
 def frequency_map_page(result: PoseMap, name: str) -> Report:
-    """Return a page with the map of every mode over the first two axes (the others at their first position)."""
+    """Return a page with the map of every mode over two axes: the first two with several positions, the rest at their first."""
     report = Report(f"Natural frequencies over the workspace: {name}", _extreme_sentence(
         result.grid, result.frequency[..., 0], "The lowest natural frequency", "Hz", _frequency_half_width(result)),
         subtitle=_grid_words(result))
@@ -39,7 +39,7 @@ def frequency_map_page(result: PoseMap, name: str) -> Report:
 
 
 def stiffness_map_page(result: StiffnessMap, name: str) -> Report:
-    """Return a page with the map of the stiffness along the tool's axes and in principal directions."""
+    """Return a page with maps of the tool's stiffness, N/µm, along its x, y and z and in principal directions."""
     softest = 1e-6 * result.stiffness[..., list(NAMES).index("softest direction")]
     report = Report(f"{result.kind.capitalize()} stiffness over the workspace: {name}", _extreme_sentence(
         result.grid, softest, f"The {result.kind} stiffness of the tool in its softest direction", "N/µm"),
@@ -51,7 +51,7 @@ def stiffness_map_page(result: StiffnessMap, name: str) -> Report:
 
 
 def response_map_page(result: ResponseMap, name: str) -> Report:
-    """Return a page with the responses over the lines and the first axis, and the greatest of each pose over two axes."""
+    """Return a page with the responses over one axis and frequency, and the greatest of each pose over two axes."""
     report = Report(f"Responses over the workspace: {name}", _extreme_sentence(
         result.grid, 1e6 * result.greatest().max(axis=-1), "The greatest receptance of the tool", "µm/N", worst_is_high=True),
         subtitle=_grid_words(result))
@@ -71,7 +71,7 @@ def response_map_page(result: ResponseMap, name: str) -> Report:
 
 
 def _frequency_half_width(result: PoseMap) -> FloatArray | None:
-    """Return the half-widths of the first frequency's intervals over the grid; None without an uncertainty."""
+    """Return the half-widths (Hz, 95 %) of the intervals of the first frequency over the grid; None without an uncertainty."""
     return None if result.uncertainty is None else result.uncertainty.interval[..., 0]
 
 
@@ -82,7 +82,10 @@ def _grid_words(result: PoseMap | StiffnessMap | ResponseMap) -> str:
 
 def _extreme_sentence(grid: Grid, values: FloatArray, quantity_words: str, unit: str, half_width: FloatArray | None = None, *,
                       worst_is_high: bool = False) -> str:
-    """Return the worst place of a quantity over a grid, and its range, in a sentence."""
+    """Return the pose with the lowest value of a quantity, and with its highest, in a sentence; NaN where a pose failed.
+
+    values, half_width : of the grid's shape, in `unit`. With `worst_is_high` the highest value comes first.
+    """
     if np.isnan(values).all():
         return "No pose could be computed."
     lowest_index, highest_index = (tuple(int(i) for i in np.unravel_index(int(pick(values)), values.shape))
@@ -100,7 +103,11 @@ def _extreme_sentence(grid: Grid, values: FloatArray, quantity_words: str, unit:
 def _map_page(report: Report, title: str, grid: Grid, columns_shown: tuple[FloatArray, Sequence[str], str], *,
               lines: Sequence[str],
               failures: Mapping[tuple[int, ...], str]) -> Report:
-    """Add a map over the first two axes of several positions; further ones stand at their first."""
+    """Add a map over the first two axes with several positions; further axes stand at their first.
+
+    columns_shown : values (grid shape, columns), names of the columns, title of the colour scale; lines : remarks on the
+    extremes; failures : place in the grid to its reason.
+    """
     values, columns, quantity = columns_shown
     drawn_axes = [k for k, positions in enumerate(grid.axes.values()) if len(positions) > 1][:2]
     names = [list(grid.axes)[k] for k in drawn_axes]
@@ -129,7 +136,7 @@ def _map_page(report: Report, title: str, grid: Grid, columns_shown: tuple[Float
 
 
 def _map_caption(grid: Grid, names: Sequence[str]) -> str:
-    """Return how the map is drawn between its poses."""
+    """Return a sentence on the map between its poses: interpolated, or not where the grid is coarse."""
     if is_coarse(*(len(grid.axes[name]) for name in names)):
         return "Every cell is a pose that was computed; with so few nothing is interpolated."
     return "Dots are poses that were computed; between them the contours are interpolated."

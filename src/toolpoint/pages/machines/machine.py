@@ -23,7 +23,10 @@ from toolpoint.studies.machines.tool_point import ToolPoint
 
 
 def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:
-    """Return the page of a machine; `source` is the text of its file."""
+    """Return the page of a machine.
+
+    source, file_name : text and name of the machine file; problems : doubts to be printed first.
+    """
     description = result.machine.description
     summary = "\n\n".join(part for part in (answer(result), description.description) if part)
     report = Report(description.name, summary, subtitle=f"{file_name}, {pose_words(result.machine, result.pose)}")
@@ -40,7 +43,10 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
 
 
 def answer(result: MachineReport) -> str:
-    """Return the lowest mode, the greatest compliance of the tool and the lowest stable depth in two sentences."""
+    """Return the lowest mode with the greatest compliance of the tool, the lowest stable depth, and what both rest on.
+
+    A sentence each; the one on the depth is left out where no chart has a limit.
+    """
     words = f"The lowest mode is at {number_text(float(result.frequency[0]))} Hz"
     if result.study is not None:
         frf = result.study.frf
@@ -69,6 +75,7 @@ def with_responses(report: Report, result: MachineReport) -> Report:
 
 
 def _frequency_parts(result: MachineReport) -> list[Table | str]:
+    """Return the number of freedoms and the table of frequencies beside the references of the file."""
     header, rows = comparison(result)
     references = result.machine.description.reference
     marks = ["", "computed", *(origin_of(r.source) for r in references),
@@ -92,12 +99,13 @@ def frf_parts(study: ToolPoint) -> list[Chart]:
 
 
 def _direction_text(study: ToolPoint, way: str) -> str:
+    """Return the caption of a response: between which points, and whose directions."""
     text = f"Receptance along {way} under equal and opposite forces." if "-" in study.point else ""
     return f"{text} x, y and z are the tool's at each pose.".strip() if study.leaning() else text
 
 
 def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
-    """Return the stability chart of all poses and the lowest limit of each."""
+    """Return the stability chart of all poses and a table of the lowest limit of each pose."""
     assert result.study is not None
     cut = result.machine.description.cutting
     assert cut is not None
@@ -115,10 +123,10 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
-    """Return limit, chatter frequency and speed of the lowest limit as cells."""
+    """Return the lowest limit (mm), its chatter frequency (Hz) and its speed (rev/min) as cells."""
     if not np.isfinite(limit.depth):
         return [f"above {1e3 * chart.depth_max:.3g}", "", ""]
-    # The digits below a thousandth of a depth are those of the computation, not of any machine.
+    # Digits below a thousandth of a depth say nothing of a machine: the printed error is at least that.
     return [Cell(1e3 * limit.depth, uncertainty=1e3 * max(limit.error, 1e-3 * limit.depth)), f"{limit.frequency:.0f}",
             round(limit.speed)]
 

@@ -21,6 +21,7 @@ def responses_page(result: MachineResponses, warnings: Sequence[str] = ()) -> Re
     report = report.with_doubts(*result.notes, *warnings)
     report = report.with_section("Greatest receptances", Table(list(HEADER), result.rows()))
     first = result.frfs[0]
+    # Direct responses only, where there are any: all pairs of many points would fill the page.
     pairs = [(i, j) for i, a in enumerate(first.outputs) for j, b in enumerate(first.inputs) if a == b] or [(0, 0)]
     for i, j in pairs:
         label = f"{first.outputs[i]} / {first.inputs[j]}"
@@ -43,7 +44,7 @@ def responses_page(result: MachineResponses, warnings: Sequence[str] = ()) -> Re
 
 
 def _answer(result: MachineResponses, names: list[str]) -> str:
-    """Return the greatest receptance over all poses, with its interval where one is known."""
+    """Return the greatest receptance over all poses, outputs and inputs (µm/N), with its 95 % interval where one is known."""
     peaks = [float(np.abs(frf.values).max()) for frf in result.frfs]
     k = int(np.argmax(peaks))
     frf = result.frfs[k]

@@ -14,14 +14,15 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.sensitivity_study import SensitivityStudy
 
 _MAX_MAP_PARAMETERS = 40  # parameters of a map: more do not fit a page
-_MIN_DRAWN_SENSITIVITY = 5e-4  # relative sensitivity that is drawn: smaller ones would read 0.000
+_MIN_DRAWN_SENSITIVITY = 5e-4  # relative sensitivity, or loss of MAC: smaller ones would read 0.000 on a map
+# Kinds of parameters in the order in which they are drawn.
 _PARAMETER_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor", "diameter", "bore", "width", "height")
 
 
 def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,
                      pose: Mapping[str, float] | None = None,
                      warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a study."""
+    """Return the page of a study; change : relative change of a parameter for which shapes are extrapolated."""
     report = Report(f"Sensitivities of {machine.name}", _summary(result), subtitle=f"{len(result.paths)} parameters")
     order = _largest(np.abs(result.frequency).max(axis=1))
     names = [result.paths[k] for k in order]
@@ -51,14 +52,17 @@ def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float =
 
 
 def _largest(size: FloatArray) -> np.ndarray:
-    """Return the parameters to draw, the largest first: what would show as an empty row is left out."""
+    """Return the indices of the parameters to draw, the one of largest `size` (n,) first; empty rows are left out."""
     order = np.argsort(-size, kind="stable")[:_MAX_MAP_PARAMETERS]
     visible = order[size[order] >= _MIN_DRAWN_SENSITIVITY]
     return visible if visible.size else order
 
 
 def _summary(result: SensitivityStudy) -> str:
-    """Return for each mode the part whose stiffness moves its frequency most, in a sentence."""
+    """Return for each mode the part that moves its frequency most, in a sentence.
+
+    Stiffness is looked at; where no parameter is a stiffness, parameters of all kinds.
+    """
     parts = result.cumulative("stiffness") or result.cumulative()
     words = []
     for k, f in enumerate(result.frequencies):
@@ -68,7 +72,7 @@ def _summary(result: SensitivityStudy) -> str:
 
 
 def _cumulated(result: SensitivityStudy) -> list[Chart]:
-    """Return the bars of all parts for each kind of parameter that moves a frequency."""
+    """Return a chart of bars for each kind of parameter that moves a frequency: the sum over the parameters of each part."""
     charts = []
     for kind in (k for k in _PARAMETER_KINDS if k in result.kinds):
         parts = {name.split(".")[1]: row for name, row in result.cumulative(kind).items()}
@@ -79,7 +83,7 @@ def _cumulated(result: SensitivityStudy) -> list[Chart]:
 
 
 def _shapes(result: SensitivityStudy, change: float) -> list[Chart | Table]:
-    """Return the loss of MAC by a change of each parameter, and by that of a part's parameters together."""
+    """Return the loss of MAC by a relative `change` of each parameter, and the MAC after that of all of a part together."""
     mac_loss = 1 - result.mac_after(change)
     order = _largest(mac_loss.max(axis=1)) if mac_loss.max() > 1e-9 else np.zeros(0, int)
     words = f"1 - MAC between each shape and itself after {100 * change:+.3g} % of the parameter, to second order."

@@ -1,1 +1,1 @@
-"""Figures: one module a family, a noun or a result in, a plotly figure out."""
+"""Figures: one module for each family; functions take a result or arrays and return a plotly figure."""

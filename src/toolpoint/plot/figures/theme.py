@@ -15,11 +15,12 @@ from toolpoint.plot.page.markup import typeset
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 # Okabe and Ito, Color Universal Design (2008), without its black and yellow, which vanish on dark and on light pages.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+# Fills of stable and unstable regions of a chart; line at a natural frequency.
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
 DASHES = ("solid", "dash", "dot", "dashdot")
 PRINTED_PAGE_WIDTH = 640  # pixels that a printed page is wide: no figure may need more
-_MIN_LABELLED_WIDTH = 600  # pixels of a chart whose labels at the foot stand apart
-# Fraction of an axis that a turned label takes; frequencies named in one label
+_MIN_LABELLED_WIDTH = 600  # pixels: on a narrower chart the labels of two modes would overlap
+# Width of a label turned by 90 degrees, over the length of the axis; frequencies written out in one label.
 _LABEL_WIDTH_FRACTION, _MAX_LABEL_FREQUENCIES = 0.02, 4
 
 
@@ -30,7 +31,7 @@ def _ramp() -> list[list[float]]:
             else [v / 255 for v in unlabel_rgb(c)] for c in colours]
 
 
-RAMP = _ramp()
+RAMP = _ramp()  # (n, 3) red, green, blue
 _AXIS = {"gridcolor": "rgba(127,127,127,0.22)", "linecolor": "rgba(127,127,127,0.6)", "showline": True, "mirror": True,
          "ticks": "outside", "tickcolor": "rgba(127,127,127,0.6)", "ticklen": 4, "zeroline": False, "automargin": True,
          "title": {"standoff": 8}, "exponentformat": "power",
@@ -48,7 +49,7 @@ TEMPLATE = go.layout.Template(
 
 
 def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
-    """Return an empty figure in the common style."""
+    """Return an empty figure in the common style; `height` in pixels, `layout` as plotly's."""
     chart = go.Figure(layout={"template": TEMPLATE, "height": height, **layout})
     if title:
         chart.update_layout(title={"text": plain(title)})
@@ -56,22 +57,22 @@ def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
 
 
 def needs_width(chart: go.Figure, pixels: int) -> None:
-    """State the width below which a figure would crowd: a page lets it scroll sideways on a smaller screen."""
+    """Store the least width of a chart, pixels, in its layout: on a narrower screen the page lets it scroll sideways."""
     chart.update_layout(meta={"narrowest": pixels})
 
 
 def logarithmic_ticks(value_min: float, value_max: float) -> float | str:
-    """Return the step of a logarithmic axis whose labels cannot run into each other: decades, or 1, 2, 5 where few."""
+    """Return plotly's `dtick` of a logarithmic axis: every decade, or the digits 1, 2 and 5 up to a span of 30 times."""
     return 1 if value_max / max(value_min, 1e-300) > 30 else "D2"
 
 
 def plain(text: object) -> str:
-    """Return text that plotly shows as it is, typeset as the page's: its small markup language is switched off by escaping."""
+    """Return a text typeset as on the page, its ``&``, ``<`` and ``>`` escaped, so that plotly reads no markup in it."""
     return typeset(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def with_alpha(colour: str, alpha: float) -> str:
-    """Return a ``#rrggbb`` colour as rgba."""
+    """Return a ``#rrggbb`` colour as rgba text with an opacity of 0 to 1."""
     if len(colour) != 7 or colour[0] != "#":
         fail("colour", repr(colour), "must be #rrggbb")
     return "rgba({},{},{},{:g})".format(*(int(colour[i:i + 2], 16) for i in (1, 3, 5)), alpha)
@@ -79,7 +80,9 @@ def with_alpha(colour: str, alpha: float) -> str:
 
 def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, *, logarithmic: bool = False,
                row: Any = None, col: Any = None) -> None:
-    """Draw a thin vertical line at each frequency (Hz); with `span`, the ends of the axis, labelled at its foot.
+    """Draw a thin vertical line at each frequency (Hz), and label the lines where the ends of the axis are given.
+
+    span : least and largest frequency of the axis, Hz; no labels where left out. row, col : subplot, as in plotly.
 
     Lines too close for a label each share one: "4.1, 4.3 Hz", or "4.1 .. 9.8 Hz, 12 modes". The labels stand at the foot,
     because a response is high at its modes.
@@ -105,7 +108,10 @@ def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float]
 
 
 def _axis_positions(frequency: Array, span: tuple[float, float], logarithmic: bool) -> Array:
-    """Return places on the axis, 0 at its left end and 1 at its right end."""
+    """Return the places of frequencies (n,) on an axis, 0 at its left end and 1 at its right end.
+
+    A logarithmic axis that begins at zero is taken to begin three decades below its end.
+    """
     if logarithmic:
         decade_min, decade_max = np.log10(max(span[0], 1e-3 * span[1])), np.log10(span[1])
         return np.asarray((np.log10(np.maximum(frequency, 10**decade_min)) - decade_min) / (decade_max - decade_min))
@@ -113,7 +119,7 @@ def _axis_positions(frequency: Array, span: tuple[float, float], logarithmic: bo
 
 
 def _label_groups(positions: Array) -> list[list[int]]:
-    """Return the places that share a label: each nearer to the one before than a label is wide.
+    """Return groups of indices that share a label: each place is nearer to the one before than a label is wide.
 
     A label stands right of its last line; where the axis ends, left of it and so needs twice the room.
     """

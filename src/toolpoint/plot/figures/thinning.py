@@ -12,7 +12,11 @@ MAX_CURVE_SAMPLES = 1600  # drawn samples of a curve: more than a screen has col
 
 
 def extreme_samples(values: FloatArray, max_samples: int = MAX_CURVE_SAMPLES) -> IndexArray:
-    """Return the places (increasing) of the lowest and highest value of each of `max_samples`/2 equal bins; all where few."""
+    """Return increasing indices of the samples to draw: all, or the extremes of bins where there are more than `max_samples`.
+
+    Each of `max_samples` / 2 bins of equal length gives its lowest and its highest sample. The first and the last sample are
+    always among them.
+    """
     count = len(values)
     if count <= max_samples:
         return np.arange(count)
@@ -25,6 +29,6 @@ def extreme_samples(values: FloatArray, max_samples: int = MAX_CURVE_SAMPLES) ->
 
 
 def thin_curve(x: Array, y: Array, max_samples: int = MAX_CURVE_SAMPLES) -> tuple[Array, Array]:
-    """Return a curve by its extreme samples."""
+    """Return the drawn samples of a curve, x and y (n,): the extremes of y (`extreme_samples`)."""
     drawn = extreme_samples(np.asarray(y), max_samples)
     return np.asarray(x)[drawn], np.asarray(y)[drawn]

@@ -13,13 +13,16 @@ from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vision.displacement.result import DisplacementField
 
-POINT_TRACE = "measured points"
-# Points that can be clicked, and spectral lines of each: the page holds the spectra of all of them.
+POINT_TRACE = "measured points"  # trace of `picture_points`, by which `point_spectra` finds a clicked point
+# Points that can be clicked; a quarter of the spectral lines that each keeps. The page holds the spectra of all points.
 MAX_CLICKED_POINTS, MAX_SPECTRUM_LINES = 80, 220
 
 
 def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:
-    """Return the picture at rest (a PNG or JPEG file) with the chosen windows as points that can be clicked."""
+    """Return the picture at rest (a PNG or JPEG file) with the chosen windows as points that can be clicked.
+
+    shape : rows and columns of the picture; chosen : numbers of windows, from 0. A point carries its place in `chosen`.
+    """
     chart = _picture_chart(picture, shape)
     centres = field.windows.centres[list(chosen)]
     words = [f"point {k + 1}: {field.quality[k]}, {_sigma(field, k)} px a frame" for k in chosen]
@@ -31,9 +34,13 @@ def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementFi
 
 def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *, shape_values: ComplexArray,
                   title: str = "") -> go.Figure:
-    """Return the picture at rest with the shape of one mode, (n, 2) complex pixels, as lines from each window's centre."""
+    """Return the picture at rest with the shape of one mode as lines from each window's centre.
+
+    shape : rows and columns of the picture; centres : (n, 2) columns and rows, pixels; shape_values : (n, 2) complex, to the
+    right and down, of any scale. The longest component is drawn as a twentieth of the picture's longer side.
+    """
     chart = _picture_chart(picture, shape, title)
-    # The phase of largest real motion, at a twentieth of the picture's longer side.
+    # Turned to the phase at which the sum of squared real parts is largest.
     real_shape = shape_values * np.exp(-0.5j * np.angle((shape_values**2).sum()))
     arrows = real_shape.real * (0.05 * max(shape) / max(float(np.abs(real_shape.real).max()), 1e-12))
     x, y = (np.stack([centres[:, i], centres[:, i] + arrows[:, i], np.full(len(centres), np.nan)], axis=1).ravel() for i in (0,
@@ -48,7 +55,11 @@ def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *
 
 def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str, *, first: int, highest: float,
                   name: str = "spectra") -> ClickedSeries:
-    """Return the amplitude spectrum of every chosen point up to `highest` (Hz), shown when the point is clicked."""
+    """Return the amplitude spectrum of every chosen point, pixels to the right and down, shown when the point is clicked.
+
+    follows : name of the chart that is clicked; first : frame at which the spectrum begins, from 0; highest : Hz. At most four
+    times `MAX_SPECTRUM_LINES` lines are kept, the lowest: a longer record ends below `highest`.
+    """
     values = field.values[first:, list(chosen)]
     spectra = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) / len(values)
     frequency = np.fft.rfftfreq(len(values), 1 / field.frame_rate)
@@ -64,19 +75,19 @@ def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str,
 
 
 def spread_points(field: DisplacementField, max_points: int = MAX_CLICKED_POINTS) -> list[int]:
-    """Return up to `max_points` points that see motion, spread over their order."""
+    """Return the numbers, from 0, of up to `max_points` windows that see motion, evenly spaced in their order."""
     visible = np.flatnonzero(field.windows.sight > 0)
     return visible[np.unique(np.linspace(0, visible.size - 1,
                                          min(max_points, visible.size)).astype(int))].tolist() if visible.size else []
 
 
 def _sigma(field: DisplacementField, k: int) -> str:
-    """Return the mean standard deviation of a window's displacement in a frame, as text."""
+    """Return the standard deviation of a window's displacement in one frame, pixels, as text: mean power of both ways."""
     return f"{np.sqrt(np.trace(field.covariance[k]) / 2):.2g}"
 
 
 def _picture_chart(picture: bytes, shape: tuple[int, int], title: str = "") -> go.Figure:
-    """Return a chart with the picture as its background, a pixel a unit, rows downwards."""
+    """Return a chart with the picture as its background, one unit a pixel, rows downwards; shape : rows and columns."""
     rows, columns = shape
     chart = figure(title, int(min(620, max(320, 900 * rows / columns))))
     source = "data:image/jpeg;base64," + base64.b64encode(picture).decode()

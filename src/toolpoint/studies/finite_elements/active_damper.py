@@ -23,7 +23,7 @@ from toolpoint.studies.finite_elements.attached import FittingPlace, damper_stif
 from toolpoint.studies.finite_elements.machine_cut import least_depth
 from toolpoint.vibration import Frf
 
-# Largest step of arg(1 + L) between lines that still counts its turns for certain, rad.
+# Largest step of arg(1 + L) between two lines, rad: a larger one could be a turn the other way round.
 _MAX_LOOP_TURN = 1.0
 
 
@@ -36,7 +36,7 @@ class ProofMassActuator:
     mass : float
         Moving mass, kg.
     frequency, damping_ratio : float
-        Of the mass on its own spring, base fixed; Hz. Well below the first mode that is to be damped.
+        Of the mass on its own spring, base fixed; Hz. The frequency lies well below the first mode that is to be damped.
     delay : float
         Of controller and converters, s.
     bandwidth : float
@@ -59,17 +59,17 @@ class ProofMassActuator:
             nonnegative(f"ProofMassActuator.{name}", np.array(getattr(self, name)))
 
     def passive(self, omega: FloatArray) -> ComplexArray:
-        """Return its dynamic stiffness without feedback, N/m."""
+        """Return the dynamic stiffness (n,) at its base without feedback, N/m; omega : (n,) rad/s."""
         return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, ratio=self.damping_ratio)
 
     def active(self, omega: FloatArray) -> ComplexArray:
-        """Return the dynamic stiffness that a gain of 1 N s/m adds, N/m."""
+        """Return the dynamic stiffness (n,) that feedback adds for each N s/m of gain, (N/m)/(N s/m); omega : (n,) rad/s."""
         natural = 2 * np.pi * self.frequency
         spring = self.mass * (natural**2 + 2j * self.damping_ratio * natural * omega)
         return -(omega**2) * self.mass / (spring - omega**2 * self.mass) * 1j * omega * self.electronics(omega)
 
     def electronics(self, omega: FloatArray) -> ComplexArray:
-        """Return D, 1 in the middle of its band."""
+        """Return D (n,), about 1 in the middle of its band; omega : (n,) rad/s."""
         w = 2 * np.pi * self.high_pass
         drift = 1.0 if w == 0 else 1j * omega / (1j * omega + w)
         return drift * np.exp(-1j * omega * self.delay) / (1 + 1j * omega / (2 * np.pi * self.bandwidth))
@@ -77,7 +77,11 @@ class ProofMassActuator:
 
 @dataclass(frozen=True, eq=False)
 class LoopMargins(NotebookText):
-    """Margins of a loop: whether it is stable, least distance of L from -1, gain margin (factor) and phase margin (rad)."""
+    """Margins of a loop L.
+
+    distance : least ``|1 + L|`` over the lines; gain : factor by which the gain may grow, infinite without a crossing; phase :
+    phase margin, rad, to the nearest line. They say nothing where the loop is not stable.
+    """
 
     is_stable: bool
     distance: float
@@ -95,9 +99,10 @@ class LoopMargins(NotebookText):
 class ActiveDamper(NotebookText):
     """Actuator at a place with its gain (N s/m) and its effect.
 
-    margins : of its loop; largest_gain : at which the loop begins to grow, N s/m; response : tool against work with it;
+    margins : of its loop; largest_gain : at which the loop becomes unstable, N s/m; response : tool against work with it;
     depths : least depths of milling without, with the passive actuator and with feedback, m; peaks : largest responses along
-    x likewise, m/N; force, stroke : largest per newton at the tool (N/N, m/N) over the lines; status.
+    x likewise, m/N; force : largest feedback force u per newton at the tool along x, N/N; stroke : largest motion of the mass
+    against its base likewise, m/N; status : what bounds the gain.
     """
 
     actuator: ProofMassActuator
@@ -126,13 +131,13 @@ class ActiveDamper(NotebookText):
 
 
 def open_loop(place: FittingPlace, actuator: ProofMassActuator) -> ComplexArray:
-    """Return L of a gain of 1 N s/m on the lines of a place."""
+    """Return the loop L (n_f,) for each N s/m of gain on the lines of a place."""
     passive = actuator.passive(place.omega)
     return actuator.active(place.omega) * place.itself / (1 + passive * place.itself)
 
 
 def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
-    """Return lines with more below and above them, so that a loop is small at both ends, Hz."""
+    """Return the lines (Hz) with 4000 more, from far below the actuator's frequency to far above its bandwidth."""
     frequency_min, frequency_max = 0.01 * min(actuator.frequency, float(lines[0])), 40 * max(actuator.bandwidth,
                                                                                              float(lines[-1]))
     # The lines of the cut are among them, so that its response can be taken out again.
@@ -140,7 +145,7 @@ def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
 
 
 def loop_margins(loop: ComplexArray) -> LoopMargins:
-    """Return the margins of a loop on lines (n,) at whose both ends it is small.
+    """Return the margins of a loop (n,) on increasing lines, at both ends of which it is small.
 
     Raises ToolpointError where lines are too far apart to count how the loop turns about -1, or its ends are not small.
     """
@@ -154,7 +159,7 @@ def loop_margins(loop: ComplexArray) -> LoopMargins:
              remedy="take more lines about the loop's poles, or a smaller gain")
     start, end = np.angle(1 + loop[0]), np.angle(1 + loop[-1])
     turns = (float(turn.sum()) + start - end) / (2 * np.pi)
-    # Crossings of the negative real axis, and of the unit circle.
+    # Crossings of the negative real axis, by straight lines between lines, and of the unit circle.
     crossing = np.flatnonzero((loop.imag[1:] * loop.imag[:-1] < 0) & (loop.real[1:] < 0))
     axis_values = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
                    for k in crossing]
@@ -177,9 +182,9 @@ def tune_gain(place: FittingPlace, actuator: ProofMassActuator, *, factors: Floa
     factors : (2, 2) floats
         Mean directional matrix of the cut, see `machine_cut.mean_factors`.
     least_distance : float
-        Least |1 + L|; 0.5 keeps 6 dB of gain and 29 degrees of phase.
+        Least ``|1 + L|``; 0.5 keeps 6 dB of gain and 29 degrees of phase.
     most_force : float
-        Largest force of the actuator for a force at the tool, N/N, at any line: what it can give over what the cut does.
+        Largest feedback force for a force at the tool along x, N/N, at any line: rated force over the force of the cut.
     """
     positive("least_distance", least_distance)
     positive("most_force", most_force)
@@ -207,7 +212,7 @@ def tune_gain(place: FittingPlace, actuator: ProofMassActuator, *, factors: Floa
 
 
 def _largest_gain(loop: ComplexArray) -> float:
-    """Return the gain at which the loop first reaches -1: over the crossings of the negative real axis."""
+    """Return the gain (N s/m) at which a loop of unit gain (n,) reaches -1: by its farthest crossing of the negative axis."""
     crossing = np.flatnonzero((loop.imag[1:] * loop.imag[:-1] < 0) & (loop.real[1:] < 0))
     values = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
               for k in crossing]
@@ -218,6 +223,7 @@ def _largest_gain(loop: ComplexArray) -> float:
 
 
 def _largest_gain_by_distance(loop: ComplexArray, largest: float, distance: float) -> float:
+    """Return the least gain (N s/m) at which the loop comes within `distance` of -1, at most `largest`."""
     def gap(gain: float) -> float:
         return float(np.abs(1 + gain * loop).min()) - distance
 
@@ -232,7 +238,7 @@ def _largest_gain_by_distance(loop: ComplexArray, largest: float, distance: floa
 
 
 def _largest_gain_by_force(place: FittingPlace, actuator: ProofMassActuator, largest: float, force_max: float) -> float:
-    """Return the gain at which the actuator's force for a newton at the tool reaches its bound."""
+    """Return the least gain (N s/m) at which the feedback force for a newton at the tool reaches its bound (N/N)."""
     def excess(gain: float) -> float:
         return _efforts(place, actuator, gain)[0] - force_max
 
@@ -245,10 +251,10 @@ def _largest_gain_by_force(place: FittingPlace, actuator: ProofMassActuator, lar
 
 
 def _efforts(place: FittingPlace, actuator: ProofMassActuator, gain: float) -> tuple[float, float]:
-    """Return the largest force of the actuator and stroke of its mass, per newton at the tool along x."""
+    """Return the largest feedback force (N/N) and stroke of the mass (m/N) per newton at the tool along x, over the lines."""
     total = actuator.passive(place.omega) + gain * actuator.active(place.omega)
     motion = place.from_cut[:, 0] / (1 + total * place.itself)
     force = gain * np.abs(1j * place.omega * actuator.electronics(place.omega) * motion)
-    # The force on the base is that which moves the mass: m w^2 (x_a), so x_a - x = -Z x / (m w^2) - x.
+    # The base pushes the mass with Z x = -m w^2 x_a, so x_a - x = -Z x / (m w^2) - x.
     stroke = np.abs(total * motion / (actuator.mass * place.omega**2) + motion)
     return float(force.max()), float(stroke.max())

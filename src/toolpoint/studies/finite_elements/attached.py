@@ -17,7 +17,11 @@ from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 @dataclass(frozen=True, eq=False)
 class FittingPlace:
-    """Receptances about a place p where a device may be fitted: cut (n_f, 2, 2); to_cut, from_cut (n_f, 2); itself (n_f,)."""
+    """Receptances, m/N, about a place and direction p where a device may be fitted.
+
+    lines : (n_f,) Hz; cut : (n_f, 2, 2) of the tool against the work in x and y; to_cut : (n_f, 2) motion there for a force at
+    p; from_cut : (n_f, 2) motion of p for forces there; itself : (n_f,) of p.
+    """
 
     lines: FloatArray
     cut: ComplexArray
@@ -31,7 +35,7 @@ class FittingPlace:
         return 2 * np.pi * self.lines
 
     def with_device(self, stiffness: ComplexArray) -> ComplexArray:
-        """Return the receptances of the cut with a device of this dynamic stiffness (n_f,), N/m."""
+        """Return the receptances (n_f, 2, 2) of the cut with a device of this dynamic stiffness (n_f,), N/m, at p."""
         factor = stiffness / (1 + stiffness * self.itself)
         return self.cut - np.einsum("fi,f,fj->fij", self.to_cut, factor, self.from_cut)
 
@@ -41,7 +45,11 @@ class FittingPlace:
 
 
 def fitting_place(modes: Modes, place: Dof | str, lines: FloatArray) -> FittingPlace:
-    """Return the receptances about a place and direction, from modes that hold it and the tool against the work."""
+    """Return the receptances about a place and direction on lines (n_f,), Hz.
+
+    modes : with damping, at the place and at the tool against the work (`PLANE`). Raises ToolpointError for lines that are too
+    far apart.
+    """
     p = place if isinstance(place, Dof) else Dof.parse(place)
     _check_lines(modes, lines)
     labels = [*PLANE, p]
@@ -50,7 +58,7 @@ def fitting_place(modes: Modes, place: Dof | str, lines: FloatArray) -> FittingP
 
 
 def _check_lines(modes: Modes, lines: FloatArray) -> None:
-    """Refuse lines between which a resonance could be missed: less than two within a half-power width."""
+    """Refuse lines (Hz) farther apart than half the half-power width of a mode between them."""
     inside = np.flatnonzero((modes.frequency > lines[0]) & (modes.frequency < lines[-1]))
     upper = np.searchsorted(lines, modes.frequency[inside])
     gap, width = lines[upper] - lines[upper - 1], 2 * (modes.damping_ratio * modes.frequency)[inside]

@@ -12,8 +12,8 @@ from toolpoint.bodies.solid import CAST_IRON, STEEL, Casting, Cuboid, Material, 
 from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElementMachine, PatchJoint
 
 X, Y, Z = np.eye(3)
-Place = Sequence[float]
-# Sides of elements, m: of the example, and to see what the mesh does.
+Place = Sequence[float]  # (3,) m
+# Largest sides of elements, m: of the example, and of a finer mesh that shows the error of the first.
 EXAMPLE_MESH_SIZE, FINE_EXAMPLE_MESH_SIZE = 0.17, 0.13
 # Chosen: a carriage group, a bolted flange, a levelling foot; N/m and N m/rad along and about x, y, z of the machine.
 _FOOT = np.array([1.35e8, 1.35e8, 4.0e8, 4e5, 4e5, 4e5])
@@ -30,13 +30,14 @@ VISCOELASTIC = Material(20e6, 0.45, 1200.0, 0.8)
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer on the sides and the back of the column: its name (a set of elements), thickness in m, material."""
+    """Layer on the sides and the back of the column: name of its set of elements, thickness (m), material."""
 
     name: str
     thickness: float
     material: Material
 
 
+# Layers of an option, from the casting outwards.
 STIFFENING = (Layer("plate", 0.015, STEEL),)
 DAMPING = (Layer("damping", 0.003, VISCOELASTIC), Layer("plate", 0.010, STEEL))
 
@@ -72,10 +73,12 @@ def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None
 
 
 def _level(centre: list[float], length: float, width: float, *, down: bool = False) -> Patch:
+    """Return a horizontal patch with its length along x, m; its normal is up, or down."""
     return Patch(np.array(centre), X, -Y if down else Y, length, width)
 
 
 def _column(wall: float, ribs: int, filling: Material | None, *, layers: Sequence[Layer], mesh_size: float) -> SolidModel:
+    """Return the column with inner plates, filling and layers; see `example_mill`."""
     lower, upper = (0.2, 1.05, 0.40), (0.8, 1.55, 1.75)
     boxes = _boxes(lower, upper, wall, upright=2, level=ribs, filling="" if filling is None else "filling")
     materials = {"body": CAST_IRON} | ({} if filling is None else {"filling": filling})
@@ -93,12 +96,13 @@ def _column(wall: float, ribs: int, filling: Material | None, *, layers: Sequenc
 
 
 def _hollow(lower: Place, upper: Place, wall: float, upright: int, level: int, mesh_size: float) -> SolidModel:
+    """Return a hollow cast-iron box between two corners; upright, level : number of its inner plates."""
     boxes = _boxes(lower, upper, wall, upright=upright, level=level)
     return Casting(tuple(boxes), {"body": CAST_IRON}).meshed(mesh_size)
 
 
 def _boxes(lower: Place, upper: Place, wall: float, *, upright: int, level: int, filling: str = "") -> list[Cuboid]:
-    """Return a hollow (or filled) box with a number of upright plates along y and of level plates."""
+    """Return the cuboids of a hollow (or filled) box, with a number of upright plates across x and of level plates."""
     a, b = np.array(lower), np.array(upper)
     inside = Cuboid(a + wall, b - wall, filling) if filling else Cuboid(a + wall, b - wall, is_window=True)
     boxes = [Cuboid(a, b), inside]
@@ -110,7 +114,7 @@ def _boxes(lower: Place, upper: Place, wall: float, *, upright: int, level: int,
 
 
 def example_variants(mesh_size: float = EXAMPLE_MESH_SIZE) -> dict[str, FiniteElementMachine]:
-    """Return machines of other sizes, with a filling, and with layers on the column, by name."""
+    """Return name to machine: other sizes, a filled column, layers on the column; one change each."""
     return {"column walls 20 mm": example_mill(0.020, mesh_size=mesh_size),
             "column with 4 plates": example_mill(ribs=4, mesh_size=mesh_size),
             "bed walls 40 mm": example_mill(bed_wall=0.04, mesh_size=mesh_size),
@@ -120,5 +124,5 @@ def example_variants(mesh_size: float = EXAMPLE_MESH_SIZE) -> dict[str, FiniteEl
 
 
 def example_tested_mill(machine: FiniteElementMachine) -> FiniteElementMachine:
-    """Return the mill that a virtual test strikes: chosen changes that the model does not know."""
+    """Return the mill that a virtual test strikes: moduli and joint stiffnesses changed by chosen factors."""
     return machine.scaled(modulus={"column": 0.93, "bed": 1.04}, joints={"y guide": 0.8, "foot 3": 1.2})

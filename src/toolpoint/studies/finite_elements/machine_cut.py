@@ -19,11 +19,13 @@ from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 POINT = "tool-work"
+# Plane of the cut: motion of the tool against the work along x and y.
 PLANE = (Dof(POINT, "+x"), Dof(POINT, "+y"))
 # Chosen: a face mill in steel, heavy enough that the machine's own modes decide.
 EXAMPLE_FACE_MILL = CuttingDescription.of(
     diameter=0.08, teeth=5, immersion=0.6, tangential=2.0e9, normal=0.8e9, speeds=(150.0, 1500.0),
     source="chosen: 80 mm face mill, five teeth, in steel")
+# Spindle speeds of a chart; frequency lines of a response.
 _CHARTED_SPEEDS, _RESPONSE_LINES = 250, 2500
 
 
@@ -44,7 +46,7 @@ class CutLimit(NotebookText):
 
     @property
     def mean(self) -> float:
-        """Mean of the limit over the charted speeds, m, cut at the chart's largest depth."""
+        """Mean of the limit over the charted speeds, m; a limit above the chart's largest depth counts as that."""
         return float(np.minimum(self.chart.limit, self.chart.depth_max).mean())
 
     def __repr__(self) -> str:
@@ -52,7 +54,10 @@ class CutLimit(NotebookText):
 
 
 def response_lines(frequency: FloatArray, cut: CuttingDescription) -> FloatArray:
-    """Return lines (Hz) about modes with damping of a percent or more: to a tooth frequency above the last, as lobes need."""
+    """Return lines (n,), Hz, for lobes: from 0.3 times the first mode to a tooth passing frequency above the last.
+
+    frequency : (n_modes,) Hz, increasing. A constant ratio between lines resolves modes with a damping of 1 % or more.
+    """
     tooth = cut.tool.teeth * cut.speeds[1] / 60
     frequency_max = float(frequency[-1]) + max(1.05 * tooth, 0.5 * float(frequency[-1]))
     return np.geomspace(0.3 * float(frequency[0]), frequency_max, _RESPONSE_LINES)
@@ -76,12 +81,12 @@ def cut_limit(response: Frf, cut: CuttingDescription, *, depth: float | None = N
 
 
 def face_problem(response: Frf, cut: CuttingDescription) -> MillingProblem:
-    """Return the milling problem of a cut in the plane of x and y."""
+    """Return the milling problem of a cut on the response of `plane_response`."""
     return milling_problem(cut, response, str(PLANE[0]), y=str(PLANE[1]))
 
 
 def mean_factors(problem: MillingProblem) -> FloatArray:
-    """Return the mean directional matrix in the plane, Pa, (2, 2)."""
+    """Return the mean directional matrix in the plane, Pa, (2, 2); raises ToolpointError for a cut with axial force."""
     if problem.mean_matrix.shape != (2, 2):
         fail("cut", "axial force", "must be in the plane here", remedy="leave the axial coefficient out")
     return problem.mean_matrix
@@ -94,6 +99,7 @@ def least_depth(values: ComplexArray, factors: FloatArray, lines: FloatArray) ->
     """
     m = -(factors @ values)
     half = (m[:, 0, 0] + m[:, 1, 1]) / 2
+    # Eigenvalues of a 2 by 2 matrix in closed form: a search calls this thousands of times.
     root = np.sqrt(half**2 - (m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]))
     largest_real = np.maximum((half + root).real, (half - root).real)
     k = int(np.argmax(largest_real))

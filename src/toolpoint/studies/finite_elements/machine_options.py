@@ -25,15 +25,16 @@ from toolpoint.studies.finite_elements.tuned_damper import TunedDamper, tune_dam
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Frf, Modes
 
+# Columns of `option_rows`; a column ending in x is a ratio to the machine as it is.
 HEADER = ("option", "kg", "f1 Hz", "f2 Hz", "f3 Hz", "f1 mHz/kg", "peak x", "least depth mm", "x", "mean depth x",
           "chatter Hz")
 
 
 @dataclass(frozen=True, eq=False)
 class MachineOption(NotebookText):
-    """Option of a machine: name, mass (kg), first frequencies, response of the tool against the work, limits of the cut.
+    """Option of a machine: name, mass (kg), frequencies, response of the tool against the work, limits of the cut.
 
-    frequency : Hz, empty where the modes were not solved again.
+    frequency : (n_modes,) Hz, empty where the modes were not solved again.
     """
 
     name: str
@@ -44,7 +45,7 @@ class MachineOption(NotebookText):
 
     @property
     def peak(self) -> float:
-        """Largest response in the plane, m/N."""
+        """Largest response in the plane over all directions and lines, m/N: spectral norm of its matrix."""
         return float(np.linalg.norm(self.response.values, ord=2, axis=(1, 2)).max())
 
     def __repr__(self) -> str:
@@ -52,7 +53,10 @@ class MachineOption(NotebookText):
 
 
 def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[list[str]]:
-    """Return a row for every option against the machine as it is, see `HEADER`."""
+    """Return a row of text for the machine as it is, then for every option; see `HEADER`.
+
+    The first row holds mass and frequencies, the others their changes (kg, Hz). Depths are in mm in all.
+    """
     rows = [[base.name, f"{base.mass:.0f}", *(f"{f:.2f}" for f in base.frequency[:3]), "", "1", f"{1e3 * base.limit.depth:.3f}",
              "1", "1", f"{base.limit.frequency:.1f}"]]
     for option in options:
@@ -69,14 +73,20 @@ def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[l
 
 def judge_machine(name: str, machine: FiniteElementMachine, modes: Modes, *, cut: CuttingDescription, lines: FloatArray,
                   depth: float | None = None) -> MachineOption:
-    """Return a machine as an option, its modes with damping at tool and work; `depth`: of the chart, m."""
+    """Return a machine as an option, by its modes with damping at tool and work.
+
+    lines : (n_f,) Hz of the response; depth : largest of the chart, m, from the response where left out.
+    """
     response = plane_response(modes, lines)
     limit = cut_limit(response, cut, depth=depth)
     return MachineOption(name, sum(machine.part_mass.values()), modes.frequency, response, limit)
 
 
 def solve_with_damping(machine: FiniteElementMachine, number: int, joints: float) -> Modes:
-    """Return modes with a damping ratio of the joints and the losses of materials, coupled between modes."""
+    """Return the lowest modes (`number` of them), damped by joints and by the losses of materials, which couple modes.
+
+    joints : damping ratio of every mode by the joints.
+    """
     return solve_losses(machine, machine.solve(number), joints)
 
 
@@ -95,7 +105,11 @@ class FittedDampers(NotebookText):
 
 def fit_dampers(base: MachineOption, modes: Modes, place: str, *, mass: float, cut: CuttingDescription,
                 actuator: ProofMassActuator | None = None) -> FittedDampers:
-    """Return a tuned damper and an active one of the same moving mass (kg) at a place, each judged by the cut."""
+    """Return a tuned damper and an active one at a place, each judged by the cut.
+
+    modes : with damping, at tool against work and at the place; place : label of point and direction; mass : moving, kg, of
+    both unless an actuator is given.
+    """
     lines = np.asarray(base.response.frequency)
     # Both dampers are tuned for the mean cut, then judged by the chart.
     factors = mean_factors(face_problem(base.response, cut))
@@ -118,7 +132,10 @@ def fit_dampers(base: MachineOption, modes: Modes, place: str, *, mass: float, c
 
 def judge_variants(variants: Mapping[str, FiniteElementMachine], base: MachineOption, cut: CuttingDescription, *, number: int,
                    joints: float) -> tuple[MachineOption, ...]:
-    """Return options of machines with other sizes, fillings or layers, solved anew, on the lines and depth of the base."""
+    """Return machines (name to machine) as options, solved anew, on the lines and with the largest depth of the base.
+
+    number : of modes solved; joints : damping ratio of every mode by the joints.
+    """
     lines = np.asarray(base.response.frequency)
     return tuple(judge_machine(name, machine, solve_with_damping(machine, number, joints), cut=cut, lines=lines,
                                depth=base.limit.chart.depth_max) for name, machine in variants.items())

@@ -25,13 +25,13 @@ from toolpoint.vibration import Modes, SecondOrderSystem
 from toolpoint.vibration.damped_modes import solve_as_damped
 from toolpoint.vibration.sparse import EigenPairs
 
-MIN_DOUBTED_BOUND = 0.05  # of a mode's damping: larger changes by modes left out are doubted
-MIN_CORRECTED_BOUND = 0.005  # of a mode's damping: from here deflections under the losses are solved too
-MIN_DEFLECTION = 1e-10  # of the largest, squared mass norm of a deflection that modes do not hold
+MIN_DOUBTED_BOUND = 0.05  # change of a mode's damping by modes left out, over that damping: larger ones are doubted
+MIN_CORRECTED_BOUND = 0.005  # the same: from here deflections under the losses are solved too
+MIN_DEFLECTION = 1e-10  # squared mass norm of a deflection, over the largest: smaller ones are rounding
 
 
 def modal_losses(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArray:
-    """Return the materials' imaginary stiffness in the modes, (n_modes, n_modes), rad^2/s^2."""
+    """Return the imaginary part of the materials' stiffness in the modes, Phi^T D_K Phi, (n_modes, n_modes), rad^2/s^2."""
     losses = np.zeros((pairs.count, pairs.count))
     for part, model in machine.parts.items():
         shape = machine.shape_of(part, pairs)
@@ -64,12 +64,15 @@ def solve_losses(machine: FiniteElementMachine, pairs: EigenPairs, joints: float
 
 
 def adds_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> bool:
-    """Return whether modes left out of the losses count for the lower half of the modes, so that deflections are added."""
+    """Whether modes left out change the damping of the lower half of the modes by more than `MIN_CORRECTED_BOUND`."""
     return bool(bound_modes_alone(machine, pairs)[1, :max(pairs.count // 2, 1)].max() > MIN_CORRECTED_BOUND)
 
 
 def _with_deflections(machine: FiniteElementMachine, pairs: EigenPairs) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return M-orthonormal shapes (size, 2 n) that hold modes and deflections, their stiffness and their losses, (2 n, 2 n)."""
+    """Return M-orthonormal shapes (size, m) that span modes and deflections, their stiffness and losses, (m, m), rad^2/s^2.
+
+    m is at most twice the number of modes: deflections that are rounding are left out. The stiffness is diagonal.
+    """
     forces = np.zeros_like(pairs.vectors)
     for part, model in machine.parts.items():
         rows = slice(machine.starts[part], machine.starts[part] + model.size)
@@ -102,13 +105,15 @@ def bound_left_out(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArr
 
 
 def _largest_loss(machine: FiniteElementMachine) -> float:
+    """Return the largest loss factor of all materials of a machine."""
     return max((part.materials[name].loss_factor for part in machine.parts.values() for name in part.set_names), default=0.0)
 
 
 def bound_modes_alone(machine: FiniteElementMachine, pairs: EigenPairs) -> FloatArray:
-    """Return bounds of the effect of modes left out, (2, n_modes): on frequency and damping, relative.
+    """Return bounds of the effect of modes left out, (2, n_modes), where the modes alone are solved.
 
-    The bound of the last mode is infinite.
+    The first row is the relative change of frequency, the second that of the damping by materials (see the module). Bounds of
+    the last mode are infinite, as the next one may be as low; without losses left out they are zero.
     """
     materials = modal_losses(machine, pairs)
     largest = _largest_loss(machine)
@@ -122,7 +127,10 @@ def bound_modes_alone(machine: FiniteElementMachine, pairs: EigenPairs) -> Float
 
 
 def question_losses(bound: FloatArray) -> list[Doubt]:
-    """Doubt modes whose damping modes left out of the losses may change by more than `MIN_DOUBTED_BOUND` (`bound_left_out`)."""
+    """Return a doubt about the mode with the largest bound of damping, none below `MIN_DOUBTED_BOUND`.
+
+    bound : (2, n_modes) of `bound_left_out`.
+    """
     mode = int(bound[1].argmax()) if bound.size else 0
     if not bound.size or bound[1, mode] < MIN_DOUBTED_BOUND:
         return []

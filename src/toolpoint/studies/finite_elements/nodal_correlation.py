@@ -21,7 +21,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration.correlation import combine_shapes, mac_without
 from toolpoint.vibration.sparse import EigenPairs
 
-# A gain of MAC by neighbouring modes, or by leaving out a point, that is worth a sentence.
+# Least gain of MAC by a mix of neighbouring modes that is worth a sentence.
 _MIN_MAC_GAIN = 0.05
 
 
@@ -29,10 +29,10 @@ _MIN_MAC_GAIN = 0.05
 class FiniteElementCorrelation(NotebookText):
     """Correlation of a test with a machine of finite elements.
 
-    correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where the point is left
-    out; factors, mix : (n_measured, n_predicted) and (n_measured,), the mix of the model's neighbouring shapes that is nearest
-    to each measured shape, and the MAC with it; node_parts : the part of every node; neighbour_range : share of
-    frequency that counts as a neighbour; doubts.
+    correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where it is left out;
+    factors : (n_measured, n_predicted) coefficients of the mix of neighbouring model shapes that is nearest to each measured
+    shape; mix : (n_measured,) MAC with that mix; node_parts : node to its part; neighbour_range : largest relative difference
+    of frequency of a neighbour; doubts : about points and modes.
     """
 
     correlation: ModelCorrelation
@@ -45,7 +45,7 @@ class FiniteElementCorrelation(NotebookText):
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """Measured and predicted mode of every pair."""
+        """Measured and predicted mode of every pair, from 0."""
         return [(int(i), int(j)) for i, j in self.correlation.pairs.pairs]
 
     def rows(self) -> list[list[str]]:
@@ -60,13 +60,13 @@ class FiniteElementCorrelation(NotebookText):
         return rows
 
     def worst_points(self, number: int = 5) -> list[tuple[str, int, float]]:
-        """Return the points whose leaving out raises a MAC most: node with its part, pair, gain."""
+        """Return the `number` points whose omission raises a MAC most: part and node as text, pair from 0, gain."""
         gains = [(f"{self.node_parts[point]} {point}", int(np.nanargmax(g)), float(np.nanmax(g)))
                  for point, g in self.without.items() if not np.isnan(g).all()]
         return sorted(gains, key=lambda entry: -entry[2])[:number]
 
     def mixed_modes(self) -> list[str]:
-        """Return a line on every measured mode that is a mix of neighbours: low alone, high together."""
+        """Return a line on every paired mode whose MAC with a mix of neighbours is higher by more than 0.05 than alone."""
         lines = []
         for i, j in self.pairs:
             if self.mix[i] - self.correlation.mac[i, j] > _MIN_MAC_GAIN:
@@ -114,15 +114,15 @@ def correlate_finite_elements(
     test : FiniteElementTest
         Its truth is not looked at.
     furthest : float
-        Points further from any node after registration stay single, m.
+        Distance in m: points farther from every node after registration are not paired.
     known_pairs : mapping of point to node number, optional
         Three pairs fix the frame; else it is searched for by `register_points`.
     lowest_mac : float
-        The first shape filter: a pair below is none.
+        First shape filter: modes with a lower MAC are not paired.
     neighbour_range : float
-        The second: model shapes within this share of a measured frequency may mix to make the measured one.
+        Second shape filter: model shapes within this relative difference of frequency may be mixed.
     """
-    # int, FloatArray] | Only nodes on the outside can carry a sensor.
+    # Only nodes on the outside can carry a sensor.
     outside: dict[str | int, FloatArray] = {int(node): machine.nodes[node - 1] for node in reachable_nodes(machine)[0]}
     start, doubt = register_points(test.coordinates, outside) if known_pairs is None else (None, None)
     points = pair_points(test.coordinates, outside, furthest, known_pairs=known_pairs, start=start)
@@ -142,7 +142,10 @@ def correlate_finite_elements(
 
 def question_close_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]
                          ) -> Doubt | None:
-    """Return a doubt about points to which another node is nearly as near as their own; None without."""
+    """Return a doubt about points that have another node nearly as near as their own, None where there is none.
+
+    nodes : node to its place (3,), m. Nearly is within the root mean square of the distances to the nearest nodes.
+    """
     names = list(points.pairs)
     distances, _ = cKDTree(np.array(list(nodes.values()))).query(
         tf.move(points.transform, np.array([test.coordinates[name] for name in names])), k=2)
@@ -155,7 +158,7 @@ def question_close_nodes(points: PointPairing, test: FiniteElementTest, nodes: M
 
 
 def _gains(result: ModelCorrelation) -> dict[str | int, FloatArray]:
-    """Return the gain of MAC of every pair without a point, by point."""
+    """Return point to the gain of MAC of every pair, (n_pairs,), where the point is left out."""
     if not len(result.pairs.pairs):
         return {}
     first, second = result.measured.shape[:, result.pairs.pairs[:, 0]], result.predicted.shape[:, result.pairs.pairs[:, 1]]

@@ -17,7 +17,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
 
-# Share of an effect that counts as most of it.
+# Share of a part's effect whose elements are counted.
 _HELD_FRACTION = 0.8
 
 
@@ -25,8 +25,9 @@ _HELD_FRACTION = 0.8
 class PartSensitivity(NotebookText):
     """Sensitivities of a machine or of a part alone.
 
-    name; machine; pairs : its modes; frequency : part to the relative change of every frequency; motion : of a named motion in
-    every mode at unit modal mass; mac : of the MAC with measured shapes, None without a test.
+    pairs : modes of the machine; frequency : part to the sensitivities of every frequency to its elements; motion :
+    sensitivities of a named motion in every mode at unit modal mass; mac : those of the MAC with measured shapes, None without
+    a test.
     """
 
     name: str
@@ -53,7 +54,10 @@ class PartSensitivity(NotebookText):
         return count / len(values), float(masses[order[:count]].sum() / masses.sum())
 
     def rows(self, modes: int = 3) -> list[list[str]]:
-        """Return a row for every part: relative effect of E and density on the first modes, and where 80 % of it lie."""
+        """Return a row of text for every part, see `HEADER`: sensitivities to E and density of the first modes, and `holders`.
+
+        The shares of elements and mass are those of mode 1.
+        """
         rows = []
         for part, slopes in self.frequency.items():
             elements, mass = self.holders(part, 0)
@@ -62,7 +66,7 @@ class PartSensitivity(NotebookText):
         return rows
 
     def best_grams(self, mode: int = 0, number: int = 3) -> list[tuple[str, float, float]]:
-        """Return for every part the best and the worst element of a mode: part, Hz/kg, Hz/kg; the best part first."""
+        """Return (part, best element, worst element), Hz/kg, of the `number` best parts in a mode (from 0), the best first."""
         ends = []
         for part in self.machine.parts:
             gains = self.hertz_a_kilogram(part)[mode]
@@ -70,7 +74,7 @@ class PartSensitivity(NotebookText):
         return sorted(ends, key=lambda entry: -entry[1])[:number]
 
     def table(self) -> str:
-        """Return effects by part on the first modes, on the motion, and on the least MAC as text."""
+        """Return as text: sensitivities by part, the effect of a kilogram of wall on mode 1, and what moves the least MAC."""
         title = f"{self.name}: relative change of a frequency per relative change of E, of density"
         text = text_table(title, HEADER, self.rows())
         gram = "; ".join(f"{part} {gain_max:+.3g} .. {gain_min:+.3g}" for part, gain_max, gain_min in self.best_grams())
@@ -81,7 +85,7 @@ class PartSensitivity(NotebookText):
         return text
 
     def mac_levers(self, pair: int, number: int = 4) -> list[str]:
-        """Return the changes that raise or lower a MAC most: joints by stiffness, parts by E or density, per 10 %."""
+        """Return the `number` changes that move the MAC of a pair (from 0) most, each with its effect for +10 %."""
         assert self.mac is not None
         effects = {f"stiffness of {name}": float(v[pair]) for name, v in self.mac.joints.items()}
         for part, (modulus, density) in self.mac.by_part().items():
@@ -90,7 +94,7 @@ class PartSensitivity(NotebookText):
         return [f"{name} ({0.1 * effects[name]:+.3f} for +10 %)" for name in order]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return sums over parts as plain data; elements are in the arrays."""
+        """Return sensitivities summed over parts as plain data, without those of single elements."""
         sums = (lambda slopes: {} if slopes is None else {
             "functions": list(slopes.names), "values": slopes.values.tolist(),
             "parts": {p: {"modulus": m.tolist(), "density": d.tolist()} for p, (m, d) in slopes.by_part().items()},
@@ -116,9 +120,9 @@ def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPair
     ----------
     name : str
     machine, pairs
-        Some more modes than `mode_count`.
+        The machine and its modes, at least one more than `mode_count`.
     dof : Dof
-        At a node (a number from 1): the motion whose slopes are given.
+        At a node (a number from 1): the motion whose sensitivities are studied.
     mode_count : int
         Lowest modes that are studied.
     measured : (Dofs, shapes (n_dofs, k), modes (k,)), optional

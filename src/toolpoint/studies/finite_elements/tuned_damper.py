@@ -20,6 +20,7 @@ from toolpoint.studies.finite_elements.attached import damper_stiffness, fitting
 from toolpoint.studies.finite_elements.machine_cut import PLANE, least_depth
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
+# What is made best: the least peak, the deepest cut in one direction, the deepest milling at any speed.
 GOALS = ("peak", "depth", "lobes")
 
 
@@ -28,9 +29,9 @@ class TunedDamper:
     """Tuned damper and its effect.
 
     mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; without_damper, with_damper : (n,)
-    response at the tool on `lines` (Hz), m/N; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
-    ratio) after Den Hartog; status : whether the search ended well; depths : least depths of milling without and with it, m,
-    and response : of tool against work with it, for the goal ``lobes``.
+    response at the tool on `lines` (Hz), m/N, along x for the goal ``lobes``; goal : ``peak``, ``depth`` or ``lobes``; start :
+    frequency (Hz) and damping ratio after Den Hartog, where the search begins; status : whether the search ended well; depths :
+    least depths of milling without and with it, m, and response : of tool against work with it, for the goal ``lobes`` only.
     """
 
     mass: float
@@ -153,9 +154,9 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
 
 
 def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
-    """Return logarithms of angular frequency and damping ratio of least cost, from several starts, and a status.
+    """Return logarithms of angular frequency (rad/s) and damping ratio of least cost, (2,), and a status.
 
-    The status is a doubt where the search did not end.
+    starts : frequency (Hz) and damping ratio of each. The status is a doubt where the best search did not end.
     """
     # Logarithms of both: neither can become negative, and both steps are relative.
     runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
@@ -168,7 +169,11 @@ def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, f
 
 
 def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) -> tuple[float, float]:
-    """Return f_r / (1 + mu) and sqrt(3 mu / (8 (1 + mu)^3)) for the mode that moves the tool most, mu = m phi_p^2."""
+    """Return f_r / (1 + mu), Hz, and sqrt(3 mu / (8 (1 + mu)^3)) of the dominant mode r, mu = m phi_p^2.
+
+    Dominant is the mode in which a force at the damper's place moves the tool most at resonance. Den Hartog's ratio is
+    c / (2 m omega_r), of the structure's frequency; over the damper's own it is 1 + mu times as large.
+    """
     if modes.scaling != "unit modal mass":
         fail("modes", f"scaling {modes.scaling!r}", "must be 'unit modal mass'")
     shape_t, shape_p = modes.shape_at([tool])[0].real, modes.shape_at([place])[0].real

@@ -15,7 +15,7 @@ from toolpoint.bodies.solid.sensitivity import ElementSensitivity, frequency_sen
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
 
-GROUND = "ground"
+GROUND = "ground"  # name of the parent of joints that hold a part to the floor
 # Patches of one joint may be apart by a gasket or by rounding, no more, m.
 _MAX_PATCH_GAP = 2e-3
 _DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
@@ -33,7 +33,7 @@ class PatchJoint:
     child_patch, parent_patch : Patch
         In the machine frame; the parent's left out for the ground.
     stiffness : (6,) floats
-        Along and about x, y, z of the machine, N/m and N m/rad; not negative.
+        Along and about x, y, z of the machine at the patch's centre, N/m and N m/rad; not negative.
     """
 
     name: str
@@ -61,7 +61,8 @@ class PatchJoint:
 class FiniteElementMachine:
     """Parts (solid models in the machine frame) joined by patches.
 
-    `points` are places on parts, a patch with an offset (m) from its centre: ``{"tool": ("head", patch, (0, 0, -0.2))}``.
+    Its coordinates are three displacements a node, part after part. `points` are places that move rigidly with a patch: part,
+    patch and offset from its centre (m), ``{"tool": ("head", patch, (0, 0, -0.2))}``.
     """
 
     parts: dict[str, SolidModel]
@@ -81,7 +82,7 @@ class FiniteElementMachine:
 
     @cached_property
     def starts(self) -> dict[str, int]:
-        """First row of every part."""
+        """Part to its first row in the coordinates of the machine."""
         ends = np.cumsum([0, *(model.size for model in self.parts.values())])
         return dict(zip(self.parts, ends[:-1].tolist(), strict=True))
 
@@ -92,7 +93,7 @@ class FiniteElementMachine:
 
     @cached_property
     def nodes(self) -> FloatArray:
-        """Places of all nodes, part after part, m; node number 1 is the first row."""
+        """Places of all nodes (n, 3), part after part, m; node number 1 is the first row."""
         return np.vstack([model.nodes for model in self.parts.values()])
 
     @cached_property
@@ -132,7 +133,7 @@ class FiniteElementMachine:
 
     @cached_property
     def matrices(self) -> tuple[csc_array, csc_array]:
-        """Stiffness and mass of the whole machine."""
+        """Stiffness (N/m) and mass (kg) of the whole machine, (size, size) each."""
         stiffness = csc_array(block_diag([model.stiffness() for model in self.parts.values()], format="csc"))
         mass = csc_array(block_diag([model.mass() for model in self.parts.values()], format="csc"))
         for joint in self.joints:
@@ -143,7 +144,7 @@ class FiniteElementMachine:
 
     @cached_property
     def inverse(self) -> Factorisation:
-        """Factors of the stiffness, kept; for a machine that is held."""
+        """Factors of the stiffness, kept; of a machine whose joints hold every part."""
         return factorise(self.matrices[0], coordinates=self.dof_places)
 
     @property
@@ -152,9 +153,10 @@ class FiniteElementMachine:
         return np.vstack([model.dof_places for model in self.parts.values()])
 
     def solve(self, number: int, *, is_counted: bool = True) -> EigenPairs:
-        """Return the lowest modes, counted.
+        """Return the `number` lowest modes.
 
-        Raises ToolpointError where the machine is left free to move: the part that moves most is named.
+        is_counted : whether a count of eigenvalues, by one more factorisation, confirms that none is missing. Raises
+        ToolpointError where the machine is left free to move: the part that moves most is named.
         """
         stiffness, mass = self.matrices
         pairs = modes(stiffness, mass, number, coordinates=self.dof_places, is_counted=is_counted)
@@ -166,7 +168,7 @@ class FiniteElementMachine:
         return pairs
 
     def shape_of(self, part: str, pairs: EigenPairs) -> FloatArray:
-        """Return the rows of a part."""
+        """Return the rows of a part in all modes, (part size, n_modes)."""
         start = self.starts[part]
         return pairs.vectors[start:start + self.parts[part].size]
 
@@ -183,12 +185,12 @@ class FiniteElementMachine:
         return csc_array((values, (rows, columns)), shape=(self.size, len(dofs)))
 
     def modes_at(self, pairs: EigenPairs, dofs: Sequence[Dof], damping_ratio: float | FloatArray) -> Modes:
-        """Return the modes at Dofs of nodes (numbers from 1, over all parts), with these damping ratios."""
+        """Return the modes at Dofs of nodes (numbers from 1, over all parts), with one damping ratio or (n_modes,)."""
         damping = np.broadcast_to(damping_ratio, (pairs.count,))
         return Modes(pairs.frequency, damping, self.motion_of(dofs).T @ pairs.vectors, tuple(dofs), notes=(pairs.status,))
 
     def node_modes(self, pairs: EigenPairs, nodes: Sequence[int], damping_ratio: float | FloatArray) -> Modes:
-        """Return the modes at nodes along x, y and z."""
+        """Return the modes at nodes (numbers from 1) along x, y and z, with one damping ratio or (n_modes,)."""
         return self.modes_at(pairs, [Dof(int(node), way) for node in nodes for way in _DIRECTIONS[:3]], damping_ratio)
 
     def effective_mass(self, pairs: EigenPairs) -> FloatArray:
@@ -210,7 +212,7 @@ class FiniteElementMachine:
         return total
 
     def point_modes(self, pairs: EigenPairs, damping_ratio: float | FloatArray) -> Modes:
-        """Return the modes at the named points, in all six directions, with this damping ratio.
+        """Return the modes at the named points, in all six directions, with one damping ratio or (n_modes,).
 
         Where points are named tool and work, also of the tool against the work, ``tool-work:+x`` and so on.
         """
@@ -234,13 +236,13 @@ class FiniteElementMachine:
         return np.vstack(rows), tuple(labels)
 
     def sensitivities(self, pairs: EigenPairs) -> dict[str, ElementSensitivity]:
-        """Return the sensitivities of the frequencies to E and density of every element of every part."""
+        """Return part to the relative sensitivities of the frequencies to E and density of each of its elements."""
         return {name: frequency_sensitivity(model, pairs.squares, self.shape_of(name, pairs))
                 for name, model in self.parts.items()}
 
     @cached_property
     def joint_motions(self) -> dict[str, csc_array]:
-        """Weights of the child's motion against the parent's of every joint, (size, 6)."""
+        """Joint to W (size, 6): W^T u is the twist (m, rad) of the child's patch against the parent's."""
         motions = {}
         for joint in self.joints:
             motion = self.spread(joint.child, joint.child_patch)
@@ -250,7 +252,7 @@ class FiniteElementMachine:
         return motions
 
     def joint_shares(self, pairs: EigenPairs) -> dict[str, FloatArray]:
-        """Return the share of every joint in the strain energy of every mode."""
+        """Return joint to its share in the strain energy of every mode, (n_modes,)."""
         shares = {}
         for joint in self.joints:
             motion = self.joint_motions[joint.name]
@@ -260,6 +262,7 @@ class FiniteElementMachine:
 
 
 def _scale_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
+    """Return a part with moduli and densities of its sets times the factors of the part, and of the set."""
     def factor(factors: Mapping[str, float], name: str) -> float:
         return factors.get(part, 1.0) * factors.get(f"{part}.{name}", 1.0)
 

@@ -19,8 +19,10 @@ TOKEN_BYTES = 24  # 192 bits, drawn by the operating system
 MAX_JSON_BYTES = 1_000_000  # of a request in JSON
 MAX_FILE_BYTES = 500_000_000  # of a file that is handed over
 MAX_NAME_LENGTH = 120  # characters of a file's name
-READING_METHODS = ("GET", "HEAD")
+READING_METHODS = ("GET", "HEAD")  # requests that change nothing: all others must state their origin
+# Content type that each changing method must have. A form of another site can send none of them.
 CONTENT_TYPES = {"POST": "application/json", "PUT": "application/octet-stream", "DELETE": ""}
+# Names that Windows keeps for devices, with or without an ending.
 _DEVICE_NAMES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
 
@@ -36,7 +38,8 @@ class Refusal:
 class Access:
     """Access rules of a server.
 
-    token : of the address that is opened; port : on which it listens; host : name that was asked for, 127.0.0.1 unless another.
+    token : secret in the address that a user opens; port : on which the server listens; host : name of the server in that
+    address.
     """
 
     token: str
@@ -45,7 +48,7 @@ class Access:
 
     @property
     def hosts(self) -> frozenset[str]:
-        """Values of the Host header that are answered: a foreign name that resolves to this machine is none of them."""
+        """Values of the Host header that are answered: a foreign name that resolves here is refused (DNS rebinding)."""
         names = {"127.0.0.1", "localhost", "[::1]", self.host}
         return frozenset(f"{name}:{self.port}" for name in names)
 
@@ -74,7 +77,11 @@ class Access:
         return isinstance(text, str) and hmac.compare_digest(text.encode(), self.token.encode())
 
     def refusal(self, method: str, path: str, headers: Mapping[str, list[str]]) -> Refusal | None:
-        """Return why a request is refused, None where it is answered; headers : values by lower-case name."""
+        """Return why a request is refused, None where it is answered.
+
+    method, path : of the request line; headers : all values of a header by its lower-case name. The order of the tests is:
+    host, origin, site, then method and content of a change, then the cookie, which pages and data need.
+    """
         if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
             return Refusal(403, "this host name is not that of the workbench")
         origins = headers.get("origin", [])
@@ -89,6 +96,7 @@ class Access:
         return None
 
     def _has_cookie(self, headers: Mapping[str, list[str]]) -> bool:
+        """Whether the session cookie is there and right, compared in constant time."""
         cookies: SimpleCookie = SimpleCookie()
         try:
             cookies.load("; ".join(headers.get("cookie", [])))
@@ -99,7 +107,7 @@ class Access:
 
 
 def _refused_change(method: str, origins: list[str], headers: Mapping[str, list[str]]) -> Refusal | None:
-    """Return why a request that changes something is refused: it must say its origin, and have a kind no form can send."""
+    """Return why a changing request is refused, None where it is answered: it needs one origin and its own content type."""
     if method not in CONTENT_TYPES:
         return Refusal(405, f"{method} is not answered")
     if len(origins) != 1:
@@ -111,7 +119,7 @@ def _refused_change(method: str, origins: list[str], headers: Mapping[str, list[
 
 
 def keep_token(file: Path) -> str:
-    """Return the token of a project's workbench, made where there is none; only its owner may read the file."""
+    """Return the token kept in a file, made where there is none or a short one; only its owner may read the file."""
     try:
         token = file.read_text(encoding="ascii").strip()
         if len(token) >= TOKEN_BYTES:
@@ -121,16 +129,16 @@ def keep_token(file: Path) -> str:
         pass
     file.parent.mkdir(parents=True, exist_ok=True)
     token = secrets.token_urlsafe(TOKEN_BYTES)
-    file.unlink(missing_ok=True)
+    file.unlink(missing_ok=True)  # O_EXCL below refuses a file, or a link, that someone else puts there meanwhile
     with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as handle:
         handle.write(token)
     return token
 
 
 def check_file_name(name: str) -> str:
-    """Return the name of a file that is handed over; refuse what leads out of the folder, hides, or is no plain name.
+    """Return the name of a file that is handed over, in Unicode form NFC.
 
-    Raises ToolpointError with the reason.
+    Raises ToolpointError for a name that leads out of the folder, hides the file, or is no plain name on some system.
     """
     text = unicodedata.normalize("NFC", name)
     if not text or len(text) > MAX_NAME_LENGTH:
@@ -143,7 +151,7 @@ def check_file_name(name: str) -> str:
 
 
 def path_beneath(root: Path, relative: str) -> Path:
-    """Return a file beneath a folder by its relative path; refuse what leads out of it, through links too."""
+    """Return the resolved path of a file beneath a folder; raises ToolpointError where it leads out, through links too."""
     place = (root / relative).resolve()
     if not place.is_relative_to(root.resolve()) or "\0" in relative:
         raise ToolpointError(f"{relative}: lies outside the project")

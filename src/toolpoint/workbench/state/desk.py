@@ -22,9 +22,10 @@ from toolpoint.project.engine.content import MIN_STAMP_AGE_NS, ContentCache, fil
 from toolpoint.project.engine.outlook import StepOutlook
 
 STATE_PLACE = ".toolpoint/workbench"  # of the token, the last job and the server's address
-KEPT_MACHINES = 4  # files of machines kept in memory
+KEPT_MACHINES = 4  # machines kept in memory, by path and content of their file
+# Not watched: a run writes into the first all the time, files that are not entered yet wait in the second.
 IGNORED_FOLDERS = ("results", "incoming")
-MAX_WATCHED_FILES = 2000  # of one folder
+MAX_WATCHED_FILES = 2000  # of one folder, the first by name
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,10 @@ class ReadMachine:
 
 @dataclass
 class Desk:
-    """The folder of a project, as the workbench sees it."""
+    """Project folder as the workbench sees it: every read is kept until its files change.
+
+    folder : of the project; lock : held during every read, as requests come from several threads.
+    """
 
     folder: Path
     lock: threading.RLock = field(default_factory=threading.RLock)
@@ -63,7 +67,7 @@ class Desk:
             return self._kept[1]
 
     def outlook(self, project: Project) -> tuple[StepOutlook, ...]:
-        """Return the state of all steps; files are read again only where they have changed."""
+        """Return the state of all steps of a project; file contents are kept and read again only where they have changed."""
         with self.lock:
             if self._cache is None:
                 self._cache = ContentCache(self.folder, self.folder / ".toolpoint" / "contents.json")
@@ -77,6 +81,7 @@ class Desk:
     def _digest(self, file: Path) -> str:
         """Return the digest of a file; it is read again only where size, times or inode have changed."""
         status = file.stat()
+        # A file that changed just now may change again within the clock's resolution: its stamp is not trusted yet.
         stamp = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
         kept = self._digests.get(str(file))
         if kept is None or kept[0] != stamp or time.time_ns() - max(stamp[1:3]) < MIN_STAMP_AGE_NS:
@@ -84,10 +89,10 @@ class Desk:
         return kept[1]
 
     def stamp(self, *, with_files: bool = True) -> str:
-        """Return a text that changes when something that views rest on has changed: names, sizes and times.
+        """Return a text that changes when something has changed on which views rest: a line of path, size and time for each.
 
-        with_files : also of all files of the project's folders, not of the folders alone, whose times change only where a file
-        comes or goes. The workbench's own files and the results' drafts are left out.
+        with_files : also a line for every file. Without, there are the project's own files and the folders alone; the time of
+        a folder changes only where a file comes or goes. Hidden files and `IGNORED_FOLDERS` are left out.
         """
         places = [self.folder / name for name in ("project.yaml", "tried.yaml", "results/project.json", ".toolpoint/steps")]
         for folder, names, files in os.walk(self.folder):
@@ -105,12 +110,13 @@ class Desk:
 
 @lru_cache(maxsize=KEPT_MACHINES)
 def _read_machine(file: str, digest: str) -> ReadMachine:
+    """Read a machine file; the digest is part of the cache's key, so that a changed file is read anew."""
     machine, doubts = collect_doubts(lambda: io.read_machine(file))
     return ReadMachine(machine, doubts, digest)
 
 
 def collect_doubts(call: Callable[[], Any]) -> tuple[Any, tuple[Doubt, ...]]:
-    """Return what a call returns, and the doubts that it warned of."""
+    """Return what a call returns, and the doubts among its warnings, each once."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ToolpointWarning)
         result = call()

@@ -12,11 +12,15 @@ from toolpoint._check import ToolpointError
 from toolpoint._threads import hold_process
 from toolpoint.project import Project, StepEvent
 
-ORPHAN_EXIT_CODE = 3  # of a job whose server has ended
+ORPHAN_EXIT_CODE = 3  # exit code of a job whose server has ended
 
 
 def run_job(folder: str, steps: list[str], *, overwrite: bool = False) -> None:
-    """Run a project, and write its events to the standard output."""
+    """Run steps of the project in a folder (all where none is named), and write its events to the standard output.
+
+    A line of JSON for each: ``begin`` with the number of all steps, ``step`` at start and end of each, ``end`` with the names
+    of failed steps, or the words of the error that ended the run.
+    """
     def listen(event: StepEvent) -> None:
         _say(event="step", step=event.decision.step, action=event.decision.action, reason=event.decision.reason,
              ended=event.ended, words=event.words, seconds=round(event.seconds, 2), failed=event.failed)
@@ -34,6 +38,7 @@ def run_job(folder: str, steps: list[str], *, overwrite: bool = False) -> None:
 
 
 def _say(**data: Any) -> None:
+    """Write one event as a line of JSON, at once."""
     print(json.dumps(data), flush=True)
 
 

@@ -25,7 +25,13 @@ STOP_PATIENCE = 3.0  # s between asking a job to end and killing it
 
 @dataclass
 class JobState:
-    """State of the last job: steps asked for (all where none), state, the steps that have ended, words of a failure."""
+    """State of the last job.
+
+    steps : asked for, all where empty; overwrite : whether hand-changed results are replaced; state : ``running``, ``ended``,
+    ``failed`` or ``stopped``, empty before the first job; total : number of steps of the project; current : step that runs;
+    ended : steps that have ended; words : reason of a failure; started : s since 1970; is_resumed : whether it goes on with a
+    job of an earlier server.
+    """
 
     steps: list[str] = field(default_factory=list)
     overwrite: bool = False
@@ -43,7 +49,10 @@ class JobState:
 
 
 class Jobs:
-    """The jobs of one project's workbench."""
+    """Jobs of one project, one at a time.
+
+    folder : of the project; file : where the last job is kept for `resume`; log : where events of the job are published.
+    """
 
     def __init__(self, folder: Path, file: Path, log: EventLog) -> None:
         self.folder, self.log, self._file = folder, log, file
@@ -117,6 +126,7 @@ class Jobs:
         self._end(outcome)
 
     def _note(self, event: dict[str, Any]) -> None:
+        """Take an event of the running job into its state, and publish it."""
         if event["event"] == "begin":
             self.job.total = event["total"]
         elif event["ended"]:
@@ -127,6 +137,7 @@ class Jobs:
         self.log.publish("step", **{**event, "event": "step", "total": self.job.total, "count": len(self.job.ended)})
 
     def _end(self, outcome: dict[str, Any]) -> None:
+        """Set, keep and publish the final state; outcome : the job's own last event, empty where it was killed."""
         if self._is_stopping:
             state = STOPPED
         elif not outcome:
@@ -139,11 +150,12 @@ class Jobs:
         self.log.publish("job", **self.job.to_dict())
 
     def _keep(self, state: str) -> None:
+        """Write what `resume` needs to the job's file."""
         keep_file(self._file, json.dumps({"steps": self.job.steps, "overwrite": self.job.overwrite, "state": state}))
 
 
 def _signal(process: subprocess.Popen[str], number: int) -> None:
-    """Send a signal to a job and to the processes that it started."""
+    """Send a signal to the process group of a job; where the system has no groups, terminate the job alone."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, number)

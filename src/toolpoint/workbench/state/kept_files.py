@@ -1,4 +1,4 @@
-"""Files of the workbench's own state: whole at any moment, from any thread, and no drafts of a project's run."""
+"""Files of the workbench's own state, written so that a reader never sees a half of one."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 
 def keep_file(path: Path, text: str) -> None:
-    """Write a text file by a part beside it.
+    """Write a text file to a temporary name beside it, then rename it, so that it is whole at any moment.
 
-    A run that begins removes what ends in ``.draft`` under `.toolpoint`, so that a killed one leaves nothing: these end
-    otherwise.
+    The temporary name ends in ``.part``. A run that begins removes everything that ends in ``.draft``, which would take a
+    file away while it is written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{secrets.token_hex(6)}.part")

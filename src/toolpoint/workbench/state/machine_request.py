@@ -1,4 +1,4 @@
-"""Request about the machine of a project: its numbers as changed on the page, the pose, what is looked at; checked."""
+"""Checked request about the machine of a project: numbers changed on the page, the pose, what is looked at."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 from toolpoint._check import ToolpointError, fail
 from toolpoint.io.quantities import units
 
-MAX_CHANGED_NUMBERS = 200  # of one request
+MAX_CHANGED_NUMBERS = 200  # entries of each mapping of a request
 MAX_LOOKED_MODES = 12  # modes that the page lists
+# Direction of a joint to the kind of unit of its stiffness.
 STIFFNESS_KINDS = {"x": units.STIFFNESS, "y": units.STIFFNESS, "z": units.STIFFNESS, "rx": units.TURNING_STIFFNESS,
                    "ry": units.TURNING_STIFFNESS, "rz": units.TURNING_STIFFNESS}
 
@@ -20,8 +21,9 @@ STIFFNESS_KINDS = {"x": units.STIFFNESS, "y": units.STIFFNESS, "z": units.STIFFN
 class MachineRequest:
     """State of the machine view.
 
-    values : path to number, SI; pose : axis to m or rad; mode : place of the drawn mode; speed : rev/min; cut : name of a
-    cut of the project; cut_values : flat keys of the cut changed by hand, SI; count : of charted speeds.
+    values : path of a number in the machine file to its changed value, SI; pose : axis to m or rad; mode : index of the drawn
+    mode, from 0; speed : rev/min, None where not asked; cut : name of a cut of the project, empty where none is chosen;
+    cut_values : flat key of the cut to its changed value, SI; count : number of charted speeds.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
@@ -34,7 +36,10 @@ class MachineRequest:
 
     @classmethod
     def of(cls, data: Any) -> MachineRequest:
-        """Return the request of plain data; raises ToolpointError for what is none."""
+        """Return the request of plain data as JSON gives it; raises ToolpointError for other types and numbers not finite.
+
+        A mode beyond the listed ones is taken as the last; signs are not checked here.
+        """
         if not isinstance(data, dict):
             fail("request", type(data).__name__, "must be a mapping")
         speed = data.get("speed")
@@ -45,6 +50,7 @@ class MachineRequest:
 
 
 def _numbers(name: str, entries: Any) -> dict[str, float]:
+    """Return a checked mapping of names to finite numbers, empty for None."""
     if entries is None:
         return {}
     if not isinstance(entries, dict) or len(entries) > MAX_CHANGED_NUMBERS:
@@ -53,6 +59,7 @@ def _numbers(name: str, entries: Any) -> dict[str, float]:
 
 
 def _number(name: str, value: Any) -> float:
+    """Return a checked finite number; booleans, which Python counts as numbers, are refused."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         fail(name, repr(value), "must be a finite number")
     return float(value)
@@ -61,7 +68,8 @@ def _number(name: str, value: Any) -> float:
 def read_typed_number(text: str, path: str) -> float:
     """Return a number that a person typed with its unit, SI; a bare number is in SI.
 
-    path : of the machine's number (``joints.guide.stiffness.rx``) or an axis (``axis X``), which says what it is of.
+    path : of a stiffness (``joints.guide.stiffness.rx``), whose direction gives the unit, or an axis (``axis X``) with the unit
+    of a length or an angle. Raises ToolpointError for other numbers, and for units that do not fit.
     """
     way = path.rsplit(".", 1)[-1]
     try:
@@ -76,5 +84,5 @@ def read_typed_number(text: str, path: str) -> float:
 
 
 def _spelled(text: str) -> str:
-    """Return a text with the signs of a screen as the units of files write them."""
+    """Return a text with µ and · written as ``u`` and ``*``, as units of files are."""
     return text.strip().replace("µ", "u").replace("μ", "u").replace("·", "*")

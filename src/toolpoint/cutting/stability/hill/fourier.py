@@ -12,13 +12,16 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.arc import gauss, lagrange
 from toolpoint.cutting.cut.problem import MillingProblem
 
-TURN = 2 * np.pi
+TURN = 2 * np.pi  # rad, a revolution
 
 
 @dataclass(frozen=True)
 class Slices:
-    """Gauss slices of an edge: height (m), kappa, entry and exit (rad), length of edge du (m), each of shape (slices,); on the
-    cylinder kappa, entry and exit hold one number for all."""
+    """Gauss slices of an edge, each field of shape (slices,); on the cylinder kappa, entry and leave hold one number for all.
+
+    height : above the tip, m; kappa : axial immersion angle, rad (0 at the tip of a ball, pi/2 on the cylinder); entry, leave :
+    angles at which the slice enters and leaves the work, rad; length : edge du that the slice stands for, a Gauss weight, m.
+    """
 
     height: FloatArray
     kappa: FloatArray
@@ -31,16 +34,19 @@ class Slices:
 class HillCut:
     """The force of the edges as a Fourier series over one period of the rotation.
 
-    The force on the tool is -(now r + C/v drag r' - sum_q late_q r(t - delay_q)); coefficient h of each belongs to
-    exp(i h 2 pi t/T), h from -order_max to order_max, h = 0 in the middle.
+    The force on the tool is -(now r + C/v drag r' - sum_q late_q r(t - delay_q)), r its vibration (m), r' the rate of that, C
+    the process damping (N/m), v the cutting speed. Coefficient h of each belongs to exp(i h 2 pi t/T), T the period, h from
+    -order_max to order_max, h = 0 in the middle.
 
     Parameters
     ----------
     now, drag : (2 order_max + 1, d, d) complex
         N/m and m.
     late : (2 order_max + 1, delays, d, d) complex
+        N/m.
     delay : (delays,) floats
-        rad of rotation. Where delays change along an edge these are the nodes of an interpolation of exp(-i nu delay).
+        rad of rotation (time times the spindle's angular speed). Where delays change along an edge these are the nodes of an
+        interpolation of exp(-i nu delay), nu the harmonic's frequency over the spindle's.
     teeth : int
         Periods in a revolution: the number of teeth of a regular tool, else one.
     """
@@ -57,17 +63,17 @@ class HillCut:
 
 
 def is_plain(problem: MillingProblem) -> bool:
-    """Whether the shape of the cut is the same at every depth."""
+    """Whether the shape of the cut is the same at every depth, so that forces grow with it: neither helix nor corner radius."""
     return not problem.tool.has_helix and problem.tool.corner_radius == 0
 
 
 def periods(problem: MillingProblem) -> int:
-    """Return the number of periods of the cut in a revolution."""
+    """Return the number of periods of the cut in a revolution: the teeth of a regular tool, else one."""
     return problem.tool.teeth if problem.tool.is_regular else 1
 
 
 def hill_cut(problem: MillingProblem, depth: float, order_max: int) -> HillCut:
-    """Return the Fourier coefficients of the cut at this depth up to order `order_max` of the period."""
+    """Return the Fourier coefficients of the cut at this depth (m) up to order `order_max` of the period."""
     tool, number = problem.tool, periods(problem)
     order = number * np.arange(order_max + 1)
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
@@ -113,15 +119,17 @@ def range_of_forces(problem: MillingProblem, order_max: int) -> ComplexArray:
         square = square + _product(push, push)
     waves = np.einsum("shk,skab->hab", _arc_waves(part, order), square[..., :d, :d])
     start = np.concatenate([[0.0], np.cumsum(problem.tool.pitch)[:-1]])
+    # The teeth differ in their starts only: their sum is one factor for each order.
     series = _mirrored(np.exp(-1j * order[:, None] * start).sum(1)[:, None, None] * waves)
     l = np.arange(2 * order_max + 1)
     blocks = series[l[:, None] - l[None, :] + 2 * order_max]
     size, basis = np.linalg.eigh(blocks.transpose(0, 2, 1, 3).reshape(d * l.size, d * l.size))
+    # Directions below rounding of the largest are those in which no force acts.
     return np.ascontiguousarray(basis[:, size > 1e-14 * size[-1]])
 
 
 def _mirrored(half: ComplexArray) -> ComplexArray:
-    """Return the series of a real function from its orders 0 .. top."""
+    """Return the series (2 top + 1, ...) of a real function from its orders 0 .. top: a negative order is the conjugate."""
     return np.concatenate([half[:0:-1].conj(), half])
 
 
@@ -134,8 +142,12 @@ def _over_height(share: FloatArray, turned: ComplexArray, cut: ComplexArray) -> 
 
 
 def _delays(edge_delay: FloatArray, single: float | None, order_max: int) -> list[tuple[FloatArray, FloatArray]]:
-    """Return (delays, share of every slice in each): one delay where it is the same at all heights, else nodes between the
-    least and the largest, separately for each turn that an edge falls behind."""
+    """Return pairs of delays (n,) and shares (n, slices): how much of each slice counts at each delay.
+
+    edge_delay : (slices,) behind the tooth before, rad; single : delay of a regular tool, rad, which is the same at all
+    heights. Else there are Chebyshev nodes between the least and the largest delay, apart for each turn that an edge falls
+    behind.
+    """
     if single is not None:
         return [(np.array([single]), np.ones((1, edge_delay.size)))]
     turns = np.floor((edge_delay + 1e-9) / TURN)
@@ -146,6 +158,7 @@ def _delays(edge_delay: FloatArray, single: float | None, order_max: int) -> lis
         delay = np.where(delay < 1e-9, TURN, delay)
         delay_min, delay_max = float(delay.min()), float(delay.max())
         half = (delay_max - delay_min) / 2
+        # As many nodes as interpolate exp(-i nu delay) of the highest order to rounding.
         number = 1 if half < 1e-13 else 10 + int(np.ceil(0.8 * order_max * half))
         nodes = (delay_min + delay_max) / 2 + half * np.cos(np.pi * (np.arange(number) + 0.5) / number)
         share = np.zeros((number, edge_delay.size))
@@ -156,7 +169,10 @@ def _delays(edge_delay: FloatArray, single: float | None, order_max: int) -> lis
 
 
 def _edge_slices(problem: MillingProblem, depth: float, slope: float, highest: int) -> list[Slices]:
-    """Return rounded part and cylinder of the edge up to a height, with as many Gauss slices as orders up to `highest` need."""
+    """Return the slices of the rounded part and of the cylinder up to a depth (m), either left out where it does not cut.
+
+    slope : largest turn of an edge over height, rad/m; highest : order for which the number of Gauss slices is chosen.
+    """
     tool, arc, c = problem.tool, problem.engagement, problem.tool.corner_radius
     parts = []
     if c > 0:
@@ -176,8 +192,11 @@ def _edge_slices(problem: MillingProblem, depth: float, slope: float, highest: i
 
 
 def _corner_nodes(problem: MillingProblem, kappa_max: float, number: int) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights in kappa from 0 to `kappa_max`: pieces end where a wall of the work leaves the tool's reach, and
-    nodes crowd there, where entry and exit go with the square root."""
+    """Return nodes and weights in kappa (rad) from 0 to `kappa_max`, `number` of each for every piece.
+
+    A piece ends where a wall of the work leaves the tool's reach. Entry and exit go with the square root there, so the sine
+    squared makes nodes crowd at the ends of a piece.
+    """
     tool, arc, c = problem.tool, problem.engagement, problem.tool.corner_radius
     sine = (tool.radius * np.abs(np.cos([arc.entry, arc.exit])) - (tool.radius - c)) / c
     marks = np.arcsin(sine[(sine > 1e-9) & (sine < 1 - 1e-12)])
@@ -189,7 +208,7 @@ def _corner_nodes(problem: MillingProblem, kappa_max: float, number: int) -> tup
 
 
 def _arc_waves(part: Slices, order: Array) -> ComplexArray:
-    """Return 1/2 pi times the integral of exp(-i (order - k) phi) over the arc, k = -2 .. 2, shape (slices, orders, 5)."""
+    """Return 1/(2 pi) times the integral of exp(-i (order - k) phi) over the arc, k = -2 .. 2, shape (slices, orders, 5)."""
     p = order[:, None] - np.arange(-2, 3)
     a, b = part.entry[:, None, None], part.leave[:, None, None]
     safe = np.where(p == 0, 1, p)
@@ -219,7 +238,7 @@ def _product(left: ComplexArray, right: ComplexArray) -> ComplexArray:
 
 
 def _directions(problem: MillingProblem, kappa: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return k n^T (Pa) and the process damping's (n + mu t) n^T as series."""
+    """Return k n^T (Pa) and the process damping's (n + mu t) n^T as series (slices, 5, 3, 3), see `_product`."""
     t, n, minus_m = _vectors(kappa)
     kt, kn, ka = problem.coefficients.cutting
     return _product(kt * t + kn * n + ka * minus_m, n), _product(n + problem.damping_friction * t, n)

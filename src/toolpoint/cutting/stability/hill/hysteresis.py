@@ -20,10 +20,10 @@ from toolpoint.cutting.stability.result import REAL_ANGLE_TOLERANCE, StabilityCh
 if TYPE_CHECKING:
     from toolpoint.cutting.stability.hill.system import HillSystem
 
-Row = tuple[float, float, float, int, float]
+Row = tuple[float, float, float, int, float]  # depth m, theta rad, chatter frequency Hz, change, error m
 
-MAX_LED_ROWS = 400  # rows of the matrix up to which points are led: a second a point beyond
-MIXED_DAMPING_ERROR = 5e-4  # of a depth: what the lines between which viscous beside structural damping is interpolated leave
+MAX_LED_ROWS = 400  # rows of the matrix up to which points are moved: beyond, each takes more than a second
+MIXED_DAMPING_ERROR = 5e-4  # of a depth: with viscous and structural damping the response is interpolated between lines
 MAX_DEPTH_SHIFT_RATIO = 0.3  # share of a depth by which a point may move and still be the same point
 UNREFINED_SAFETY_FACTOR = 1.5  # on the estimate where a point cannot be led
 NOTE = "structural damping: boundary points led from its equivalent in time to the response itself by Hill's determinant"
@@ -51,7 +51,7 @@ def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> Stabilit
 
 
 def _lead_points(problem: MillingProblem, chart: StabilityChart, index: int) -> list[Row] | None:
-    """Return the points of a speed on the response itself, None where Hill's determinant cannot be had."""
+    """Return the points of a speed on the response itself, None where the matrix is too large or the speed varies."""
     from toolpoint.cutting.stability.hill.system import HillSystem  # brings the compiler, which few callers need
 
     speed = float(chart.speeds[index])
@@ -83,6 +83,7 @@ def _root_near(system: HillSystem, chart: StabilityChart, point: int) -> Row | N
 
 
 def _solve_again(problem: MillingProblem, speed: float, depth_max: float) -> list[Row] | None:
+    """Return the points of a speed (rev/min) solved without a start, None where `HillDeterminant` refuses the cut."""
     method = HillDeterminant()
     if method.refuses(problem):
         return None
@@ -92,10 +93,12 @@ def _solve_again(problem: MillingProblem, speed: float, depth_max: float) -> lis
 
 
 def _mixed_error(problem: MillingProblem) -> float:
+    """Return `MIXED_DAMPING_ERROR` where the plane keeps lines of the difference, else zero."""
     return 0.0 if problem.plane.deviation is None else MIXED_DAMPING_ERROR
 
 
 def _keep_point(problem: MillingProblem, chart: StabilityChart, point: int) -> Row:
+    """Return a point as it is, its error widened by 1.5 times the estimated distance."""
     depth, theta, frequency, error = (float(getattr(chart, name)[point]) for name in ("depth", "theta", "frequency", "error"))
     return depth, theta, frequency, int(chart.change[point]), error + UNREFINED_SAFETY_FACTOR * _estimate(problem, chart, point)
 
@@ -105,6 +108,7 @@ def _estimate(problem: MillingProblem, chart: StabilityChart, point: int) -> flo
     plane, speed = problem.plane, float(chart.speeds[chart.index[point]])
     tooth = problem.tool.teeth * speed / 60
     chatter = float(chart.frequency[point])
+    # Two tooth passings above the chatter frequency, and all harmonics below it.
     harmonics = np.abs(chatter + tooth * np.arange(-int(chatter / tooth) - 1, 3))
     lacking = np.linalg.norm(plane.hysteresis(harmonics), ord=2, axis=(-2, -1)).max()
     size = np.linalg.norm(plane.response(np.array([chatter])), ord=2, axis=(-2, -1))[0]

@@ -8,18 +8,22 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 
 
 def interpolate(line: FloatArray, values: ComplexArray, f: FloatArray) -> ComplexArray:
-    """Return the value at f of the polynomial through the four (or all) nearest lines, shape (n, ...)."""
+    """Return the polynomial through the four nearest lines (all where fewer) at f, shape (n, d, d).
+
+    line : (n_f,) increasing, Hz; values : (n_f, d, d); f : (n,) Hz.
+    """
     lines, weight = interpolation(line, f)
     return np.einsum("nw,nwab->nab", weight, values[lines])
 
 
 def interpolation(line: FloatArray, f: FloatArray) -> tuple[Array, FloatArray]:
-    """Return the four (or all) lines nearest to every f, shape (n, 4), and their weights in the polynomial through them."""
+    """Return the indices (n, 4) of the lines nearest to every f, and their weights (n, 4) in the polynomial through them."""
     width = min(4, line.size)
     first = np.clip(np.searchsorted(line, f) - width // 2, 0, line.size - width)
     lines = first[:, None] + np.arange(width)
     x = line[lines]
     weight = np.ones((f.size, width))
+    # Lagrange's form, as the weights do not depend on the values: noise goes through them too.
     for i in range(width):
         for j in range(width):
             if i != j:

@@ -16,7 +16,7 @@ from toolpoint.cutting.stability.method import TURNING_REASON, Problem, require_
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
-MAX_PLAIN_ROWS = 700  # rows of the matrix of a plain cut: more take minutes a speed
+MAX_PLAIN_ROWS = 700  # rows of the matrix of a plain cut (neither helix nor corner): more take minutes a speed
 MAX_SHAPED_ROWS = 500  # rows of the matrix of a cut whose shape depends on depth
 PLAIN_LEVEL_FACTOR = 10  # search levels of a plain cut, whose eigenvalues serve every depth, over those of a shaped one
 
@@ -83,7 +83,7 @@ class HillDeterminant:
         return "HillDeterminant"
 
     def refuses(self, problem: Problem) -> str | None:
-        """Return why not: turning and spindle-speed variation; it takes every other cut, on modes or measured lines."""
+        """Return why a problem is refused (turning, spindle-speed variation), None for every other cut."""
         if isinstance(problem, TurningProblem):
             return TURNING_REASON
         if problem.speed_variation is not None:
@@ -93,7 +93,7 @@ class HillDeterminant:
 
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
               ) -> StabilityChart:
-        """Return the chart; see `stability.chart`. It always begins cold."""
+        """Return the chart; see `stability.chart`. `warm` is not used."""
         from toolpoint.cutting.stability.hill.search import HillSearch, chatter_frequency
         from toolpoint.cutting.stability.hill.system import HillSystem  # brings the compiler, which few callers need
 
@@ -115,11 +115,13 @@ class HillDeterminant:
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=notes, search=status)
 
     def _levels(self, problem: MillingProblem, depth_max: float) -> FloatArray:
+        """Return the depths (m) at which multipliers are counted, closer together towards zero."""
         if is_plain(problem):
             return depth_levels(problem, depth_max, PLAIN_LEVEL_FACTOR * self.levels, power=2.0)
         return depth_levels(problem, depth_max, self.levels, power=1.5)
 
     def _note(self, problem: MillingProblem, levels: FloatArray) -> str:
+        """Return the sentence on method, errors and spacing of levels."""
         source = "harmonics beyond the matrix" if problem.plane.is_modal else (
             "the ends of the band, the lines' spacing, and 95 % of the lines' noise "
             f"({'by their scatter' if problem.plane.variance is None else 'as stated'})")

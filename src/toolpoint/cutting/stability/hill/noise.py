@@ -16,20 +16,21 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.stability.hill.interpolation import interpolation
 
-NORMAL_95 = 1.96  # standard deviations
-# Of sixth order: a resonance four lines wide leaves 0.6 %; of fourth, as long.
+NORMAL_95 = 1.96  # standard deviations of half a 95 % interval
+# Differences of lines, of sixth order and of fourth, over the same seven lines. A resonance four lines wide leaves 0.6 % of
+# itself in the sixth.
 SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 FOURTH_DIFFERENCE = np.array([0.0, 1.0, -4.0, 6.0, -4.0, 1.0, 0.0])
-MAX_SCATTER_RATIO = 2.0  # ratio of the two estimates up to which they see noise: what is curved shows more in the lower one
+MAX_SCATTER_RATIO = 2.0  # variance by fourth over that by sixth differences: above, they see the curve and not its noise
 SCATTER_LINE_COUNT = 9  # lines over which the scatter is averaged
 MIN_SCATTER_LINES = 2 * SCATTER_LINE_COUNT
 
 
 def line_variance(plane: PlaneDynamics) -> FloatArray:
-    """Return E|noise|^2 of every line, (m/N)^2, shape (n_f, d, d): as stated, else from the scatter of neighbouring lines.
+    """Return the noise variance ``E|noise|^2`` of every line, (n_f, d, d) (m/N)^2: stated, else by scatter of neighbours.
 
     The scatter is that of sixth differences: noise that neighbouring lines share (a window) is not seen in it, and a resonance
-    narrower than some four lines is taken for noise.
+    narrower than some four lines is taken for noise. With less than `MIN_SCATTER_LINES` lines it is zero.
     """
     if plane.variance is not None:
         return plane.variance
@@ -43,7 +44,7 @@ def line_variance(plane: PlaneDynamics) -> FloatArray:
 
 
 def _scatter(values: ComplexArray, difference: FloatArray) -> FloatArray:
-    """Return the mean power of a difference over neighbouring lines, scaled to that of one line's noise."""
+    """Return the mean power of a difference over nine neighbouring lines, (n_f, d, d), scaled to the variance of one line."""
     half = difference.size // 2
     rough = sum(c * values[k:values.shape[0] - 2 * half + k] for k, c in enumerate(difference.tolist()))
     power = np.abs(rough) ** 2 / float((difference**2).sum())
@@ -56,8 +57,9 @@ def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *
                    left_out: slice | None = None) -> float:
     """Return the variance of a root's depth, m^2, by the noise of the lines.
 
-    hz (n,) : frequencies of the harmonics, of either sign; influence (n, d, d) : change of the vanishing eigenvalue by G there;
-    factor : kappa; left_out : lines left out, to get the variance of the change that leaving them out makes.
+    variance : (n_f, d, d) of the lines; hz : (n,) frequencies of the harmonics, of either sign; influence : (n, d, d) change of
+    the vanishing eigenvalue by G there; factor : kappa, see `Root.factor`; left_out : slice of the lines that stay where the
+    others are left out. Then the variance is that of the change which leaving them out makes.
     """
     line = plane.lines[0]
     inside = (np.abs(hz) >= line[0]) & (np.abs(hz) <= line[-1])
@@ -76,7 +78,10 @@ def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *
 
 def _add_contributions(total: ComplexArray, line: FloatArray, f: FloatArray, terms: ComplexArray, lines: slice,
                        sign: float) -> None:
-    """Add to every line what it contributes through the interpolation at f from these lines."""
+    """Add to every line its contribution through the interpolation at f (n,) from the lines of a slice only.
+
+    total : (n_f, d, d), changed in place; line : (n_f,) Hz; terms : (n, d, d) at f.
+    """
     kept = np.arange(line.size)[lines]
     indices, weight = interpolation(line[lines], f)
     np.add.at(total, kept[indices], sign * weight[:, :, None, None] * terms[:, None])

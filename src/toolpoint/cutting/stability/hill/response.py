@@ -12,7 +12,8 @@ from toolpoint.cutting.stability.hill.interpolation import interpolate
 from toolpoint.cutting.stability.hill.noise import line_variance
 
 UPPER_BAND_FRACTION = 0.1  # of a measured band: its upper part, left out for the stated error
-# Of the band: its upper part, over which the response fades to zero. A harmonic that vanished at once would leave a jump.
+# Upper part of a band over which the response fades to zero: with a harmonic that vanished at once the determinant would jump
+# as theta grows.
 FADE_BAND_FRACTION = 0.03
 MAX_RESONANCE_HINTS = 40  # resonances of a measured response about which theta nodes are laid
 ALL_LINES = slice(None)
@@ -21,10 +22,11 @@ HARMONICS_BEYOND_MODES = 4  # tooth passings beyond the highest mode
 
 @dataclass(frozen=True, eq=False)
 class HarmonicResponse:
-    """Receptance at any frequency up to `frequency_max`, zero beyond: modes exactly, a measured FRF by the cubic through four
-    lines.
+    """Receptance (d, d), m/N, at any frequency up to `frequency_max`, zero beyond: the response that the matrix takes.
 
-    A measured response is zero below its first line too."""
+    Modes enter exactly, a measured FRF by the cubic through four lines. That is zero below `frequency_min` too, its first line.
+    Frequencies are in Hz; at a negative one the response is the conjugate.
+    """
 
     plane: PlaneDynamics
     frequency_max: float
@@ -33,8 +35,11 @@ class HarmonicResponse:
 
     @classmethod
     def of(cls, plane: PlaneDynamics, reach: float, tooth: float) -> HarmonicResponse:
-        """Return the response; modes are taken up to `reach` times the highest frequency that matters and four times the tooth
-        passing frequency `tooth` (Hz) further, which the entries and exits of the edges ask for."""
+        """Return the response with its limits.
+
+        Modes are taken up to `reach` times the highest frequency that matters and four times the tooth passing frequency
+        `tooth` (Hz) further, as entries and exits of edges excite harmonics there. The limits of a measured FRF are its band.
+        """
         if plane.is_modal:
             return cls(plane, reach * highest(plane) + HARMONICS_BEYOND_MODES * tooth, 0.0)
         frequency_min, frequency_max = plane.span
@@ -48,7 +53,7 @@ class HarmonicResponse:
         return np.where((f >= self.frequency_min) & (f <= self.frequency_max), fade, 0.0)[:, None, None] * self.whole(hz)
 
     def whole(self, hz: FloatArray, lines: slice = ALL_LINES) -> ComplexArray:
-        """Return the response without the limits of its band; of a measured FRF from these lines."""
+        """Return the response (n, d, d) without the limits of its band, a measured FRF interpolated from these lines only."""
         if self.plane.is_modal:
             return self.plane.response(hz)
         f, values = self.plane.lines
@@ -56,8 +61,10 @@ class HarmonicResponse:
         return np.where(hz[:, None, None] < 0, value.conj(), value)
 
     def beyond(self, hz: FloatArray) -> ComplexArray:
-        """Return the faded part and the response above `frequency_max`: of modes exactly, of a measured FRF a mass line through
-        its last twentieth."""
+        """Return the rest (n, d, d) that `at` leaves out: the faded part, and the response above `frequency_max`.
+
+        Modes give it exactly. A measured FRF is continued by a mass line, 1/omega^2, through the last twentieth of its band.
+        """
         if self.plane.is_modal:
             return self.plane.response(hz) - self.at(hz)
         above = (np.abs(hz) > self.frequency_max)[:, None, None]
@@ -79,15 +86,17 @@ class HarmonicResponse:
         return np.where((np.abs(hz) < self.frequency_min)[:, None, None], self.plane.lines[1][0].real + 0j, 0.0)
 
     def between(self, hz: FloatArray, first: int) -> ComplexArray:
-        """Return the change of the interpolation with every other line from the `first` on; of fine lines fifteen times its
-        error."""
+        """Return the change of the interpolation where only every other line stays, from the `first` on, (n, d, d).
+
+        The error of a cubic goes with the fourth power of the spacing: the change is fifteen times the error of fine lines.
+        """
         if self.plane.is_modal or self.plane.lines[0].size < 8:
             return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
         inside = ((np.abs(hz) <= self.frequency_max) & (np.abs(hz) >= self.frequency_min))[:, None, None]
         return np.where(inside, self.whole(hz, slice(first, None, 2)) - self.whole(hz), 0.0)
 
     def hints(self) -> tuple[FloatArray, FloatArray]:
-        """Return the frequencies of the resonances and their half widths, Hz."""
+        """Return the frequencies (n,) of resonances and their half widths (n,), Hz: of modes, or of measured peaks."""
         if self.plane.is_modal:
             return np.abs(self.plane.poles.imag) / (2 * np.pi), -self.plane.poles.real / (2 * np.pi)
         f, values = self.plane.lines
@@ -104,5 +113,6 @@ def highest(plane: PlaneDynamics) -> float:
 
 
 def _half_width(size: Array, f: FloatArray, peak: int) -> float:
+    """Return the distance (Hz) from a peak to the first line above it with less than 0.7 of its size."""
     below = np.flatnonzero(size[peak:] < 0.7 * size[peak])
     return float(f[min(peak + (below[0] if below.size else 1), f.size - 1)] - f[peak]) or float(f[1] - f[0])

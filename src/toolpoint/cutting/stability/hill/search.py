@@ -13,17 +13,17 @@ from toolpoint.cutting.stability.hill.system import HillSystem, Root
 from toolpoint.cutting.stability.result import REAL_ANGLE_TOLERANCE
 
 MAX_PHASE_STEP = 1.2  # rad: larger phase steps are halved
-MAX_LOG_STEP = 2.0  # larger steps of the logarithm of its modulus are halved too: a dip may hide a turn
+MAX_LOG_STEP = 2.0  # larger steps of the logarithm of the modulus are halved too: a dip may hide a turn of the phase
 MIN_THETA_INTERVAL = 1e-6  # rad: least theta interval; a step that stays wild is a jump where the band begins or ends
 MAX_THETA_NODES = 900  # theta nodes
-SIGN_PARTS = 4  # of a cell, for the signs at theta = 0 and pi
+SIGN_PARTS = 4  # parts of a depth cell at whose ends the sign of the determinant is taken, at theta = 0 and pi
 MIN_HIDDEN_DEPTH_RATIO = 1e-3  # share of the largest depth below which nothing hidden is looked for
-UNSOLVED_BRACKET_RATIO = 1e-4  # relative width of a bracket in which Newton's method should long have found the root
+UNSOLVED_BRACKET_RATIO = 1e-4  # relative width of a bracket: where Newton's method finds no root in it, theta nodes are too few
 Row = tuple[float, float, int, float]  # depth, theta, change, error
 
 
 class _CountCell(NamedTuple):
-    """Depths between which the count may change, and the counts at both."""
+    """Depths (m) between which the count of unstable multipliers may change, and the counts at both: below at `lower`."""
 
     lower: float
     upper: float
@@ -32,7 +32,11 @@ class _CountCell(NamedTuple):
 
 
 class Phase:
-    """Theta nodes over [0, pi] between which the logarithm of the determinant changes little, at one or many depths."""
+    """Theta nodes over [0, pi] between which the logarithm of the determinant changes little, at one or many depths.
+
+    start : first nodes, rad; value : theta to logarithms, one for each depth. The intervals are halved until every step is
+    below `MAX_PHASE_STEP` and `MAX_LOG_STEP`; `complete` says whether `MAX_THETA_NODES` were enough.
+    """
 
     def __init__(self, start: FloatArray, value: Callable[[float], ComplexArray]) -> None:
         self.theta = start.tolist()
@@ -59,7 +63,10 @@ def _steps(difference: ComplexArray) -> ComplexArray:
 
 
 def count_encirclements(theta: list[float], value: ComplexArray) -> tuple[int, tuple[float, float]]:
-    """Return (unstable multipliers, theta interval of the largest phase step) from the determinant's logarithm at the nodes."""
+    """Return (unstable multipliers, theta interval of the largest phase step) from logarithms (n,) at nodes theta (n,).
+
+    The count is minus the change of the phase from 0 to pi, over pi: the argument principle on the upper half circle.
+    """
     return _counts(theta, value[:, None])[0]
 
 
@@ -72,7 +79,10 @@ def _counts(theta: list[float], table: ComplexArray) -> list[tuple[int, tuple[fl
 
 
 class PlainCount:
-    """Counts of a plain cut: its eigenvalues over theta serve every depth."""
+    """Counts of a plain cut by depth (m): eigenvalues of its matrix over theta serve every depth.
+
+    start : first theta nodes; levels : depths at which the phase must be resolved.
+    """
 
     def __init__(self, system: HillSystem, start: FloatArray, levels: FloatArray) -> None:
         self.system, eigenvalues = system, {}
@@ -100,7 +110,7 @@ class PlainCount:
 
 
 class ShapedCount:
-    """Counts of a cut whose shape depends on depth: a scan over theta for every depth."""
+    """Counts of a cut whose shape depends on depth, by depth (m): a scan over theta for every depth."""
 
     def __init__(self, system: HillSystem, start: FloatArray) -> None:
         self.system, self.start, self.complete = system, start, True
@@ -119,16 +129,15 @@ class ShapedCount:
 
 
 def _logarithm(eigenvalues: ComplexArray, depths: FloatArray) -> ComplexArray:
-    """Return log prod(1 + depth eigenvalue) at these depths."""
+    """Return log prod(1 + depth eigenvalue) at these depths, shape (depths,)."""
     return _log_product(1 + depths[:, None] * eigenvalues[None, :])
 
 
 def _log_product(factors: ComplexArray) -> ComplexArray:
-    """Return the logarithm of the product along the last axis, its phase up to whole turns: one logarithm for every eight
-    factors.
+    """Return the logarithm of the product along the last axis, its phase up to whole turns.
 
-    Eight, as factors are far from 1e38 each, so that no product leaves the range of the numbers; logarithms of all factors
-    were half the time of a chart.
+    Eight factors are multiplied before a logarithm is taken: each is far below 1e38, so that no product overflows. Logarithms
+    of all factors took half the time of a chart.
     """
     grouped = factors.shape[-1] // 8 * 8
     parts = factors[..., :grouped].reshape(*factors.shape[:-1], grouped // 8, 8).prod(axis=-1)
@@ -136,7 +145,7 @@ def _log_product(factors: ComplexArray) -> ComplexArray:
 
 
 def first_nodes(system: HillSystem, base: int) -> FloatArray:
-    """Return even theta nodes, and more where a narrow resonance turns the determinant."""
+    """Return `base` + 1 even theta nodes over [0, pi], and more where a narrow resonance turns the determinant."""
     f, width = system.response.hints()
     spacing = np.pi / base
     around = []
@@ -146,12 +155,17 @@ def first_nodes(system: HillSystem, base: int) -> FloatArray:
             around.append(turn + spread * np.array([-2.5, -0.8, 0.0, 0.8, 2.5]))
     extra = np.concatenate([np.zeros(0), *around]) % (2 * np.pi)
     nodes = np.sort(np.concatenate([np.linspace(0, np.pi, base + 1), np.where(extra > np.pi, 2 * np.pi - extra, extra)]))
+    # Nodes that nearly coincide would cost an eigenvalue problem each.
     keep = np.concatenate([[True], np.diff(nodes) > 0.02 * spacing])
     return np.unique(np.concatenate([nodes[keep], [np.pi]]))
 
 
 class HillSearch:
-    """Boundary points of one speed."""
+    """Search for the boundary points of one speed.
+
+    system : of the speed; base : theta intervals at first; levels : depths (m) at which multipliers are counted first, the last
+    the largest of the chart.
+    """
 
     def __init__(self, system: HillSystem, base: int, levels: FloatArray) -> None:
         self.system, self.base, self.grid = system, base, levels
@@ -159,19 +173,23 @@ class HillSearch:
         self.bracketed = False
 
     def _start_counts(self, base: int) -> PlainCount | ShapedCount:
+        """Return the counts on `base` theta intervals and those about narrow resonances."""
         start = first_nodes(self.system, base)
         return PlainCount(self.system, start, self.grid) if self.system.is_linear else ShapedCount(self.system, start)
 
     @property
     def status(self) -> str:
-        """Part of the search that was not reached, else ``complete``."""
+        """Sentence on what the search did not resolve, else ``complete``."""
         if not self.count.complete:
             return "the phase of some depths was not resolved: lower depth_max"
         return "some boundary points were bracketed only: see their error" if self.bracketed else "complete"
 
     def rows(self) -> list[Row]:
-        """Solve for the boundary points up to the largest level; with more theta nodes where a count changes without a root: a
-        turn of the phase between two nodes was not seen."""
+        """Return the boundary points up to the largest level.
+
+        Where a count changes without a root, a turn of the phase between two theta nodes was not seen: the search begins
+        again with twice, then four times as many intervals.
+        """
         for base in (2 * self.base, 4 * self.base):
             rows = self._solve_band(last=False)
             if rows is not None:
@@ -189,6 +207,7 @@ class HillSearch:
             root = self._hidden_root(a, b) if m == n else self._root(a, b, m, n)
             if root is not None:
                 rows += self._row(root)
+                # A root that changes the count by another number than the cell does has neighbours in it.
                 if root.change != n - m:
                     stack += self._remaining_cells(cell, root)
             elif m == n:
@@ -205,8 +224,10 @@ class HillSearch:
         return rows
 
     def _cells(self) -> list[_CountCell]:
-        """Return the depth cells of the search: those of unequal counts; of a shaped cut also equal ones, which may hide two
-        roots."""
+        """Return the depth cells to be searched: those of unequal counts; of a shaped cut all above the first.
+
+        A cell of equal counts may hide two roots. A plain cut has ten times as many levels, and such cells are not searched.
+        """
         turned = self._between_real_roots() if self.system.is_linear else self._depths_of_sign_changes()
         levels = [0.0, *sorted({*self.grid.tolist(), *turned})]
         counts = [0, *(self.count(w)[0] for w in levels[1:])]
@@ -214,7 +235,7 @@ class HillSearch:
         return [c for c in cells if c.below != c.above or (not self.system.is_linear and c.lower > 0)]
 
     def _between_real_roots(self) -> list[float]:
-        """Return the depths between the flips and folds of a plain cut, so that no two of them share a cell."""
+        """Return depths (m) midway between the real roots (flips at theta = pi, folds at 0) of a plain cut: a cell each."""
         assert isinstance(self.count, PlainCount)
         ends = self.count.eigenvalues[[0, -1]].ravel()
         real = ends[(np.abs(ends.imag) < 1e-9 * np.abs(ends)) & (ends.real < 0)].real
@@ -222,8 +243,10 @@ class HillSearch:
         return ((roots[1:] + roots[:-1]) / 2).tolist()
 
     def _depths_of_sign_changes(self) -> list[float]:
-        """Return depths between the levels at which the determinant at theta = 0 or pi has another sign than at the level
-        below."""
+        """Return depths (m) between levels where the determinant at theta = 0 or pi has not the sign of the level below.
+
+        Each such change is a flip or a fold, which two equal counts at the levels would hide.
+        """
         out = []
         signs_below = (1.0, 1.0)
         for a, b in pairwise([0.0, *self.grid.tolist()]):
@@ -234,7 +257,7 @@ class HillSearch:
         return out
 
     def _hidden_root(self, a: float, b: float) -> Root | None:
-        """Return a root in a cell whose ends have the same count, begun where the phase turns most at either end."""
+        """Return a root in a cell of depths a, b with equal counts, or None; begun where the phase turns most at either end."""
         if b - a < MIN_HIDDEN_DEPTH_RATIO * self.grid[-1]:
             return None
         for depth in (b, a):
@@ -254,8 +277,11 @@ class HillSearch:
         return [part for part in parts if part.below != part.above and part.upper > part.lower]
 
     def _root(self, a: float, b: float, m: int, n: int) -> Root | None:
-        """Return a root with a depth between a and b: real where the determinant changes its sign at 0 or pi, else from the
-        theta where the phase turns most."""
+        """Return a root with a depth between a and b, at which the counts are m and n, or None.
+
+        An odd change of the count is a real root, at theta = pi or 0, where the determinant changes its sign. An even one is
+        begun from the theta at which the phase turns most.
+        """
         middle = (a + b) / 2
         if (n - m) % 2:
             for theta in (np.pi, 0.0):
@@ -278,6 +304,7 @@ class HillSearch:
                                                                                                  root.depth, real=True)
 
     def _real(self, theta: float, a: float, b: float) -> Root | None:
+        """Return the root at theta = 0 or pi between two depths, None where the determinant keeps its sign."""
         from scipy.optimize import brentq
 
         lower = max(a, 1e-9 * b)
@@ -303,7 +330,7 @@ class HillSearch:
 
 
 def chatter_frequency(system: HillSystem, theta: float) -> float:
-    """Return the chatter frequency, Hz: of all |theta/2 pi + k|/T the one with the largest response."""
+    """Return the chatter frequency, Hz: of all ``|theta/(2 pi) + k|/T`` the one with the largest response."""
     f: FloatArray = np.abs(system.hertz(theta, system.harmonics))
     size: Array = np.linalg.norm(system.response.at(f), axis=(1, 2))
     return float(f[np.argmax(size)])

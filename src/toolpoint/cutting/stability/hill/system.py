@@ -14,10 +14,10 @@ from toolpoint.cutting.stability.hill.kernels import fill_blocks
 from toolpoint.cutting.stability.hill.noise import NORMAL_95, depth_variance
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 
-ROUNDING_ERROR_RATIO = 1e-9  # relative error of depth by rounding
+ROUNDING_ERROR_RATIO = 1e-9  # error of a depth by rounding, over that depth
 DERIVATIVE_STEP = 1e-6  # rad of theta, and relative of depth: step of the numerical derivatives
-MAX_KEPT_SHAPES = 40  # Fourier series of a shaped cut, one a depth
-HARMONIC_REACH = 3  # harmonics whose influence on a root is estimated, over those of the matrix
+MAX_KEPT_SHAPES = 40  # kept Fourier series of a shaped cut, one for each depth
+HARMONIC_REACH = 3  # highest harmonic whose influence on a root is estimated, over that of the matrix
 SECOND_ORDER_FACTOR = 3.0  # on the square of a stated error over the depth, which first-order changes leave out
 # On the stated error of a measured FRF, which is of first order and leaves out modes above the band.
 MEASURED_SAFETY_FACTOR = 1.5
@@ -25,7 +25,12 @@ MEASURED_SAFETY_FACTOR = 1.5
 
 @dataclass(frozen=True)
 class Root:
-    """A root of the determinant: angle of the multiplier, depth, null vectors, derivatives of the vanishing eigenvalue."""
+    """Root of the determinant, at which an eigenvalue of the Hill matrix vanishes.
+
+    theta : angle of the multiplier, rad; depth : m; left, right : (rows,) null vectors, their product one; by_theta, by_depth :
+    derivatives of the vanishing eigenvalue, 1/rad and 1/m; step : last change of depth, m; real : whether theta is held at 0 or
+    pi (one real multiplier), else a conjugate pair crosses.
+    """
 
     theta: float
     depth: float
@@ -38,19 +43,22 @@ class Root:
 
     @property
     def change(self) -> int:
-        """Multipliers that leave the unit circle when the depth grows: those of theta with a negative imaginary part."""
+        """Change of the number of unstable multipliers when the depth grows: 1 or -1 of a real one, 2 or -2 of a pair.
+
+        The multiplier is exp(i theta): it leaves the unit circle where theta(depth) gets a negative imaginary part.
+        """
         return (1 if self.real else 2) * (1 if (self.by_depth * np.conj(self.by_theta)).imag > 0 else -1)
 
     @property
     def factor(self) -> complex:
-        """kappa: the depth moves by the real part of kappa times a change of the vanishing eigenvalue."""
+        """kappa, m: the depth moves by the real part of kappa times a change of the vanishing eigenvalue."""
         if self.real:
             return complex(-1 / self.by_depth)
         area = (np.conj(self.by_theta) * self.by_depth).imag
         return complex(1j * np.conj(self.by_theta) / area) if area else complex(np.inf)
 
     def moved(self, change: complex) -> tuple[float, float]:
-        """Return the changes of (theta, depth) when the vanishing eigenvalue changes."""
+        """Return the changes of (theta, rad; depth, m) that undo a change of the vanishing eigenvalue, to first order."""
         if self.real:
             return 0.0, float((-change / self.by_depth).real)
         a, b = self.by_theta, self.by_depth
@@ -61,8 +69,11 @@ class Root:
 
 
 class HillSystem:
-    """det(I + G(i omega_k) A_{k-l}(theta, depth)) of one speed: harmonics of the vibration in the directions that change the
-    chip."""
+    """Hill matrix G(i omega_k) A_{k-l}(theta, depth) of one speed (rev/min), and roots of det(I + that).
+
+    Its unknowns are the harmonics -order_max .. order_max of the vibration in the directions that change the chip; theta is in
+    rad, depth in m. A plain cut has a matrix proportional to depth: `unit` is its series for one metre.
+    """
 
     def __init__(self, problem: MillingProblem, speed: float, response: HarmonicResponse) -> None:
         self.problem, self.response, self.is_linear = problem, response, is_plain(problem)
@@ -100,11 +111,14 @@ class HillSystem:
         return self.cuts[depth]
 
     def hertz(self, theta: float, harmonics: Array) -> FloatArray:
-        """Return the frequencies of the harmonics, Hz."""
+        """Return the frequencies (theta/(2 pi) + k)/T of the harmonics k, (n,) Hz."""
         return (theta / (2 * np.pi) + harmonics) / self.period
 
     def block(self, theta: float, cut: HillCut, rows: Array, *, columns: Array, response: ComplexArray) -> ComplexArray:
-        """Return the response times force of the harmonics `columns` at the harmonics `rows`, without the unit matrix."""
+        """Return response (rows, a, d) times force of harmonics `columns` at harmonics `rows`, both consecutive numbers.
+
+        The result has (rows times a, columns times directions) entries, without the unit matrix.
+        """
         hz = self.hertz(theta, columns)
         turned = np.exp(-1j * (2 * np.pi * hz / self.omega)[:, None] * cut.delay)
         rate = self._rate(hz)
@@ -115,12 +129,15 @@ class HillSystem:
         return out
 
     def matrix(self, theta: float, cut: HillCut) -> ComplexArray:
-        """Return the Hill matrix, without the unit matrix."""
+        """Return the Hill matrix (size, size), without the unit matrix."""
         g = self.response.at(self.hertz(theta, self.harmonics))[:, self.directions]
         return self.block(theta, cut, self.harmonics, columns=self.harmonics, response=g)
 
     def eigenvalues(self, theta: float) -> ComplexArray:
-        """Return the non-zero eigenvalues of a plain cut's matrix per metre of depth, from the range of its forces."""
+        """Return the non-zero eigenvalues of a plain cut's matrix, (rank,) 1/m, from the range of its forces.
+
+        The forces span fewer directions than the matrix has rows: F G V on their basis V has the same non-zero eigenvalues.
+        """
         assert self.unit is not None and self.basis is not None
         if self.basis.shape[1] >= self.size:
             return np.linalg.eigvals(self.matrix(theta, self.unit))
@@ -168,10 +185,11 @@ class HillSystem:
         return [direct, (damped - direct) / largest, *(direct - part for part in late)]
 
     def _rate(self, hz: FloatArray) -> ComplexArray:
-        """Return i omega C / v of process damping at these frequencies."""
+        """Return i omega C / v of process damping at these frequencies (Hz), N/m^2; v is the speed of the edge."""
         return np.asarray(2j * np.pi * hz * self.problem.process_damping / (self.omega * self.problem.tool.radius))
 
     def _unit_response(self, number: int) -> ComplexArray:
+        """Return unit matrices (number, d, d), with which `block` gives the force itself."""
         d = self.problem.plane.size
         return np.broadcast_to(np.eye(d, dtype=complex), (number, d, d))
 
@@ -179,7 +197,7 @@ class HillSystem:
              *, within: tuple[float, float] = (-np.inf, np.inf)) -> Root | None:
         """Return the root near (theta, depth) by Newton's method on the vanishing eigenvalue; with `real` theta stays.
 
-        None where the steps do not settle or leave these depths by more than half their distance.
+        within : two depths, m. None where 14 steps do not settle, or leave these depths by more than half their distance.
         """
         margin = 0.5 * (within[1] - within[0])  # infinite where anywhere will do
         state: Root | None = None
@@ -204,7 +222,11 @@ class HillSystem:
         return replace(root, step=abs(root.moved(value)[1]))
 
     def _linearise(self, theta: float, depth: float, real: bool, last: Root | None, renewed: bool) -> tuple[Root, complex]:
-        """Return (null vectors and derivatives of the eigenvalue nearest zero, its value)."""
+        """Return the eigenvalue nearest zero with its vectors and derivatives as a Root, and its value.
+
+        last : state of the step before, whose vectors begin the iteration; renewed : whether the derivative by depth is taken
+        anew, which costs a Fourier series of a shaped cut.
+        """
         m = self.matrix(theta, self.cut(depth))
         np.fill_diagonal(m, m.diagonal() + 1)
         left, right = _null_vectors(m, None if last is None else (last.left, last.right))
@@ -224,7 +246,10 @@ class HillSystem:
         return Root(theta, depth, left, right, by_theta, by_depth, 0.0, real), value
 
     def sign(self, theta: float, depth: float) -> float:
-        """Return the determinant at theta = 0 or pi, where it is real, scaled to the size of a signed n-th root."""
+        """Return the determinant at theta = 0 or pi, where it is real, with its sign and a root of its modulus.
+
+        The root, of order a quarter of the rows and at least eight, keeps it within the range of numbers.
+        """
         m = self.matrix(theta, self.cut(depth))
         np.fill_diagonal(m, m.diagonal() + 1)
         sign, log = np.linalg.slogdet(m)
@@ -248,6 +273,7 @@ class HillSystem:
         hz = self.hertz(root.theta, wide_harmonics)
         left, push = self._extend_vectors(root, wide_harmonics)
 
+        # Harmonics in the order of their frequency: partial sums bound what a cut anywhere among them would leave.
         def moved(response: ComplexArray) -> tuple[float, float, float]:
             terms = np.einsum("ka,kac,kc->k", left, response[:, self.directions], push)
             sums = np.cumsum(terms[np.argsort(np.abs(hz))])
@@ -266,8 +292,10 @@ class HillSystem:
         return root.theta, root.depth, sum(e * (1 + SECOND_ORDER_FACTOR * e / root.depth) for e in (error, noise)) + floor
 
     def _noise(self, root: Root, hz: FloatArray, left: ComplexArray, push: ComplexArray) -> tuple[float, float]:
-        """Return (half the 95 % interval of the depth by noise, m; variance by noise of that when every other line is left
-        out)."""
+        """Return half the 95 % interval of the depth by noise, m, and a variance, m^2.
+
+        The variance is that of the change of depth, by noise, when every other line is left out.
+        """
         influence = np.zeros((hz.size, push.shape[1], push.shape[1]), complex)
         influence[:, self.directions] = left[:, :, None] * push[:, None, :]
         plane, variance = self.response.plane, self.response.variance
@@ -278,8 +306,10 @@ class HillSystem:
         return NORMAL_95 * float(np.sqrt(variance_of_depth)), halved
 
     def _extend_vectors(self, root: Root, wide_harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Return the left null vector (harmonics, seen) and force (harmonics, d) of a root, at harmonics beyond the matrix
-        too."""
+        """Return left null vector (wide, directions) and force (wide, d) of a root at harmonics beyond the matrix too.
+
+        wide_harmonics : (wide,) consecutive numbers about zero. The left vector follows from one step of the matrix itself.
+        """
         cut = hill_cut(self.problem, root.depth, self.order_max + int(wide_harmonics[-1]))
         push = self.block(root.theta, cut, wide_harmonics, columns=self.harmonics,
                           response=self._unit_response(wide_harmonics.size)) @ root.right
@@ -292,7 +322,10 @@ class HillSystem:
 
 
 def _chip_directions(problem: MillingProblem, response: HarmonicResponse) -> Array:
-    """Return the directions that change a chip's thickness and in which the tool moves; only the last ones are left out."""
+    """Return the indices of the directions that change a chip's thickness: x, y, and z of a tool with a corner radius.
+
+    Directions in which the tool does not move are left out where they are the last; the kernel needs an array without gaps.
+    """
     plane = response.plane
     motion = np.abs(plane.residues if plane.values is None else plane.values).max(axis=(0, 2))
     sides = plane.size if problem.tool.corner_radius > 0 else 2
@@ -300,14 +333,16 @@ def _chip_directions(problem: MillingProblem, response: HarmonicResponse) -> Arr
 
 
 def _forces_by_direction(cut: HillCut, n_directions: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return the force by the present vibration, by its rate, and by that of a delay ago, for the chip's directions: whole
-    arrays, as the kernel would be compiled for parts of larger ones too."""
+    """Return the force by the present vibration, by its rate, and by that of a delay ago, for the chip's directions.
+
+    The arrays are copied whole: for parts of larger ones the kernel would be compiled once more.
+    """
     now, drag, late = (np.ascontiguousarray(each[..., :n_directions]) for each in (cut.now, cut.drag, cut.late))
     return now, drag, late
 
 
 def _null_vectors(m: ComplexArray, start: tuple[ComplexArray, ComplexArray] | None) -> tuple[ComplexArray, ComplexArray]:
-    """Return the left and right eigenvectors of the eigenvalue nearest zero by inverse iteration."""
+    """Return the left and right eigenvectors (n,) of the eigenvalue nearest zero by inverse iteration, from `start`."""
     n = m.shape[0]
     factors, pivots, _ = zgetrf(m)
     # Newton's iteration may hit a root to the last digit: a zero pivot then stands for one of rounding's size, which gives

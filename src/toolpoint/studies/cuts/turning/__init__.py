@@ -1,1 +1,1 @@
-"""Turning: the direction of the chip, charts of widths, and doubts about measured lines."""
+"""Turning: the direction of chip thickness, stability charts of chip widths, and doubts about measured lines."""

@@ -1,4 +1,4 @@
-r"""Turning on a structure known in several directions: the oriented response, and the width stable at every speed."""
+r"""Turning on a structure known in several directions: the oriented response, and the chip width stable at every speed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from toolpoint.cutting.stability.hill.noise import NORMAL_95, line_variance
 from toolpoint.vibration import Modes
 from toolpoint.vibration.frf import Frf
 
-REAL_PART_LINES = 4000  # frequency lines of the search for the least real part
-WIDTH_RANGE_FACTOR = 10.0  # width of a chart over its lowest limit
-MAX_TURNING_WIDTH = 0.5  # m
-_DIRECTION_TOLERANCE = 1e-9  # of a unit vector
+REAL_PART_LINES = 4000  # even lines of the search for the least real part, beside 65 about every mode
+WIDTH_RANGE_FACTOR = 10.0  # largest width of a chart over the unconditional limit
+MAX_TURNING_WIDTH = 0.5  # m, largest width of any chart
+_DIRECTION_TOLERANCE = 1e-9  # of the length: a smaller component of n or f counts as zero
 _AXES = "xyz"
 
 
@@ -41,7 +41,7 @@ class UnconditionalLimit:
 
 
 def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
-    """Return a direction (3 floats) at length 1."""
+    """Return a direction (3,) at length 1; `name` is that of the argument in the error for a zero vector."""
     vector = floats(name, direction, (3,))
     length = float(np.linalg.norm(vector))
     if length <= 0:
@@ -52,11 +52,13 @@ def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
 def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, *, force: ArrayLike) -> PlaneDynamics:
     r"""Return the response of the chip thickness to the cutting force, :math:`n^T G f`, as the x of a PlaneDynamics.
 
+    The result has two directions, as every PlaneDynamics: all entries but (x, x) are zero.
+
     Parameters
     ----------
     response : Modes or Frf of one pose
-    labels : axis (x, y, z) to label
-        Of the directions that are known.
+    labels : mapping of axis (x, y, z) to label
+        The directions whose response is known.
     normal : (3,) floats
         n, the direction in which the chip is thick, from the work into the tool.
     force : (3,) floats
@@ -84,7 +86,8 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
 
     values = None if plane.values is None else along(plane.values)
     variance = None
-    if plane.variance is not None:  # of independent noise on every response
+    # Noise of the entries of G is taken as independent: variances add with the squares of n_i f_j.
+    if plane.variance is not None:
         variance = np.zeros((*plane.variance.shape[:-2], 2, 2))
         variance[..., 0, 0] = np.einsum("i,...ij,j->...", left**2, plane.variance, right**2)
     return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=variance)
@@ -93,7 +96,7 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
 def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> UnconditionalLimit:
     r"""Return the width that is stable at every speed: :math:`b = -1/(2 K_f \min \mathrm{Re}\, G)`.
 
-    There :math:`e^{-i\omega T} = 1 + 1/(K_f b G)`, which gives the speeds of the lobes' tips.
+    There :math:`e^{-i\omega T} = 1 + 1/(K_f b G)`, which gives the speeds of the lobes' tips; lobes : number of tips.
 
     Source: Tlusty, Polacek, The stability of the machine tool against self-excited vibration, ASME Int. Research in
     Production Engineering (1963) 465; Altintas, Manufacturing Automation, 2nd ed., section 4.2.
@@ -110,9 +113,10 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
 
 
 def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
-    """Return the error of the least real part as a share of it; zero for modes.
+    """Return the relative error of the least real part, of the line nearest to `frequency` (Hz); zero for modes.
 
-    It holds the noise of its line (95 %) and the difference to a parabola through it and its neighbours.
+    It is the noise of that line (95 %) plus the error of straight lines between the measured ones: an eighth of the second
+    difference, as for a parabola through the line and its neighbours.
     """
     if plane.is_modal:
         return 0.0
@@ -125,7 +129,7 @@ def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
 
 
 def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
-    """Return frequency (Hz) and value of the oriented response where its real part is least."""
+    """Return frequency (Hz) and value (m/N) of the oriented response where its real part is least."""
     def value(f: float) -> complex:
         return complex(plane.response(np.array([f]))[0, 0, 0])
 
@@ -138,6 +142,7 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
                                   np.linspace(0.2 * centre.min(), 3 * centre.max(), REAL_PART_LINES)]))
     f = f[f > 0]
     k = int(np.argmin(plane.response(f)[:, 0, 0].real))
+    # The least line brackets the least value; a minimiser alone may end at the minimum of another mode.
     ends = float(f[max(k - 1, 0)]), float(f[min(k + 1, f.size - 1)])
     minimum = scipy.optimize.minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded",
                                              options={"xatol": 1e-10 * ends[1]})
@@ -146,7 +151,10 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
 
 
 def width_range(problem: TurningProblem) -> float:
-    """Return a width (m) well above the lowest limit, for the range of a chart."""
+    """Return the largest width of a chart, m: ten times the unconditional limit, at most `MAX_TURNING_WIDTH`.
+
+    Where no real part is negative, the response at the lowest frequency stands in its place.
+    """
     least_real = _least_real(problem.plane)[1].real
     size = -least_real if least_real < 0 else float(np.abs(problem.plane.response(np.array([problem.plane.span[0]]))[0, 0, 0]))
     return float(min(MAX_TURNING_WIDTH, WIDTH_RANGE_FACTOR / (2 * problem.stiffness * positive("response", size))))

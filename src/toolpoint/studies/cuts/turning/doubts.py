@@ -10,12 +10,12 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.stability.hill.noise import line_variance
 
 _WHAT = "stable at every speed"
-# Share of a band's ends that counts as its edge; of the least real part by which neighbouring lines may leave a curve.
+# Edges of a band, over its first and last frequency; noise (one standard deviation) or bend of a line over the least real part.
 _TURNING_EDGE_FRACTION, _CURVE_TOLERANCE = 0.03, 0.05
 
 
 def band_note(plane: PlaneDynamics) -> str:
-    """Return the note on the band of measured lines."""
+    """Return a sentence with the measured band, Hz: modes outside it are not in the limits."""
     frequency_min, frequency_max = plane.span
     return (f"measured from {frequency_min:.4g} to {frequency_max:.4g} Hz: a mode outside this band, which may chatter at a "
             f"smaller width, is not "
@@ -35,6 +35,7 @@ def doubt_lines(plane: PlaneDynamics) -> list[Doubt]:
         return [*doubts, Doubt(_WHAT, "no line has a negative real part: every width is stable in this band alone",
                                "a wider band, or another direction, decides; check the sign of the response")]
     k = int(np.argmin(real))
+    # Half the variance of complex noise is that of its real part.
     noise = float(np.sqrt(line_variance(plane)[frequency > 0][k, 0, 0] / 2)) / -float(real[k])
     bend = float(real[k - 1] + real[k + 1] - 2 * real[k]) / 8 / -float(real[k]) if 0 < k < f.size - 1 else 0.0
     if max(noise, bend) > _CURVE_TOLERANCE:
@@ -47,7 +48,7 @@ def doubt_lines(plane: PlaneDynamics) -> list[Doubt]:
 
 
 def _question_edges(f: FloatArray, real: FloatArray, size: FloatArray) -> list[Doubt]:
-    """Return doubts about a response that falls or grows on beyond the measured band."""
+    """Return a doubt where the least real part (m/N) or the largest magnitude lies at an edge of the measured band (f, Hz)."""
     edge_min, edge_max = f[0] * (1 + _TURNING_EDGE_FRACTION), f[-1] * (1 - _TURNING_EDGE_FRACTION)
     least_frequency, largest_frequency = float(f[int(np.argmin(real))]), float(f[int(np.argmax(size))])
     if not edge_min < least_frequency < edge_max:

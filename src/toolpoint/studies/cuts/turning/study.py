@@ -24,8 +24,8 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 
 HEADER = ("", "rev/min", "width mm", "")
-LATHE_SPEED_GRID = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
-MAX_WIDTH_DOUBLINGS = 4  # of a chart without limits
+LATHE_SPEED_GRID = (300.0, 6000.0, 400)  # least and largest rev/min of a usual lathe, number of speeds of every chart
+MAX_WIDTH_DOUBLINGS = 4  # of the largest width, until half of the speeds have a limit
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,9 @@ class TurningCut:
     """An orthogonal cut, SI.
 
     cutting : K_f along the thickness of the chip, Pa; tangential : K_t along the cutting speed, Pa; normal : direction in which
-    the chip is thick, from the work into the tool; velocity : direction in which the work moves past the edge (None: y).
+    the chip is thick, from the work into the tool (None: the first known direction of the dynamics); velocity : direction in
+    which the work moves past the edge (None: y); process_damping : C, N/m, which needs cutting_speed (m/s, at every spindle
+    speed) or diameter (m, the speed being pi D n).
 
     Examples
     --------
@@ -70,7 +72,7 @@ class TurningStudy(NotebookText):
         return replace(self, chart=replace(self.chart, notes=tuple(dict.fromkeys([*notes, *self.chart.notes]))))
 
     def rows(self) -> list[list[str]]:
-        """Return rows (what, rev/min, mm, remark) of the limits and the best cut."""
+        """Return rows (what, rev/min, width in mm, remark) of the limits and the best cut, all as text; see `HEADER`."""
         chart, limit = self.chart, self.limit
         rows = []
         if limit is not None and self.withheld:
@@ -136,6 +138,7 @@ class TurningStudy(NotebookText):
         return float(self.chart.limit_error[index]) if np.isfinite(self.chart.limit[index]) else None
 
     def _coupling(self) -> dict[str, float] | None:
+        """Return width and frequency of mode coupling as plain data, None where no width couples the modes."""
         if self.coupling is None or not np.isfinite(self.coupling.depth):
             return None
         return {"width_m": self.coupling.depth, "frequency_hz": self.coupling.frequency}
@@ -144,14 +147,15 @@ class TurningStudy(NotebookText):
 def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | None = None) -> TurningStudy:
     """Return the stability chart of a turning cut on these dynamics, wide enough to show limits.
 
-    speeds : rev/min; those of the machine's cut, or a lathe's usual ones, where left out.
+    speeds : rev/min; where left out, 400 over the range of the machine's cut, or of a usual lathe. The largest width is doubled
+    until half of the speeds have a limit, at most `MAX_WIDTH_DOUBLINGS` times.
     """
     problem, assumed = build_turning(dynamics, cut)
     described = None if dynamics.machine is None else dynamics.machine.description.cutting
     n = speeds if speeds is not None else np.linspace(*(described.speeds if described else LATHE_SPEED_GRID[:2]),
                                                       LATHE_SPEED_GRID[2])
     chart = stability.chart(problem, n, None, depth_max=width_range(problem))
-    # A chart should show limits at half of its speeds at least: else it is widened.
+    # Ten times the unconditional limit may lie below most lobes of a lightly damped structure.
     for _ in range(MAX_WIDTH_DOUBLINGS):
         if np.isfinite(chart.limit).mean() >= 0.5:
             break
@@ -172,7 +176,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
 
 
 def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
-    """Return the turning problem of a cut on these dynamics, and the assumptions."""
+    """Return the turning problem of a cut on these dynamics, and the assumptions as sentences."""
     labels, notes = _labels(dynamics)
     normal = unit_vector("`direction`", cut.normal or _axis(next(iter(labels))))
     force, notes = normal, list(notes)
@@ -190,7 +194,10 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
 
 
 def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
-    """Return axis to label of the known directions at the cutting point; a lone response is that of its axis."""
+    """Return axis (x, y, z) to label of the known directions at the cutting point, and notes.
+
+    Where the first label is not along x it is taken as x, and no other direction is looked for.
+    """
     if Dof.parse(dynamics.x).direction[1:] != "x":
         return {"x": dynamics.x}, [f"{dynamics.x} is taken as x"]
     z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z
@@ -199,14 +206,17 @@ def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
 
 
 def _error_words(width: float, error: float) -> str:
+    """Return the error of a width, m, in mm with a comma behind it; nothing for an infinite width."""
     return f"± {1e3 * error:.2g} mm, " if np.isfinite(width) else ""
 
 
 def _axis(name: str) -> tuple[float, float, float]:
+    """Return the unit vector of an axis."""
     return (float(name == "x"), float(name == "y"), float(name == "z"))
 
 
 def _vector(direction: Sequence[float] | FloatArray) -> str:
+    """Return a direction as text: its axis with a sign, or three numbers."""
     parts = np.asarray(direction, float)
     for k, name in enumerate("xyz"):
         if abs(abs(parts[k]) - 1) < 1e-9:

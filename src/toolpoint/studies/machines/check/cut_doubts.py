@@ -10,6 +10,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.machines.check.ranges import question_range
 
+# Usual ranges, each with its unit: a number beyond is doubted, never refused.
 COEFFICIENT_RANGES = {"tangential": (5e7, 1e10, "Pa"), "normal": (5e6, 1e10, "Pa"), "axial": (5e6, 1e10, "Pa")}
 EDGE_COEFFICIENT_RANGE = (50.0, 3e5, "N/m")
 NORMAL_TO_TANGENTIAL_RANGE = (0.03, 2.0)  # normal over tangential coefficient
@@ -17,16 +18,17 @@ DIAMETER_RANGE = (2e-4, 0.6, "m")
 MAX_FEED_RATIO, MIN_FEED_RATIO = 0.15, 2e-4  # feed per tooth over the diameter; of tools above 1 mm
 FLUTE_LENGTH_RATIO_RANGE = (0.2, 20.0)  # length of the edges over the diameter
 HELIX_ANGLE_RANGE = (2.0, 65.0)  # degrees, of a tool that has one
-CUTTING_SPEED_RANGE = (0.02, 150.0)  # m/s at the highest speed: tough alloys with large tools, light metal with small ones
+CUTTING_SPEED_RANGE = (0.02, 150.0)  # m/s at the highest spindle speed: from tough alloys to light metal
 SPINDLE_SPEED_RANGE = (20.0, 2e5)  # rev/min, of the highest speed
 
 
 def question_cut(cut: CuttingDescription) -> tuple[Doubt, ...]:
-    """Return doubts about the numbers of a cut that are possible and hardly meant."""
+    """Return doubts about numbers of a cut that are possible but probably in another unit."""
     return (*_question_coefficients(cut), *_question_tool(cut), *_question_speeds(cut))
 
 
 def _question_coefficients(cut: CuttingDescription) -> Iterator[Doubt]:
+    """Yield doubts about cutting and edge coefficients beyond their ranges, and about normal over tangential."""
     k = cut.coefficients
     said = list[Doubt]()
     for key, bounds in COEFFICIENT_RANGES.items():
@@ -46,6 +48,7 @@ def _question_coefficients(cut: CuttingDescription) -> Iterator[Doubt]:
 
 
 def _question_tool(cut: CuttingDescription) -> Iterator[Doubt]:
+    """Yield doubts about diameter, helix, feed, edge length and runout; the diameter alone where that is doubted."""
     tool = cut.tool
     odd = list(question_range("cutting.diameter", tool.diameter, DIAMETER_RANGE))
     yield from odd
@@ -64,12 +67,14 @@ def _question_tool(cut: CuttingDescription) -> Iterator[Doubt]:
         FLUTE_LENGTH_RATIO_RANGE[1]):
         yield Doubt("cutting.flute_length", f"{1e3 * tool.flute_length:.4g} mm on a tool of {1e3 * tool.diameter:.4g} mm",
                     "check its unit", figure=tool.flute_length / tool.diameter)
+    # No tool is run with more than 2 % of its diameter, or 0.1 mm of a small one: the unit has slipped.
     if tool.runout > max(0.02 * tool.diameter, 1e-4):
         yield Doubt("cutting.runout", f"{1e6 * tool.runout:.4g} um on a tool of {1e3 * tool.diameter:.4g} mm", "check its unit",
                     figure=tool.runout / tool.diameter)
 
 
 def _question_speeds(cut: CuttingDescription) -> Iterator[Doubt]:
+    """Yield a doubt about the highest spindle speed, or about the cutting speed that it gives a usual diameter."""
     highest = max(cut.speeds)
     fastest = np.pi * cut.tool.diameter * highest / 60
     if not SPINDLE_SPEED_RANGE[0] <= highest <= SPINDLE_SPEED_RANGE[1]:

@@ -12,21 +12,25 @@ from toolpoint.studies.machines.check.robot_doubts import question_whole_robot
 from toolpoint.studies.machines.check.size_doubts import angle_slip
 
 MIN_BENDING_TO_TORSION, MAX_BENDING_TO_TORSION = 0.3, 200.0  # stiffness of a reducer against bending over that against torsion
-MAX_REDUCER_RATIO = 100.0  # stiffness below the smallest or above the largest of the other reducers
-MIN_TABLE_SLIPS = 3  # angles of another unit from which the whole table is doubted
-MAX_DAMPING_TIME_RATIO = 60.0  # damping over torsion beside the other reducers, which differ by a few times
-MAX_DAMPER_TO_SPRING_MOMENT = 2.0  # at 10 Hz
+MAX_REDUCER_RATIO = 100.0  # times that a stiffness may be below the smallest, or above the largest, of the other reducers
+MIN_TABLE_SLIPS = 3  # angles in degrees taken as rad: from here on the whole table is doubted, not each angle
+MAX_DAMPING_TIME_RATIO = 60.0  # damping over torsion (s) against the other reducers, which differ by a few times
+MAX_DAMPER_TO_SPRING_MOMENT = 2.0  # moment of the damper over that of the spring of a reducer, at 10 Hz
 MIN_REDUCER_TORSION, MAX_REDUCER_TORSION = 100.0, 5e7  # N m/rad of a reducer's torsion: wrists of some kg, bases of some t
 
 
 def question_datasheet(sheet: RobotDatasheet) -> tuple[Doubt, ...]:
-    """Return doubts about the numbers of a datasheet that are possible and hardly meant."""
+    """Return doubts about numbers of a datasheet that are possible but probably in another unit.
+
+    Table and reducers come first; the robot as a whole is questioned only where these raise no doubt.
+    """
     parts = (*_question_table(sheet), *_question_reducers(sheet))
     # What a part explains is not said of the whole again.
     return parts or tuple(question_whole_robot(sheet))
 
 
 def _question_table(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    """Yield doubts about angles, travel and lengths of the Denavit-Hartenberg table."""
     angles = {f"axes.{axis.name}.{key}": float(getattr(axis, key)) for axis in sheet.axes for key in ("alpha", "theta")}
     slips = {path: words for path, angle in angles.items() if (words := angle_slip(abs(angle)))}
     turned = sum(angle != 0 for angle in angles.values())
@@ -40,6 +44,7 @@ def _question_table(sheet: RobotDatasheet) -> Iterator[Doubt]:
             yield Doubt(path, f"{angles[path]:.5g} rad ({np.degrees(angles[path]):.5g} degrees), {words}",
                         "write its unit: -90 deg", figure=angles[path])
     for axis in sheet.axes:
+        # No axis of a robot travels so little: its limits are in another unit.
         if axis.upper - axis.lower < np.radians(10):
             yield Doubt(f"axes.{axis.name}", f"travels {np.degrees(axis.upper - axis.lower):.3g} degrees",
                         "check the unit of lower and upper", figure=axis.upper - axis.lower)
@@ -50,6 +55,7 @@ def _question_table(sheet: RobotDatasheet) -> Iterator[Doubt]:
 
 
 def _question_reducers(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    """Yield doubts about torsion, bending and damping of each reducer, beside the others and by themselves."""
     rows = {name: {"torsion": float(part.torsion[0]), "bending": float(part.bending or 0.0)}
             for name, part in sheet.catalogue.items()}
     for name, row in rows.items():
@@ -63,6 +69,7 @@ def _question_reducers(sheet: RobotDatasheet) -> Iterator[Doubt]:
                             "check its unit (10^4 N m/rad is 1e4)", figure=factor)
         ratio = row["bending"] / row["torsion"]
         if not said and not MIN_BENDING_TO_TORSION <= ratio <= MAX_BENDING_TO_TORSION:
+            # Of two numbers that contradict each other, the torsion is doubted where it is no reducer's.
             key = ("bending" if ratio < MIN_BENDING_TO_TORSION or MIN_REDUCER_TORSION <= row["torsion"] <= MAX_REDUCER_TORSION
                    else "torsion")
             yield Doubt(f"{path}.{key}", f"bending of {row['bending']:.4g} beside a torsion of {row['torsion']:.4g} N m/rad is "

@@ -13,11 +13,11 @@ from toolpoint.machine.description.elastic import ElasticDescription, ElasticMat
 
 MAX_MATERIAL_MODULUS, MIN_MATERIAL_MODULUS = 1e12, 1e8  # Pa: above diamond, below soft plastics
 MIN_MATERIAL_DENSITY = 20.0  # kg/m^3: below foam
-MIN_ELEMENTS_PER_WAVE = 2.0  # quadratic elements in a shear wave at the band; bending waves are shorter still
+MIN_ELEMENTS_PER_WAVE = 2.0  # quadratic elements in a shear wave at the highest frequency of the band
 
 
 def question_elastic_bodies(machine: Machine) -> list[Doubt]:
-    """Return doubts about the materials and meshes of elastic bodies, and about motions without stiffness."""
+    """Return doubts about materials and meshes of elastic bodies, and about motions at 0 Hz of a machine that has some."""
     lines = list[Doubt]()
     for name, body in machine.description.bodies.items():
         part = body.elastic or body.solid
@@ -31,6 +31,7 @@ def question_elastic_bodies(machine: Machine) -> list[Doubt]:
 
 
 def _question_material(path: str, material: ElasticMaterial) -> Iterator[Doubt]:
+    """Yield doubts about modulus and density of a material; path : its place in the machine file."""
     if not MIN_MATERIAL_MODULUS <= material.modulus <= MAX_MATERIAL_MODULUS:
         word = "stiffer than diamond" if material.modulus > MAX_MATERIAL_MODULUS else "softer than plastic"
         yield Doubt(f"{path}.modulus", f"{material.modulus:.3g} Pa, {word}", "check its unit (a number without one is in Pa)",
@@ -41,7 +42,7 @@ def _question_material(path: str, material: ElasticMaterial) -> Iterator[Doubt]:
 
 
 def _question_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[Doubt]:
-    """Doubt an element size that holds too few elements a wave of the slowest material at the band."""
+    """Yield a doubt where the shortest shear wave of all materials, at the end of the band, holds too few elements."""
     if part.mesh_size is None:
         return
     waves = {name: np.sqrt(m.modulus / (2 * (1 + m.poisson) * m.density)) / part.band for name, m in part.materials.items()}
@@ -54,7 +55,10 @@ def _question_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[
 
 
 def _question_mechanisms(machine: Machine) -> Iterator[Doubt]:
-    """Doubt motions at 0 Hz of machines with elastic bodies at their reference pose, named by their joint."""
+    """Yield a doubt for each motion at 0 Hz at the reference pose, of the twelve lowest modes, named by its joint.
+
+    Asked of machines with elastic bodies only.
+    """
     if not any(body.modal_count for body in machine.bodies):
         return
     try:

@@ -1,4 +1,4 @@
-"""Doubts about laws of joints that stay constant while the machine moves or spins; `check` prints them, nothing is refused."""
+"""Doubts about laws of joints whose stiffness stays constant while the machine moves or spins."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import JointDescription, MachineDescription
 from toolpoint.machine.parts.laws import driven_ways
 
-SPIN_SPEED_TOLERANCE = 0.02  # of the shaft's speed
+SPIN_SPEED_TOLERANCE = 0.02  # difference of a bearing's speed from its shaft's, over the latter
 
 
 def question_laws(machine: Machine) -> list[Doubt]:
-    """Return doubts about screws that do not follow the axis along them, and bearings at another speed than their shaft."""
+    """Return doubts about ball screws whose nut stays while an axis moves, and bearings at another speed than their shaft."""
     description = machine.description
     lines: list[Doubt] = []
     for name, joint in description.joints.items():
@@ -32,7 +32,7 @@ def question_laws(machine: Machine) -> list[Doubt]:
 
 
 def _relative_spin(description: MachineDescription, joint: JointDescription) -> float:
-    """Return the speed of one body of a joint to the other, rev/min."""
+    """Return the speed of the child against the parent of a joint, rev/min, not negative; the ground stands still."""
     speeds = [0.0 if (body := description.bodies.get(name)) is None or body.spin is None else body.spin.speed
               for name in (joint.parent, joint.child)]
     return abs(speeds[1] - speeds[0]) * 30 / np.pi

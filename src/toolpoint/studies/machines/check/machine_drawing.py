@@ -11,6 +11,7 @@ from toolpoint.machine.description import GROUND, AxisDescription, JointDescript
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.machine.parts.model import Machine
 
+# Order in which the directions of a joint are named.
 DIRECTION_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -32,6 +33,10 @@ def draw_chain(machine: Machine) -> tuple[str, ...]:
 
 def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mapping[str, list[str]], parent: str, depth: int
               ) -> Iterator[str]:
+    """Yield the lines of the tree above a body, each indented by its depth, from the ground at 0.
+
+    carried : body to the joints that it carries; points : body to the names of its points.
+    """
     for name in carried.get(parent, ()):
         joint = machine.description.joints[name]
         lead = "   " * depth + f"{name} ({joint_words(machine, name)}): "
@@ -45,7 +50,10 @@ def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mappin
 
 
 def body_words(machine: Machine, name: str) -> str:
-    """Return mass and size of a body in words; the size is that of the box with its moments of inertia where none is drawn."""
+    """Return mass (kg) and size (m) of a body in words, with its spin and its kind.
+
+    Without a drawn shape the size is that of the box of equal mass and inertia, and marked ``about``.
+    """
     link, body = machine.body_names.index(name), machine.description.bodies[name]
     mass = machine.bodies[link].mass
     shape = body.draw or body.shape
@@ -58,7 +66,7 @@ def body_words(machine: Machine, name: str) -> str:
 
 
 def joint_words(machine: Machine, name: str) -> str:
-    """Return what a joint does: the directions that it springs in, leaves free, and is driven in."""
+    """Return the directions of a joint in words: those with springs, free ones, and driven ones with their axis."""
     joint = machine.description.joints[name]
     springs = _springs(joint)
     free = [way for way in DIRECTION_NAMES if way in joint.free]
@@ -71,6 +79,7 @@ def joint_words(machine: Machine, name: str) -> str:
 
 
 def _springs(joint: JointDescription) -> str:
+    """Return the directions with springs, or where the stiffness comes from: a law or a whole matrix."""
     if joint.law is not None:
         extra = f" and {' '.join(joint.stiffness)}" if joint.stiffness else ""
         return f"by the law of its kind{extra}"
@@ -92,6 +101,7 @@ def describe_travel(machine: Machine) -> tuple[str, ...]:
 
 
 def _describe_drives(machine: Machine, axis: AxisDescription) -> str:
+    """Return which bodies an axis moves, and along or about which direction of which joint."""
     joints = machine.description.joints
     words = []
     for drive in axis.moved:
@@ -103,7 +113,10 @@ def _describe_drives(machine: Machine, axis: AxisDescription) -> str:
 
 
 def describe_assumed(machine: Machine) -> tuple[str, ...]:
-    """Return what a result of this file rests on beside its numbers: what it leaves out, and where its numbers are from."""
+    """Return the assumptions of a machine file, a line each, and a line on where its numbers come from.
+
+    Assumptions are rigid joints, damping, gravity, tool and work, and those that the file states itself.
+    """
     description = machine.description
     rigid = [name for name, joint in description.joints.items() if joint_words(machine, name).startswith("rigid")]
     lines = [f"assumed: {', '.join(rigid)}: rigid but for what is driven" if len(rigid) > 1 else
@@ -131,10 +144,12 @@ def describe_assumed(machine: Machine) -> tuple[str, ...]:
 
 
 def _is_damped(joint: JointDescription) -> bool:
+    """Whether a joint states damping of any kind."""
     return bool(joint.damping or joint.loss_factor) or joint.damping_matrix is not None
 
 
 def _sources(machine: Machine) -> list[str]:
+    """Return a line with the number of bodies and joints for each source."""
     description = machine.description
     sources = [body.source for body in description.bodies.values()] + [joint.source for joint in description.joints.values()]
     counts = Counter(source or "of unstated source" for source in sources)

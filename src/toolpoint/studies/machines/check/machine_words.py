@@ -29,11 +29,13 @@ def describe_motion(machine: Machine) -> tuple[str, ...]:
 
 
 def _loop_lines(machine: Machine) -> list[str]:
+    """Return lines on loops, passive and idle motions, the reference pose and task coordinates; none without loops."""
     chain = machine.chain
     if not isinstance(chain, ClosedChain) or not chain.loops:
         return []
     passive = [chain.step_name(k) for k in chain.passive_steps]
     condition = pose_condition(chain, {})
+    # Passive motions that the closure does not determine are the nullity of its Jacobian.
     rate = chain.closure.evaluate(np.asarray(chain.start), {})[1][0] @ chain.closure.unknowns
     idle = len(passive) - (int(np.linalg.matrix_rank(rate)) if passive else 0)
     lines = [f"loops: {', '.join(loop.name for loop in chain.loops)}; solved at every pose: {', '.join(passive) or 'nothing'}; "

@@ -16,16 +16,16 @@ from toolpoint.machine.description import GROUND
 from toolpoint.machine.description.extent import body_span
 from toolpoint.studies.machines.check.machine_doubts import gives_way
 
-# component of direction that the axis name stands for (ISO 841)
+# Index of the machine's x, y or z along which an axis of this name moves (ISO 841).
 LINEAR_AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2, "U": 0, "V": 1, "W": 2}
 MAX_TIP_BODY_RATIO = 1.5  # distance of a tool's tip from its body, over the length of that body
-MAX_TIP_MACHINE_RATIO = 0.2  # the same distance over the size of the machine; both must be passed
-MIN_INSIDE_FRACTION = 0.1  # of a carrying body's half size, by which a tip is inside it
-MIN_OWN_INSIDE_FRACTION = 0.25  # the same of the tip's own body, which may be drawn with its tool
-MAX_UNREACHED_RATIO = 0.2  # distance of tip and work that travel leaves, over the machine's size: as tall may a work be
+MAX_TIP_MACHINE_RATIO = 0.2  # the same distance over the size of the machine; doubted where both are exceeded
+MIN_INSIDE_FRACTION = 0.1  # depth of a tip inside the box of a body that carries it, over the half size of that
+MIN_OWN_INSIDE_FRACTION = 0.25  # the same in the tip's own body, which may be drawn together with its tool
+MAX_UNREACHED_RATIO = 0.2  # distance of tip and table that travel cannot close, over the machine's size: height of a work
 MAX_JOINT_DISTANCE_RATIO = 0.6  # distance of a body's box from its nearest joint, over the body's length
 MAX_TRAVEL_RATIO = 1.0  # travel of a linear axis over the lengths of both bodies together
-Span = tuple[FloatArray, FloatArray]
+Span = tuple[FloatArray, FloatArray]  # centre and half size (3,) of a body's box along the machine's axes, m
 
 
 def question_places(machine: Machine) -> list[Doubt]:
@@ -38,17 +38,19 @@ def question_places(machine: Machine) -> list[Doubt]:
 
 
 def _place_of_point(machine: Machine, point: str) -> tuple[str, FloatArray]:
+    """Return the body of a point, and its place (3,) at the reference pose in the machine frame, m."""
     described = machine.description.points[point]
     frame = np.eye(4) if described.body == GROUND else machine.body_frames[machine.link(described.body)]
     return described.body, frame[:3, :3] @ np.array(described.at) + frame[:3, 3]
 
 
 def _distance_outside(place: FloatArray, span: Span) -> float:
+    """Return the distance of a place from a box, m; 0 inside."""
     return float(np.linalg.norm(np.maximum(0.0, np.abs(place - span[0]) - span[1])))
 
 
 def _question_tip(machine: Machine, spans: Mapping[str, Span]) -> Iterator[Doubt]:
-    """Doubt the tip of the tool: one of its remarks, the plainest first."""
+    """Yield at most one doubt about the tip of the tool: far off its body, inside a carrying body, or out of reach."""
     name = machine.description.tool
     if name is None or machine.description.points[name].interface is not None or len(spans) < 2:
         return
@@ -76,7 +78,7 @@ def _question_tip(machine: Machine, spans: Mapping[str, Span]) -> Iterator[Doubt
 
 
 def _carriers(machine: Machine, body: str) -> Iterator[str]:
-    """Yield the bodies that carry a body, but not what carries the work too."""
+    """Yield the bodies between a body and the ground, except those that carry the work too."""
     def ancestors(start: str) -> list[str]:
         chain, link = list[str](), machine.chain.parents[machine.link(start)]
         while link >= 0:
@@ -90,7 +92,10 @@ def _carriers(machine: Machine, body: str) -> Iterator[str]:
 
 
 def _unreachable_distance(machine: Machine, tip: FloatArray, size: float) -> float:
-    """Return the distance between tip and work that no linear axis covers, m; 0 where the machine is not one of linear axes."""
+    """Return the distance between tip (3,) and table that travel of the linear axes cannot close, m.
+
+    It is 0 where not known: without a table, with less than two linear axes, or with one of another name than X to W.
+    """
     table, axes = machine.description.table, machine.chain.axes
     linear = {axis.name: axis for axis in axes if not axis.is_rotary and axis.name in LINEAR_AXIS_INDEX
               and axis.name in machine.description.axes and np.isfinite([axis.lower, axis.upper]).all()}
@@ -105,7 +110,10 @@ def _unreachable_distance(machine: Machine, tip: FloatArray, size: float) -> flo
 
 
 def _question_held_bodies(machine: Machine, spans: Mapping[str, Span]) -> Iterator[Doubt]:
-    """Doubt bodies whose drawn box is far from every joint that has a place and holds them."""
+    """Yield doubts about bodies whose drawn box is far from every joint that holds them.
+
+    Bodies with a joint that states no place, or that is rigid, are left out.
+    """
     joints = machine.description.joints.values()
     for name, span in spans.items():
         around = [joint for joint in joints if name in (joint.parent, joint.child)]
@@ -120,7 +128,7 @@ def _question_held_bodies(machine: Machine, spans: Mapping[str, Span]) -> Iterat
 
 
 def _question_slides(machine: Machine, spans: Mapping[str, Span]) -> Iterator[Doubt]:
-    """Doubt travel beyond both lengths along the axis: at its ends the carriage would be off its rail."""
+    """Yield doubts about travel longer than both bodies of the joint together: at its ends one would be off the other."""
     description = machine.description
     for axis in machine.chain.axes:
         if axis.is_rotary or axis.name not in LINEAR_AXIS_INDEX or axis.name not in description.axes:

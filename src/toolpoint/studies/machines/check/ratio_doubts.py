@@ -1,7 +1,8 @@
 """Doubts about springs a factor of ten off: directions of one joint that do the same work, and drives with each other.
 
 A turning stiffness follows from the same springs as the stiffness along: K_r = sum(k_j r_k^2 + k_k r_j^2) over the contact.
-With the size of the smaller body as lever, directions of one joint lie within a factor of three, a slip of ten does not.
+With the size of the smaller body as lever, the directions of one joint lie within a factor of three of each other. A slip of
+one decimal place does not. Joints with elastic bodies are left out.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, JointDescription
 from toolpoint.machine.description.extent import body_span
 
-MAX_TURNING_RATIO = 3.5  # times, stiffness about one direction beside the others, as it stands and with the size of the bodies
-MAX_FOOT_RATIO = 6.0  # times, the same for joints to the ground: levelling elements differ more (published: 5.2)
-MAX_DRIVEN_TURN_RATIO = 1.5  # times, a driven turn's stiffness beside the stiffest other of its joint
-MAX_GUIDE_RATIO = 5.0  # times, stiffness along one direction that no axis drives beside the others of its joint
-MIN_RATIO_TO_OTHER_JOINTS = 1.6  # times, the same value beside the median of all other joints, to the same side
-MAX_DRIVE_RATIO = 4.0  # times, stiffness of one linear drive beside the others of the machine
-MAX_DRIVE_TO_GUIDE_RATIO = 2.0  # times, a drive beside the guides of the same joint
+MAX_TURNING_RATIO = 3.5  # turning stiffness over the mean of the others of its joint, both as stated and over that of edges
+MAX_FOOT_RATIO = 6.0  # the same, and `MAX_GUIDE_RATIO`, for joints to the ground: levelling elements reach 5.2 (published)
+MAX_DRIVEN_TURN_RATIO = 1.5  # stiffness of a driven rotation over the stiffest other rotation of its joint
+MAX_GUIDE_RATIO = 5.0  # stiffness along a direction that no axis drives, over the mean of the others of its joint
+MIN_RATIO_TO_OTHER_JOINTS = 1.6  # the same stiffness over the median of all other joints, which must be to the same side
+MAX_DRIVE_RATIO = 4.0  # stiffness of a linear drive over the mean of the others of the machine
+MAX_DRIVE_TO_GUIDE_RATIO = 2.0  # stiffness of a linear drive over the stiffest guide direction of its joint
 TRANSLATION_NAMES = ("x", "y", "z")
 
 
 def question_ratios(machine: Machine) -> list[Doubt]:
-    """Return doubts about stiffness that directions of the same kind contradict: about, along and driven."""
+    """Return doubts about stiffness far from that of other directions: rotations, driven rotations, guides, drives."""
     description = machine.description
     driven = _driven_directions(machine)
     lines, drives, guides = list[Doubt](), dict[str, float](), dict[str, dict[str, float]]()
@@ -46,6 +47,7 @@ def question_ratios(machine: Machine) -> list[Doubt]:
 
 
 def _driven_directions(machine: Machine) -> Mapping[str, set[str]]:
+    """Return joint to its driven directions, without sign; an empty set for a joint without drives."""
     driven = defaultdict[str, set[str]](set)
     for axis in machine.description.axes.values():
         for drive in axis.moved:
@@ -54,7 +56,10 @@ def _driven_directions(machine: Machine) -> Mapping[str, set[str]]:
 
 
 def _question_turning(machine: Machine, name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
-    """Doubt the turning stiffness that is far from the others of its joint, both as it stands and with the bodies' size."""
+    """Yield a doubt about the turning stiffness farthest from the others of its joint, by itself and over that of edges.
+
+    driven : driven directions of the joint, which are left out here.
+    """
     ways = [way for way in ("rx", "ry", "rz") if joint.stiffness.get(way, 0.0) > 0
             and way not in driven and way not in _spin_directions(machine, joint)]
     if len(ways) < 2:
@@ -77,7 +82,7 @@ def _question_turning(machine: Machine, name: str, joint: JointDescription, driv
 
 
 def _question_driven_turns(name: str, joint: JointDescription, driven: set[str]) -> Iterator[Doubt]:
-    """Doubt a driven turn stiffer than its bearing: gears and reducers in a row are softer than what leads them."""
+    """Yield doubts about driven rotations stiffer than their bearing: gears and reducers in a row are softer."""
     turns = {way: float(value) for way, value in joint.stiffness.items() if "r" in way and value > 0}
     led = [value for way, value in turns.items() if way not in driven]
     for way in sorted(driven & turns.keys()):
@@ -88,13 +93,16 @@ def _question_driven_turns(name: str, joint: JointDescription, driven: set[str])
 
 
 def _spin_directions(machine: Machine, joint: JointDescription) -> set[str]:
-    """Return the turn about a round body's own axis: bearings and centres hold it in their own way."""
+    """Return the rotations about the axes of cylindrical bodies: what holds them there is no guide."""
     shapes = [machine.description.bodies[body].shape for body in (joint.parent, joint.child) if body != GROUND]
     return {"r" + shape.axis for shape in shapes if shape is not None and shape.kind == "cylinder"}
 
 
 def _edge_stiffness(machine: Machine, joint: JointDescription, way: str) -> float:
-    """Return the turning stiffness that springs along would have at the edges of the smaller body, N m/rad; 1 without any."""
+    """Return the turning stiffness of the joint's translational springs at the edges of the smaller body, N m/rad.
+
+    way : ``rx``, ``ry`` or ``rz``. It is 1 where one of the two translations has no stiffness.
+    """
     links = [machine.link(body) for body in (joint.parent, joint.child) if body != GROUND]
     halves = [body_span(machine.description.bodies[machine.body_names[i]], machine.body_frames[i], machine.bodies[i].mass)[1]
               for i in links]
@@ -105,12 +113,15 @@ def _edge_stiffness(machine: Machine, joint: JointDescription, way: str) -> floa
 
 
 def _difference_from_others(logs: FloatArray) -> FloatArray:
-    """Return how far each logarithm is from the mean of the others."""
+    """Return each logarithm (n,) less the mean of the others: the logarithm of its ratio to their geometric mean."""
     return logs - (logs.sum() - logs) / (len(logs) - 1)
 
 
 def _question_guides(guides: Mapping[str, Mapping[str, float]], feet: set[str]) -> Iterator[Doubt]:
-    """Doubt the direction far from the others of its joint and, to the same side, from other joints."""
+    """Yield doubts about directions far from the others of their joint and, to the same side, from other joints.
+
+    guides : joint to direction to stiffness, N/m, without driven directions; feet : joints to the ground.
+    """
     for name, joint_stiffness in guides.items():
         max_ratio = MAX_FOOT_RATIO if name in feet else MAX_GUIDE_RATIO
         other_logs = [np.log(value) for other, row in guides.items() if other != name for value in row.values()]
@@ -132,7 +143,10 @@ def _question_guides(guides: Mapping[str, Mapping[str, float]], feet: set[str]) 
 
 
 def _question_drives(drives: Mapping[str, float], guides: Mapping[str, Mapping[str, float]]) -> Iterator[Doubt]:
-    """Doubt a drive far from all others, or stiffer than the guides that lead it."""
+    """Yield doubts about drives far from all others, or stiffer than the guides of their joint.
+
+    drives : path in the machine file to stiffness, N/m; guides : as of `_question_guides`.
+    """
     for path, value in drives.items():
         others = [other for place, other in drives.items() if place != path]
         middle = float(np.exp(np.mean(np.log(others)))) if others else value

@@ -17,11 +17,13 @@ from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.pose_words import pose_words
 
 REDUCTION_MODE_COUNT = 6  # modes estimated at every pose
-SLIDE_TOLERANCE = 1e-4  # m, of a joint beside the line of its slide
+SLIDE_TOLERANCE = 1e-4  # m, distance of a joint from the line of its slide
 
 
 def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
-    """Return doubts about ends of travel beyond elastic bodies, and the pose with the largest reduction error: doubt or line.
+    """Return doubts, and a remark on the pose with the largest reduction error unless that is a doubt itself.
+
+    Doubted are ends of travel beyond an elastic body, and joints that leave the line of their slide.
 
     Asked at the reference pose, the described poses, and both ends of every axis (alone, where no loop has to follow).
     """
@@ -48,7 +50,10 @@ def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, 
 
 
 def _question_slides(machine: Machine, axis: str, pose: dict[str, float]) -> list[Doubt]:
-    """Return doubts about joints that an axis moves sideways off a slide: the point of the body is kept, on a longer arm."""
+    """Return doubts about joints that an axis moves sideways off a slide of an elastic body.
+
+    The reduced body keeps its point on the line of the slide, so the force would act there over a rigid arm.
+    """
     reference_placement, placement = place_machine(machine, {}), place_machine(machine, pose)
     lines = []
     for i, name in enumerate(machine.joint_names):
@@ -68,7 +73,10 @@ def _question_slides(machine: Machine, axis: str, pose: dict[str, float]) -> lis
 
 
 def _poses_of_use(machine: Machine) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield poses, each with the axis whose end it is."""
+    """Yield (axis, pose): the reference pose and the described ones with an empty name, then the ends of every axis.
+
+    Axes of a closed chain are left out, as loops would have to follow.
+    """
     yield "", {}
     for pose in machine.description.poses:
         yield "", dict(pose)

@@ -21,10 +21,10 @@ from toolpoint.machine.robot.model import calibrate_density, rigid_members, robo
 from toolpoint.vibration import eigen
 
 MIN_ARM_AXES = 3  # turning axes, each on the one before: from here on a chain is an arm
-MIN_FREQUENCY_LENGTH, MAX_FREQUENCY_LENGTH = 4.0, 80.0  # Hz m, first frequency times the length of the arm
+MIN_FREQUENCY_LENGTH, MAX_FREQUENCY_LENGTH = 4.0, 80.0  # Hz m, first frequency times length of the arm (`arm_length`)
 MIN_FIRST_DAMPING_RATIO, MAX_FIRST_DAMPING_RATIO = 1e-3, 0.15  # damping ratio of the first mode
-MIN_PAYLOAD_FRACTION, MAX_PAYLOAD_FRACTION = 0.005, 1.0  # of the robot's own weight
-MIN_REACH_RATIO, MAX_REACH_RATIO = 0.5, 1.25  # of the sum of lengths between the axes
+MIN_PAYLOAD_FRACTION, MAX_PAYLOAD_FRACTION = 0.005, 1.0  # payload over the robot's own mass
+MIN_REACH_RATIO, MAX_REACH_RATIO = 0.5, 1.25  # stated reach over the sum of lengths between the axes
 MIN_MEMBER_DENSITY, MAX_MEMBER_DENSITY = 100.0, 9e3  # kg/m^3, of members that make up the weight
 
 
@@ -58,7 +58,10 @@ def question_arm(machine: Machine) -> Iterator[Doubt]:
 
 
 def arm_length(machine: Machine) -> float:
-    """Return the length of an arm along its joints up to the tip, m; 0 for what is no arm."""
+    """Return the length of an arm along its driven joints up to the tip at the reference pose, m.
+
+    It is 0 for a machine with loops, without a tool, with a linear axis, or with less than three driven joints in a row.
+    """
     description, axes = machine.description, machine.chain.axes
     if isinstance(machine.chain, ClosedChain) or description.tool is None:
         return 0.0
@@ -81,7 +84,10 @@ def arm_length(machine: Machine) -> float:
 
 
 def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
-    """Yield doubts about a datasheet's weight, payload, reach, first frequency and damping, its members taken as rigid."""
+    """Yield doubts about a datasheet's reach, weight, payload, first frequency and damping, its members taken as rigid.
+
+    The first that no robot follows from ends the questions; members given as meshes leave reach and payload only.
+    """
     lengths = sum(float(np.hypot(axis.a, axis.d)) for axis in sheet.axes)
     if sheet.reach is not None and lengths > 0 and not MIN_REACH_RATIO <= sheet.reach / lengths <= MAX_REACH_RATIO:
         yield Doubt("reach", f"{sheet.reach:.4g} m beside {lengths:.4g} m of lengths between its axes (a, d)",
@@ -111,6 +117,7 @@ def question_whole_robot(sheet: RobotDatasheet) -> Iterator[Doubt]:
 
 
 def _question_payload(sheet: RobotDatasheet) -> Iterator[Doubt]:
+    """Yield a doubt about a payload far from the robot's own mass."""
     payload = sheet.payload.mass / sheet.weight
     if not MIN_PAYLOAD_FRACTION <= payload <= MAX_PAYLOAD_FRACTION:
         yield Doubt("payload.mass", f"{sheet.payload.mass:.4g} kg, {payload:.2g} times the robot's own weight of "
