@@ -261,3 +261,11 @@ def test_a_slow_client_costs_the_others_nothing_and_begins_anew(running):
         content = b""
         while b"event: reset" not in content:
             content = content[-200:] + slow.recv(1 << 20)
+
+
+@pytest.mark.parametrize("data", [{"count": -5}, {"count": 0}, {"mode": -50}, {"speed": float("nan")}, {"values": [1]}])
+def test_numbers_that_no_page_sends_are_refused(data):
+    from toolpoint.workbench.state.machine_request import MachineRequest
+
+    with pytest.raises(ToolpointError):
+        MachineRequest.of(data)

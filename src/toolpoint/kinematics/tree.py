@@ -231,7 +231,7 @@ class TreeChain(NotebookText):
         target = floats("position", position, (3,))
         if any(axis.is_rotary for axis in self.axes) or self.passive:
             fail("inverse", "a rotary axis or a passive joint", "this closed form needs linear axes only",
-                 remedy="use kinematics.inverse.solve_inverse")
+                 remedy="use kinematics.arms.inverse.solve_inverse")
         reference_pose: Mapping[str, float] = {}
         start = self.relative_position(reference_pose, tool, table)[0]
         columns = (self.axis_twists(reference_pose, tool[0]) - self.axis_twists(reference_pose, table[0]))[0, :, :3].T

@@ -34,12 +34,11 @@ def straighten(nodes: FloatArray, elements: IndexArray) -> tuple[FloatArray, int
 def _volume_ratio(places: FloatArray) -> FloatArray:
     """Return the smallest over the largest Jacobian determinant of each element, (e,), negative where it is inside out.
 
-    places : (e, n, 3). It is taken at the points of the integration rules for mass and stiffness; corners and middles of sides
+    places : (e, n, 3). It is taken at the points of the integration rule, where matrices feel it; corners and middles of sides
     are not among them.
     """
     kind = kind_of(places.shape[1])
-    points = np.vstack([kind.mass_points, kind.points])
-    determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(points), places, optimize=True))
+    determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(kind.points), places, optimize=True))
     return determinant.min(axis=1) / np.maximum(np.abs(determinant).max(axis=1), 1e-300)
 
 

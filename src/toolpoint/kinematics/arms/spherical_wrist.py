@@ -80,16 +80,17 @@ class SphericalWrist:
         """
         if len(chain.parents) != 6 or chain.parents != (-1, 0, 1, 2, 3, 4) or any(
                 step.way != 5 for step in chain.steps) or len(chain.steps) != 6:
-            fail("chain", repr(chain), "must be six turning joints in a row", remedy="use kinematics.inverse.solve_inverse")
+            fail("chain", repr(chain), "must be six turning joints in a row",
+                 remedy="use kinematics.arms.inverse.solve_inverse")
         directions, places = chain.frames[:, :3, 2], chain.frames[:, :3, 3]
         centre, miss = _meeting_point(directions[3:], places[3:])
         size = float(np.ptp(places, axis=0).max()) or 1.0
         if miss > 1e-9 * size:
             fail("chain", f"the last three axes miss each other by {miss:.3g} m", "must meet in one point",
-                 remedy="use kinematics.inverse.solve_inverse")
+                 remedy="use kinematics.arms.inverse.solve_inverse")
         if np.linalg.norm(np.cross(directions[1], directions[2])) > PARALLEL_TOLERANCE:
             fail("chain", "axes 2 and 3 are not parallel", "this closed form needs them parallel",
-                 remedy="use kinematics.inverse.solve_inverse")
+                 remedy="use kinematics.arms.inverse.solve_inverse")
         return cls(chain, directions, places, centre)
 
     def forward(self, positions: ArrayLike) -> FloatArray:

@@ -33,7 +33,8 @@ def _answer(result: Campbell) -> str:
     if not result.critical:
         return f"No critical speed lies between {speed_min:.0f} and {speed_max:.0f} rev/min for the orders looked at."
     order, speed, frequency, whirl = min(result.critical, key=lambda row: row[1])
-    return (f"{len(result.critical)} critical speeds lie between {speed_min:.0f} and {speed_max:.0f} rev/min; the lowest is "
-            f"{speed:.0f} rev/min, where {order:g} per revolution meets {number_text(float(frequency))} Hz "
+    count = len(result.critical)
+    return (f"{count} critical speed{'s lie' if count > 1 else ' lies'} between {speed_min:.0f} and {speed_max:.0f} rev/min; "
+            f"the lowest is {speed:.0f} rev/min, where {order:g} per revolution meets {number_text(float(frequency))} Hz "
             f"({SENSES[whirl + 1]}).")
 

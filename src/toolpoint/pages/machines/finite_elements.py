@@ -26,10 +26,10 @@ _DRAWN_MODES = 10  # lowest modes that are animated and whose energy is charted
 def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study; part : name of the part whose elements are coloured and which is looked at alone."""
     pairs, machine = study.pairs, study.machine
-    labels = tuple(_energy_words(study, i) for i in range(_DRAWN_MODES))
-    frequency = pairs.frequency[:_DRAWN_MODES]
-    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :_DRAWN_MODES], frequency,
-                                 ratio=study.modes.damping_ratio[0], labels=labels)
+    labels = tuple(_energy_words(study, i) for i in range(min(_DRAWN_MODES, len(study.modes.frequency))))
+    frequency = pairs.frequency[:len(labels)]
+    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs)[:, :len(labels)], frequency,
+                                 ratio=study.modes.damping_ratio[:len(labels)], labels=labels)
     masses = ", ".join(f"{name} {mass:.0f} kg" for name, mass in machine.part_mass.items())
     size = f"{machine.size} coordinates, {study.mass:.0f} kg: {masses}"
     report = Report("A machine by finite elements", _answer(study), subtitle=size).with_assumptions(*study.notes)

@@ -63,12 +63,14 @@ def _summary(result: SensitivityStudy) -> str:
 
     Stiffness is looked at; where no parameter is a stiffness, parameters of all kinds.
     """
-    parts = result.cumulative("stiffness") or result.cumulative()
+    stiffness = result.cumulative("stiffness")
+    parts = stiffness or result.cumulative()
     words = []
     for k, f in enumerate(result.frequencies):
         best = max(parts, key=lambda part: abs(float(parts[part][k])))
         words.append(f"{f:.2f} Hz by {best.split('.')[1]} ({parts[best][k]:+.2f})")
-    return "Which part's stiffness moves each frequency most: " + ", ".join(words) + "."
+    question = "Which part's stiffness moves each frequency most: " if stiffness else "Which part moves each frequency most: "
+    return question + ", ".join(words) + "."
 
 
 def _cumulated(result: SensitivityStudy) -> list[Chart]:

@@ -14,8 +14,8 @@ from toolpoint.plot.shape_view.scene import Scene
 
 
 def solid_shapes(
-    parts: Mapping[str, SolidModel], shape_of: Callable[[str], FloatArray], frequency: FloatArray, *, ratio: float = 0.0,
-    labels: tuple[str, ...] = (),
+    parts: Mapping[str, SolidModel], shape_of: Callable[[str], FloatArray], frequency: FloatArray, *,
+    ratio: float | FloatArray = 0.0, labels: tuple[str, ...] = (),
 ) -> tuple[Scene, AnimatedShapes]:
     """Return the scene of parts and their modes; `shape_of` gives a part's displacements (3 nodes, modes)."""
     scenes, displacements = [], []
@@ -24,4 +24,5 @@ def solid_shapes(
         scenes.append(Scene.of_mesh(name, model.nodes[outer_nodes], triangles))
         displacements.append(shape_of(name).reshape(len(model.nodes), 3, -1)[outer_nodes].transpose(2, 0, 1))
     moved = np.concatenate(displacements, axis=1)
-    return Scene.joined(scenes), AnimatedShapes(frequency, np.full(len(frequency), ratio), moved.astype(complex), labels)
+    ratios = np.broadcast_to(ratio, (len(frequency),)).astype(float)
+    return Scene.joined(scenes), AnimatedShapes(frequency, ratios, moved.astype(complex), labels)

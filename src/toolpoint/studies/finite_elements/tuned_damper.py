@@ -169,10 +169,11 @@ def _search(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, f
 
 
 def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) -> tuple[float, float]:
-    """Return f_r / (1 + mu), Hz, and sqrt(3 mu / (8 (1 + mu)^3)) of the dominant mode r, mu = m phi_p^2.
+    """Return f_r / (1 + mu), Hz, and sqrt(3 mu / (8 (1 + mu))) of the dominant mode r, mu = m phi_p^2.
 
-    Dominant is the mode in which a force at the damper's place moves the tool most at resonance. Den Hartog's ratio is
-    c / (2 m omega_r), of the structure's frequency; over the damper's own it is 1 + mu times as large.
+    Dominant is the mode in which a force at the damper's place moves the tool most at resonance. Den Hartog's ratio
+    sqrt(3 mu / (8 (1 + mu)^3)) is c / (2 m omega_r), of the structure's frequency; over the damper's own it is 1 + mu times
+    as large.
     """
     if modes.scaling != "unit modal mass":
         fail("modes", f"scaling {modes.scaling!r}", "must be 'unit modal mass'")
@@ -183,4 +184,4 @@ def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) ->
     ratio = mass * float(shape_p[mode]) ** 2
     if ratio <= 0:
         fail("place", str(place), "must move in a mode that moves the tool", remedy="put the damper where the shape is large")
-    return float(modes.frequency[mode] / (1 + ratio)), float(np.sqrt(3 * ratio / (8 * (1 + ratio) ** 3)))
+    return float(modes.frequency[mode] / (1 + ratio)), float(np.sqrt(3 * ratio / (8 * (1 + ratio))))

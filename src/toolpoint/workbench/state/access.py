@@ -152,7 +152,7 @@ def check_file_name(name: str) -> str:
 
 def path_beneath(root: Path, relative: str) -> Path:
     """Return the resolved path of a file beneath a folder; raises ToolpointError where it leads out, through links too."""
-    place = (root / relative).resolve()
-    if not place.is_relative_to(root.resolve()) or "\0" in relative:
+    # A null byte ends in a ValueError of the file system before any place could be looked at.
+    if "\0" in relative or not (place := (root / relative).resolve()).is_relative_to(root.resolve()):
         raise ToolpointError(f"{relative}: lies outside the project")
     return place

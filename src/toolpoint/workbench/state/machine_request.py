@@ -38,15 +38,15 @@ class MachineRequest:
     def of(cls, data: Any) -> MachineRequest:
         """Return the request of plain data as JSON gives it; raises ToolpointError for other types and numbers not finite.
 
-        A mode beyond the listed ones is taken as the last; signs are not checked here.
+        A mode beyond the listed ones is taken as the last.
         """
         if not isinstance(data, dict):
             fail("request", type(data).__name__, "must be a mapping")
         speed = data.get("speed")
         return cls(_numbers("values", data.get("values")), _numbers("pose", data.get("pose")),
-                   min(int(_number("mode", data.get("mode", 0))), MAX_LOOKED_MODES - 1),
+                   min(_count("mode", data.get("mode", 0), 0), MAX_LOOKED_MODES - 1),
                    None if speed is None else _number("speed", speed), str(data.get("cut") or ""),
-                   _numbers("cut_values", data.get("cut_values")), int(_number("count", data.get("count", 100))))
+                   _numbers("cut_values", data.get("cut_values")), _count("count", data.get("count", 100), 1))
 
 
 def _numbers(name: str, entries: Any) -> dict[str, float]:
@@ -63,6 +63,14 @@ def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         fail(name, repr(value), "must be a finite number")
     return float(value)
+
+
+def _count(name: str, value: Any, minimum: int) -> int:
+    """Return a checked whole number that is not below a minimum; what is charted of many is bounded where it is charted."""
+    number = int(_number(name, value))
+    if number < minimum:
+        fail(name, str(number), f"must be at least {minimum}")
+    return number
 
 
 def read_typed_number(text: str, path: str) -> float:

@@ -167,7 +167,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     if not problem.plane.is_modal:
         assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
     # Notes on the milling plane do not hold for the direction of a turned chip.
-    kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
+    kept = [note for note in dynamics.notes if "response across is taken" not in note and "rigid along y" not in note]
     doubts = [*doubts_among(kept), *doubts_among(assumed)]
     plain_notes = [note for note in assumed if not isinstance(note, Doubt)]
     return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *plain_notes])),
