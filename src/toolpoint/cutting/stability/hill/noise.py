@@ -54,11 +54,11 @@ def _scatter(values: ComplexArray, difference: FloatArray) -> FloatArray:
 
 
 def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *, influence: ComplexArray, factor: complex,
-                   left_out: slice | None = None) -> float:
+                   kept_lines: slice | None = None) -> float:
     """Return the variance of a root's depth, m^2, by the noise of the lines.
 
     variance : (n_f, d, d) of the lines; hz : (n,) frequencies of the harmonics, of either sign; influence : (n, d, d) change of
-    the vanishing eigenvalue by G there; factor : kappa, see `Root.factor`; left_out : slice of the lines that stay where the
+    the vanishing eigenvalue by G there; factor : kappa, see `Root.factor`; kept_lines : slice of the lines that stay where the
     others are left out. Then the variance is that of the change which leaving them out makes.
     """
     line = plane.lines[0]
@@ -67,9 +67,9 @@ def depth_variance(plane: PlaneDynamics, variance: FloatArray, hz: FloatArray, *
     # A response at -f is the conjugate of that at f, and the real part is that of the conjugate too.
     terms = np.where(negative[:, None, None], terms.conj(), terms)
     total = np.zeros((line.size, *terms.shape[1:]), complex)
-    _add_contributions(total, line, f, terms, slice(None), 1.0 if left_out is None else -1.0)
-    if left_out is not None:
-        _add_contributions(total, line, f, terms, left_out, 1.0)
+    _add_contributions(total, line, f, terms, slice(None), 1.0 if kept_lines is None else -1.0)
+    if kept_lines is not None:
+        _add_contributions(total, line, f, terms, kept_lines, 1.0)
     if np.array_equal(plane.lines[1][:, 0, 0], plane.lines[1][:, 1, 1]):  # one measurement stands for both directions
         total[:, 0, 0] += total[:, 1, 1]
         total[:, 1, 1] = 0.0

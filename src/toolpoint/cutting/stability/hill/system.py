@@ -301,8 +301,8 @@ class HillSystem:
         plane, variance = self.response.plane, self.response.variance
         assert variance is not None
         variance_of_depth, halved = (depth_variance(plane, variance, hz, influence=influence, factor=root.factor,
-                                                    left_out=left_out)
-                                     for left_out in (None, slice(0, None, 2)))
+                                                    kept_lines=kept_lines)
+                                     for kept_lines in (None, slice(0, None, 2)))
         return NORMAL_95 * float(np.sqrt(variance_of_depth)), halved
 
     def _extend_vectors(self, root: Root, wide_harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
