@@ -7,6 +7,7 @@ import gc
 import importlib
 import os
 import resource
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,6 +31,8 @@ settings.register_profile("toolpoint", deadline=None, max_examples=40)
 settings.register_profile("thorough", deadline=None, max_examples=200)
 settings.load_profile("toolpoint")
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
+CHROMIUM_ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                      "--disable-background-networking", "--no-first-run"]
 
 
 def pytest_configure(config):
@@ -127,3 +130,16 @@ def interpreted_solver(interpreted, monkeypatch):
     monkeypatch.setattr(kernels, "_gather", gather)
     with np.errstate(over="ignore"):  # sums of keys tell patterns apart: they go round, as 64 bits do
         yield
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """One headless Chromium a session and worker: a second Playwright beside it is refused by its own loop."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+    if path is None:
+        pytest.skip("no Chromium or Chrome on this machine")
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=CHROMIUM_ARGUMENTS)
+        yield chromium
+        chromium.close()

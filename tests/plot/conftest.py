@@ -1,8 +1,7 @@
-"""One headless Chromium a session, and the scenes that the tests look at."""
+"""Pages opened in the session's headless Chromium, and the scenes that the tests look at."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,9 +11,6 @@ import numpy as np
 import pytest
 
 from toolpoint.plot import AnimatedShapes, Box, Scene
-
-ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-             "--disable-background-networking", "--no-first-run"]
 
 
 @dataclass
@@ -32,18 +28,6 @@ class Seen:
                 return
             self.page.wait_for_timeout(50)
         raise AssertionError(f"still false after {seconds:g} s: {expression}")
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
-    if path is None:
-        pytest.skip("no Chromium or Chrome on this machine")
-    with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture
