@@ -18,7 +18,7 @@ from toolpoint.io.text.columns import EXPECTED_RECORDS, TIME_STEP_TOLERANCE, rea
 from toolpoint.vibration import Dof, Record
 
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
-_LABELLED = re.compile(r"(\w+) (\S+):([+-][xyzXYZ])")  # quantity, point and direction
+_LABELLED_COLUMN = re.compile(r"(\w+) (\S+):([+-][xyzXYZ])")  # quantity, point and direction
 TIMES = ("t", "time")
 KINDS = {"force": units.FORCE, "acceleration": units.ACCELERATION, "velocity": units.FEED, "displacement": units.LENGTH,
          "feed": units.LENGTH, "time": units.TIME}
@@ -30,7 +30,7 @@ def channel_of(name: str) -> tuple[Dof, str]:
     match = _FORCE.fullmatch(name.strip())
     if match:
         return Dof("tool", "+" + match[1].lower()), "force"
-    match = _LABELLED.fullmatch(name.strip())
+    match = _LABELLED_COLUMN.fullmatch(name.strip())
     if match and match[1].lower() in KINDS:
         return Dof.parse(f"{match[2]}:{match[3].lower()}"), match[1].lower()
     return Dof(name.strip(), "+x"), name.strip().lower()
