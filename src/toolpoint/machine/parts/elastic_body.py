@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, hstack
 from toolpoint._check import FloatArray, fail, floats, within
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
-from toolpoint.bodies.solid import Patch, SolidModel
+from toolpoint.bodies.solid import Patch, SolidModel, SolidPlace
 from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
 from toolpoint.bodies.solid.mesh_energy import mesh_energy
 from toolpoint.bodies.surface import BodySurface
@@ -54,14 +54,14 @@ class SlidingPatch:
         return np.linspace(self.low, self.high, count)
 
 
-def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float, size: int | None = None,
-                 method: ReductionMethod | None = None) -> Body:
+def reduce_solid(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], *, band: float,
+                 size: int | None = None, method: ReductionMethod | None = None) -> Body:
     """Return a free solid as a body of a machine, in the frame of its model, with the loss factors of its materials.
 
     Parameters
     ----------
     model : SolidModel
-    interfaces : mapping of name to Patch or SlidingPatch
+    interfaces : mapping of name to a place (Patch, NamedSurface, CylinderFaces ...) or SlidingPatch
         Places where joints, loads and points hold on; every place that carries force must be there.
     band : float
         Hz, up to which the machine is asked for.
@@ -74,7 +74,7 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     return reduced.at({name: _numbers(model, name) for name in model.set_names})
 
 
-def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float,
+def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], *, band: float,
                     size: int | None = None, method: ReductionMethod | None = None, notes: tuple[str, ...] = ()) -> ReducedBody:
     """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
     if not interfaces:
@@ -86,8 +86,11 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
                      repeats=np.concatenate(repeats), coordinates=model.dof_places,
                      estimate_loads=csc_array(hstack([place.further_columns for place in places.values()])))
     reduction = reduce(body, method or ActingLoads(band), size)
-    held = {name: Interface(place.centre, places[name].columns.T @ reduction.vectors) if isinstance(place, Patch)
-            else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
+    held = {name: _sliding(place, model, reduction, name) if isinstance(place, SlidingPatch)
+            else Interface(place.centre_on(model), places[name].columns.T @ reduction.vectors)
+            for name, place in interfaces.items()}
+    notes += tuple(f"interface {name}: {note}" for name, place in interfaces.items()
+                   if not isinstance(place, SlidingPatch) and (note := place.note(model)))
     nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, interfaces=held, places=places,
                         surface=_surface(model, reduction))
     energies = mesh_energy(model, reduction.vectors)
@@ -135,8 +138,8 @@ def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ..
                 interfaces=interfaces, surface=surface, residual=form)
 
 
-def _loads_of(model: SolidModel, place: Patch | SlidingPatch) -> PlaceLoads:
-    return PlaceLoads.fixed(place.averages(model)) if isinstance(place, Patch) else _sliding_loads(place, model)
+def _loads_of(model: SolidModel, place: SolidPlace | SlidingPatch) -> PlaceLoads:
+    return _sliding_loads(place, model) if isinstance(place, SlidingPatch) else PlaceLoads.fixed(place.averages(model))
 
 
 def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
@@ -165,10 +168,11 @@ def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody
     return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes)
 
 
-def _described_place(part: PatchDescription) -> Patch | SlidingPatch:
-    if not part.slide:
-        return part.patch
-    return SlidingPatch(part.patch, np.array(part.along), part.slide[0], part.slide[1], part.stations)
+def _described_place(part: PatchDescription) -> SolidPlace | SlidingPatch:
+    place = part.place
+    if not isinstance(place, Patch) or not part.slide:
+        return place
+    return SlidingPatch(place, np.array(part.along), part.slide[0], part.slide[1], part.stations)
 
 
 def reliable_to(description: ElasticDescription | SolidBody) -> float:
