@@ -36,20 +36,21 @@ class Footprint:
     corners: FloatArray
 
     def pieces(self, model: SolidModel, faces: Sequence[IndexArray]) -> list[AreaPiece]:
-        """Return the common parts of the polygon and of faces in its plane, as triangles with their rule."""
+        """Return the common part of the polygon and of each face in its plane, as triangles with their rule."""
         directions, result = np.vstack([self.along, self.across]), []
-        barycentric, weights = triangle_rule()
+        barycentric, rule_weights = triangle_rule()
         for face in faces:
             plane = (model.nodes[face] - self.centre) @ directions.T
             polygon = clip_polygon(plane[:len(face) // 2], self.corners)
-            for i in range(1, len(polygon) - 1):
-                corners = polygon[[0, i, i + 1]]
-                sides = corners[1:] - corners[0]
-                twice = abs(float(sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]))
-                if twice > 0:
-                    place = barycentric @ corners
-                    result.append(AreaPiece(face, _face_values(plane, place), self.centre + place @ directions,
-                                            weights * twice / 2))
+            triangles = np.array([polygon[[0, i, i + 1]] for i in range(1, len(polygon) - 1)])
+            if not len(triangles):
+                continue
+            first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+            area = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
+            place = (barycentric @ triangles[area > 0]).reshape(-1, 2)
+            if len(place):
+                result.append(AreaPiece(face, _face_values(plane, place), self.centre + place @ directions,
+                                        np.outer(area[area > 0], rule_weights).ravel()))
         return result
 
     def faces(self, model: SolidModel) -> list[IndexArray]:

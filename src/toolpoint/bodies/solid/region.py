@@ -148,5 +148,5 @@ def _key(what: str, name: str, names: Sequence[str]) -> str:
     spelling = {key.upper(): key for key in names}
     if name.upper() not in spelling:
         fail(what, repr(name), f"must be of those that the mesh names: {', '.join(names) or 'none'}",
-             remedy=suggestion(name, names))
+             remedy=suggestion(name, names) or suggestion(name.upper(), names))
     return spelling[name.upper()]
