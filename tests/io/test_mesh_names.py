@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import eigsh
 from test_mesh_files import WRITERS, write_cdb, write_inp, write_nastran
 
 from solid_models import brick, tetrahedral_brick
 from toolpoint import ToolpointError
-from toolpoint.bodies.solid import STEEL, NamedNodes, NamedSurface, Patch
+from toolpoint.bodies.solid import STEEL, Material, NamedNodes, NamedSurface, Patch
 from toolpoint.io import read_machine, read_mesh
 from toolpoint.io.meshes.mesh_files import read_content
 from toolpoint.io.meshes.mesh_material import material_of_file
 from toolpoint.machine import assemble
+from toolpoint.machine.assembly.reduction_error import reduction_error
 from toolpoint.vibration.eigen import solve_undamped
 
 SIZE, PARTS = [0.3, 0.2, 0.5], [2, 1, 2]
@@ -164,3 +166,41 @@ def test_faults_of_a_place_are_told_by_their_keys(tmp_path, foot, words):
     (tmp_path / "m.yaml").write_text(MACHINE.replace("FOOT", foot).replace("HEAD", "nodes: FOOT"))
     with pytest.raises(ToolpointError, match=words):
         assemble(read_machine(tmp_path / "m.yaml"))
+
+
+def test_held_nodes_hold_as_in_the_full_mesh(tmp_path):
+    """The body on the ground by its held nodes: all frequencies of the band as by the unreduced matrices without their rows."""
+    model = brick(SIZE, [3, 2, 5])
+    write_inp(tmp_path / "a.inp", model)
+    held = np.flatnonzero(np.abs(model.nodes[:, 2]) < 1e-9)
+    append(tmp_path / "a.inp", ELASTIC + "*NSET, NSET=FIXED\n" + ",\n".join(map(str, held + 11)) + "\n")
+    text = MACHINE.replace("foot: {FOOT}", "").replace("{HEAD}", "{plane: {at: [0, 0, 500 mm], normal: [0, 0, 1]}}")
+    text = text.replace("band: 2500 Hz", "band: 2500 Hz\n      held: FIXED").replace(
+        text[text.index("  foot: {parent"):text.index("points:")],
+        "  foot: {parent: ground, child: ram, at: [150 mm, 100 mm, 0], child_interface: held}\n")
+    (tmp_path / "m.yaml").write_text(text)
+    machine = read_machine(tmp_path / "m.yaml")
+    full = read_mesh(tmp_path / "a.inp", Material(120e9, 0.25, 7100.0), unit="mm")
+    free = full.free_coordinates(np.unique(full.node_sets["FIXED"]))
+    stiffness, mass = (matrix[free][:, free] for matrix in full.assembled())
+    squares = eigsh(stiffness, 6, mass, sigma=0.0, return_eigenvectors=False)
+    expected = np.sqrt(np.sort(squares)) / (2 * np.pi)
+    frequency = solve_undamped(assemble(machine)).frequency
+    assert frequency[:3] == pytest.approx(expected[:3], rel=1e-6)  # below 2500 Hz: shapes of the held body itself
+    assert frequency[:6] == pytest.approx(expected, rel=2e-2)
+    assert reduction_error(machine, modes=3) == pytest.approx(np.zeros(3), abs=1e-6)
+    assert f"{len(held)} nodes of FIXED are held as one rigid piece" in machine.bodies[0].notes
+
+
+def test_held_nodes_on_springs_are_a_rigid_foot(tmp_path):
+    """A body whose held nodes stand on a soft spring moves as a rigid one: its first frequency is that of its mass on it."""
+    model = brick(SIZE, [3, 2, 5])
+    write_inp(tmp_path / "a.inp", model)
+    held = np.flatnonzero(np.abs(model.nodes[:, 2]) < 1e-9) + 11
+    append(tmp_path / "a.inp", ELASTIC + "*NSET, NSET=FIXED\n" + ",\n".join(map(str, held)) + "\n")
+    text = MACHINE.replace("foot: {FOOT}", "").replace("{HEAD}", "{plane: {at: [0, 0, 500 mm], normal: [0, 0, 1]}}")
+    text = text.replace("band: 2500 Hz", "band: 2500 Hz\n      held: FIXED").replace("interface: foot", "interface: held")
+    (tmp_path / "m.yaml").write_text(text.replace("x: 2e8, y: 2e8, z: 3e8, rx: 2e6, ry: 2e6, rz: 1e6", "z: 3e5"))
+    machine = read_machine(tmp_path / "m.yaml")
+    mass = 0.3 * 0.2 * 0.5 * 7100.0
+    assert solve_undamped(assemble(machine)).frequency[0] == pytest.approx(np.sqrt(3e5 / mass) / (2 * np.pi), rel=1e-4)

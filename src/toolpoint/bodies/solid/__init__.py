@@ -5,9 +5,8 @@ from toolpoint.bodies.solid.drawn_region import CylinderFaces, PlaneFaces, RingF
 from toolpoint.bodies.solid.material import CAST_IRON, STEEL, Material
 from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 from toolpoint.bodies.solid.patch import Patch
-from toolpoint.bodies.solid.region import JoinedPlaces, NamedNodes, NamedSurface, Region, SolidPlace
+from toolpoint.bodies.solid.region import JoinedPlaces, NamedNodes, NamedSurface
 from toolpoint.bodies.solid.round_casting import RoundCasting, RoundPart
 
-__all__ = ["CAST_IRON", "STEEL", "Casting", "Cuboid", "CylinderFaces", "ElementBlock", "JoinedPlaces", "Material",
-           "NamedNodes", "NamedSurface", "Patch", "PlaneFaces", "Region", "RingFaces", "RoundCasting", "RoundPart",
-           "SolidModel", "SolidPlace"]
+__all__ = ["CAST_IRON", "STEEL", "Casting", "Cuboid", "CylinderFaces", "ElementBlock", "JoinedPlaces", "Material", "NamedNodes",
+           "NamedSurface", "Patch", "PlaneFaces", "RingFaces", "RoundCasting", "RoundPart", "SolidModel"]

@@ -11,10 +11,10 @@ from toolpoint.bodies.solid.face_parts import Footprint, whole_faces
 from toolpoint.bodies.solid.faces import outer_faces
 from toolpoint.bodies.solid.mean_motion import AreaPiece, area_of
 from toolpoint.bodies.solid.model import SolidModel
-from toolpoint.bodies.solid.region import Region
+from toolpoint.bodies.solid.region import FaceArea
 
-_RING_CORNERS = 64  # of the polygon of a circle's area that stands for it
-_MAX_RADIUS_DEVIATION = 0.02  # of a bore's radius: corners of faces so near lie on it, also where the mesh is of chords
+_DISC_CORNERS = 64  # of the polygon of a circle's area that stands for it
+_MAX_WALL_DEVIATION = 0.02  # of a bore's radius: corners of faces so near lie on it, also where the mesh is of chords
 _MIN_RADIAL_SHARE = 0.7  # of a unit normal along the radius: below, a face is an end of the bore, not its wall
 _PLANE_DEVIATION = 1e-6  # of the model's extent: corners so near a plane lie in it
 _MIN_RING_COVER = 0.98  # of a ring on outer faces: below, it leaves them
@@ -22,7 +22,7 @@ _MIN_RING_COVER = 0.98  # of a ring on outer faces: below, it leaves them
 
 
 @dataclass(frozen=True, eq=False)
-class CylinderFaces(Region):
+class CylinderFaces(FaceArea):
     """The wall of a bore or a journal: the outer faces on a cylinder about `axis` (3,) through `centre` (3,), m.
 
     diameter, length : m; half the length lies on each side of the centre. A face that reaches beyond an end is left out.
@@ -53,7 +53,7 @@ class CylinderFaces(Region):
         height = arms @ self.axis
         radial = arms - height[:, None] * self.axis
         radius, reach = np.linalg.norm(radial, axis=1), self.length / 2 * (1 + 1e-6)
-        is_on_wall = np.abs(radius - self.diameter / 2) <= _MAX_RADIUS_DEVIATION * self.diameter / 2
+        is_on_wall = np.abs(radius - self.diameter / 2) <= _MAX_WALL_DEVIATION * self.diameter / 2
         is_on_wall &= np.abs(height) <= reach
         chosen = []
         for faces in outer_faces(model):
@@ -73,11 +73,11 @@ class CylinderFaces(Region):
     def note(self, model: SolidModel) -> str:
         """Return what it covers, and how much of the cylinder that is."""
         share = area_of(self.pieces(model)) / (np.pi * self.diameter * self.length)
-        return f"{Region.note(self, model)}, {100 * share:.3g} % of the cylinder"
+        return f"{FaceArea.note(self, model)}, {100 * share:.3g} % of the cylinder"
 
 
 @dataclass(frozen=True, eq=False)
-class RingFaces(Region):
+class RingFaces(FaceArea):
     """A ring on a flat face, about `normal` (3,) through `centre` (3,), m: between two diameters, m; inner 0 for a disc.
 
     Circles are polygons of 64 corners and the circle's area.
@@ -116,9 +116,9 @@ class RingFaces(Region):
     def _disc(self, model: SolidModel, diameter: float, sign: float) -> list[AreaPiece]:
         along = np.cross(self.normal, np.eye(3)[int(np.argmin(np.abs(self.normal)))])
         along /= np.linalg.norm(along)
-        angle = 2 * np.pi * np.arange(_RING_CORNERS) / _RING_CORNERS
+        angle = 2 * np.pi * np.arange(_DISC_CORNERS) / _DISC_CORNERS
         # As large as the circle: n/2 r^2 sin(2 pi / n) = pi d^2 / 4.
-        radius = diameter / 2 * np.sqrt(2 * np.pi / (_RING_CORNERS * np.sin(2 * np.pi / _RING_CORNERS)))
+        radius = diameter / 2 * np.sqrt(2 * np.pi / (_DISC_CORNERS * np.sin(2 * np.pi / _DISC_CORNERS)))
         corners = radius * np.column_stack([np.cos(angle), np.sin(angle)])
         footprint = Footprint(self.centre, along, np.cross(self.normal, along), corners)
         pieces = footprint.pieces(model, footprint.faces(model))
@@ -126,7 +126,7 @@ class RingFaces(Region):
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneFaces(Region):
+class PlaneFaces(FaceArea):
     """All outer faces in a plane: through `centre` (3,), m, at right angles to `normal` (3,).
 
     Examples

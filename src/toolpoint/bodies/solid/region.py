@@ -31,7 +31,7 @@ class SolidPlace(Protocol):
     def note(self, model: SolidModel) -> str: ...
 
 
-class Region:
+class FaceArea:
     """An area that is found on the model's outer faces; its centre is that of the area."""
 
     def pieces(self, model: SolidModel) -> list[AreaPiece]:
@@ -53,7 +53,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class NamedSurface(Region):
+class NamedSurface(FaceArea):
     """A surface that the mesh file names.
 
     Examples
@@ -71,7 +71,7 @@ class NamedSurface(Region):
 
 
 @dataclass(frozen=True)
-class NamedNodes(Region):
+class NamedNodes(FaceArea):
     """The outer faces whose nodes all belong to a named node set; where there are none, the nodes alone, all counting alike.
 
     Examples
@@ -102,7 +102,7 @@ class NamedNodes(Region):
         if not len(on_faces):
             return f"{len(nodes)} nodes that make up no face: all count alike, and it yields the more the finer the mesh"
         left_out = len(nodes) - len(on_faces)
-        return Region.note(self, model) + (f"; {left_out} of its {len(nodes)} nodes lie on none of them" if left_out else "")
+        return FaceArea.note(self, model) + (f"; {left_out} of its {len(nodes)} nodes lie on none of them" if left_out else "")
 
     def _faces(self, model: SolidModel) -> list[IndexArray]:
         is_member = np.zeros(len(model.nodes), dtype=bool)
@@ -111,7 +111,7 @@ class NamedNodes(Region):
 
 
 @dataclass(frozen=True, eq=False)
-class JoinedPlaces(Region):
+class JoinedPlaces(FaceArea):
     """Several places that hold on together, as one area: four feet, two rails.
 
     Examples
@@ -140,7 +140,7 @@ class JoinedPlaces(Region):
     def note(self, model: SolidModel) -> str:
         """Return what all cover together, and what its parts have to say."""
         notes = [note for part in self.parts if (note := part.note(model)) and "count alike" in note]
-        return "; ".join([Region.note(self, model), *notes])
+        return "; ".join([FaceArea.note(self, model), *notes])
 
 
 def _key(what: str, name: str, names: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ _SIDES = {8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 
 
 @dataclass
 class _Deck:
-    """What was read so far; names of sets as the file writes them."""
+    """Content of an input file as far as it was read; names of sets as the file writes them."""
 
     path: Path
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -122,12 +122,12 @@ def _take_material(deck: _Deck, keyword: str, options: dict[str, str], *, rows: 
     elif keyword in ("*ELASTIC", "*DENSITY") and deck.material in deck.materials and rows:
         line, words = rows[0]
         values = [real(deck.path, line, word) for word in words[:2]]
-        before = deck.materials[deck.material]
+        material = deck.materials[deck.material]
         if keyword == "*DENSITY":
-            deck.materials[deck.material] = replace(before, density=values[0])
+            deck.materials[deck.material] = replace(material, density=values[0])
         elif options.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
-            poisson = values[1] if len(values) > 1 else before.poisson
-            deck.materials[deck.material] = replace(before, modulus=values[0], poisson=poisson)
+            poisson = values[1] if len(values) > 1 else material.poisson
+            deck.materials[deck.material] = replace(material, modulus=values[0], poisson=poisson)
 
 
 def _numbers_of(path: Path, line: int, word: str, *, sets: dict[str, list[int]]) -> list[int]:

@@ -18,7 +18,7 @@ _KEY_OF_LABEL = {"EX": "modulus", "DENS": "density", "NUXY": "poisson", "PRXY": 
 
 @dataclass
 class _Archive:
-    """What was read so far."""
+    """Content of an archive as far as it was read."""
 
     path: Path
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -62,9 +62,9 @@ def _take_command(archive: _Archive, line: int, words: list[str]) -> None:
         label, material, value = words[3], words[4], words[6]
     if label in _KEY_OF_LABEL and value:
         name = f"material {whole(archive.path, line, material)}"
-        before = archive.materials.get(name, MeshMaterial(name))
+        stated = archive.materials.get(name, MeshMaterial(name))
         numbers: dict[str, Any] = {_KEY_OF_LABEL[label]: real(archive.path, line, value)}
-        archive.materials[name] = replace(before, **numbers)
+        archive.materials[name] = replace(stated, **numbers)
 
 
 def _widths(path: Path, lines: list[str], index: int) -> list[tuple[int, int]]:

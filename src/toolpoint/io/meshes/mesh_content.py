@@ -28,7 +28,7 @@ class MeshMaterial:
 
 @dataclass(frozen=True, eq=False)
 class MeshContent:
-    """What a mesh file holds.
+    """Content of a mesh file.
 
     numbers : (n,) of nodes; places : (n, 3) in the file's unit; elements : set to (e, 20 or 10) node numbers.
     surfaces : name to corner numbers of each face, sorted; materials : set to its material.

@@ -14,7 +14,8 @@ from toolpoint._quantity import Quantity
 
 if TYPE_CHECKING:  # finite elements load where a body has them, not with every machine file
     from toolpoint.bodies.reduced import ElasticNumbers
-    from toolpoint.bodies.solid import Casting, Material, Patch, RoundCasting, SolidModel, SolidPlace
+    from toolpoint.bodies.solid import Casting, Material, Patch, RoundCasting, SolidModel
+    from toolpoint.bodies.solid.region import SolidPlace
 
 Length = Annotated[float, Quantity("length", "m")]
 Place = tuple[Length, ...]
@@ -30,6 +31,7 @@ class ElasticMaterial:
     loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
 
 
+HELD_INTERFACE = "held"  # name of the interface of a node set that moves as one rigid piece
 CAST_IRON = ElasticMaterial(110e9, 7200.0, 0.26, 2e-3)  # as `bodies.solid.CAST_IRON`
 
 
@@ -251,10 +253,11 @@ def _round_casting(boxes: tuple[CastingBox, ...], materials: dict[str, Material]
 @dataclass(frozen=True)
 class SolidDescription:
     """A body by finite elements from a `file` beside the machine file: a STEP solid, meshed with elements of at most
-    `mesh_size`, or a mesh (.inp, .cdb, .bdf, .nas, .dat) of 10-node tetrahedra or 20-node hexahedra.
+    `mesh_size`, or a mesh (.inp, .cdb, .bdf, .nas, .dat) of tetrahedra or hexahedra.
 
     `unit` is that of the file's lengths: a mesh does not say it, so it must be given; a STEP file says it. `materials` are by
-    set; `body` is that of a STEP solid, cast iron where left out. `band` and `size` as of a casting.
+    set, the file's own where left out; `body` is that of a STEP solid, cast iron where left out. `band` and `size` as of a
+    casting. `held` names a node set of a mesh whose nodes move as one rigid piece: it is an interface too, ``held``.
     """
 
     file: str
@@ -264,6 +267,7 @@ class SolidDescription:
     unit: Literal["", "m", "mm", "cm", "in"] = ""
     materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
     size: int | None = None
+    held: str = ""
 
 
 @dataclass(frozen=True)
