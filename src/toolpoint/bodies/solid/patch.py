@@ -84,12 +84,11 @@ class Patch:
         """
         integrals: dict[int, FloatArray] = {}
         moments, area = np.zeros((2, 2)), 0.0
-        first_moment, face_area = np.zeros(2), 0.0
+        face_area = 0.0
         for face in _flat_faces(model, self):
             face_area += _extent(model, face)
             for values, place, weight in _pieces(model, self, face):
                 area += float(weight.sum())
-                first_moment += weight @ place
                 moments += (place * weight[:, None]).T @ place
                 for node, integral in zip(face, _integrals(values, place, weight).T, strict=True):
                     integrals[int(node)] = integrals.get(int(node), np.zeros(3)) + integral

@@ -2,7 +2,7 @@ r"""Limits of equally likely responses: what lines have in common moves the limi
 
 A stiffness that is known to 5 % moves a resonance on all lines together. Taken line by line, as independent noise, the same
 variance is as large as the response itself beside a resonance, and the stated error of a limit about 100 % where 10 % is true.
-So every draw of the response gets limits of its own, by the single-frequency solution (milliseconds a draw), as a ratio to those
+So every draw of the response gets limits of its own by the single-frequency solution (milliseconds a draw), as a ratio to those
 of the response itself by the same solution. Errors of that solution go from the ratio; where its limit is not that of the exact
 chart (flip lobes of small engagements), some draws are charted exactly and the logarithms of all ratios are scaled by what
 those scatter more or less.

@@ -112,7 +112,7 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
     parameters = coefficient_parameters(uncertainty.coefficients)
     notes = [f"Standard deviation of the cutting coefficients: {100 * uncertainty.coefficients:g} %."]
     if problem.plane.draws is not None:
-        return parameters, [*notes, f"The response is uncertain as its {len(problem.plane.draws)} draws say, all lines together."]
+        return parameters, [*notes, f"The response is uncertain by its {len(problem.plane.draws)} draws, all lines together."]
     if not isinstance(problem.dynamics, Modes):
         return parameters, [*notes, Doubt(
             "probability", "the dynamics are measured lines and are taken as exact: what noise and the scatter of hits do to "
