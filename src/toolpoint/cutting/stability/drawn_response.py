@@ -47,10 +47,10 @@ def limit_ratios(problem: Problem, chart: StabilityChart, method: StabilityMetho
     """Return the limit in every draw of the response over that of the response itself, (n_draws, n_speeds)."""
     plane = problem.plane
     count = 0 if plane.draws is None else min(len(plane.draws), MAX_CHARTED_DRAWS)
-    drawn = [_with_plane(problem, plane.at_draw(k)) for k in range(count)]
+    drawn = [with_plane(problem, plane.at_draw(k)) for k in range(count)]
     depth = DRAWN_DEPTH_FACTOR * chart.depth_max
-    middle = _solved(_with_plane(problem, replace(plane, draws=None)), chart.speeds, depth)
-    ratios = np.array([_solved(each, chart.speeds, depth) for each in drawn]) / middle
+    middle = rough_limits(with_plane(problem, replace(plane, draws=None)), chart.speeds, depth)
+    ratios = np.array([rough_limits(each, chart.speeds, depth) for each in drawn]) / middle
     exact = np.minimum(chart.limit, depth)
     # Where the chart ends below the limit there is nothing to compare with.
     unlike = np.flatnonzero(np.isfinite(chart.limit) & (np.abs(middle / np.maximum(exact, 1e-300) - 1) > MAX_ROUGH_DIFFERENCE))
@@ -64,14 +64,14 @@ def response_alone(problem: MillingProblem) -> MillingProblem:
     return problem.changed(dynamics=replace(problem.plane, draws=None), feed_angle=0.0)
 
 
-def _with_plane(problem: Problem, plane: PlaneDynamics) -> Problem:
+def with_plane(problem: Problem, plane: PlaneDynamics) -> Problem:
     """Return the problem on another response, in the frame of the feed."""
     if isinstance(problem, MillingProblem):
         return problem.changed(dynamics=plane, feed_angle=0.0)
     return replace(problem, dynamics=plane)
 
 
-def _solved(problem: Problem, speeds: FloatArray, depth: float) -> FloatArray:
+def rough_limits(problem: Problem, speeds: FloatArray, depth: float) -> FloatArray:
     """Return limits (m) by the single-frequency solution, at most `depth`; process damping of a mill is left out."""
     if isinstance(problem, MillingProblem):
         problem = problem.changed(process_damping=0.0)

@@ -119,12 +119,12 @@ class StabilityChart(NotebookText):
     def least_limit_ends(self) -> tuple[float, float]:
         """Ends of the 95 % interval of the least charted limit, m, by draws of the response and the numerical error there."""
         limit = np.minimum(self.limit, self.depth_max)
-        least = int(np.argmin(limit))
+        index = int(np.argmin(limit))
         if self.limit_draws is None:
-            return float(limit[least] - self.limit_error[least]), float(limit[least] + self.limit_error[least])
+            return float(limit[index] - self.limit_error[index]), float(limit[index] + self.limit_error[index])
         lower, upper = np.quantile((self.limit_draws * limit).min(axis=1), [0.025, 0.975], method="weibull")
         # What of the stated error is not of the draws.
-        remainder = float(self.limit_error[least] - limit[least] * (self.ratio_ends[1] - self.ratio_ends[0])[least] / 2)
+        remainder = float(self.limit_error[index] - limit[index] * (self.ratio_ends[1] - self.ratio_ends[0])[index] / 2)
         return float(lower - max(remainder, 0.0)), float(upper + max(remainder, 0.0))
 
     def interval_rows(self) -> list[list[float] | None] | None:

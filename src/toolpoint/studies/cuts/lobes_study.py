@@ -23,6 +23,7 @@ from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
+from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
@@ -130,6 +131,10 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     if problem.plane.is_modal:
         progress("the lowest limit between these speeds", 0, 1)
         lowest = stability.lowest_limit(problem, chart, method)
+    reduced = question_reduction(dynamics.machine, dynamics.pose, problem, chart=chart)
+    if reduced is not None:
+        chart, notes = reduced.widen(chart), [*reduced.notes, *notes]
+        lowest = None if lowest is None else reduced.widen_lowest(lowest)
     runs = _simulate_grid(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
