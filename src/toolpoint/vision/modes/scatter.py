@@ -6,7 +6,7 @@ residual :math:`r_c` of every channel and the change :math:`D_c` of its motion b
 Gauss and Newton is :math:`H^{-1} \sum_w g_w`, :math:`g_w = \sum_{c \in w} D_c^T r_c`, :math:`H = \sum_c D_c^T D_c`, and the
 covariance of the poles that holds for whatever the errors of a window are is :math:`H^{-1} \sum_w g_w g_w^T H^{-1}`.
 A window that decides a pole nearly alone pulls it towards its own error, and its residual is small for it: each sum is taken
-as it would be about the poles of the other windows, :math:`(1 - H_w H^{-1})^{-1} g_w`. Student's factor stands for few windows.
+as it would be about the poles of the others, :math:`(1 - H_w H^{-1})^{-1} g_w`. Student's factor stands for few windows.
 Without both a weak mode that few windows see has too narrow an interval.
 Sources: Liang, Zeger, Biometrika 73 (1986) 13 (clusters); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (leverage, Student).
 """
