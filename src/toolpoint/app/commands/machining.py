@@ -14,7 +14,7 @@ from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_numbered_file, read_stock
+from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_stock
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -61,6 +61,8 @@ class ToolAbove:
     taper: Annotated[float, Help("Half angle of a tapered mill, degrees.", scale=0.017453292519943295, minimum=0)] = 0.0
     spindle_power: Annotated[float, Help("Power of the spindle, kW.", scale=1e3, above=0)] = float("inf")
     spindle_torque: Annotated[float, Help("Torque of the spindle, N m.", above=0)] = float("inf")
+    spindle_curve: Annotated[tuple[tuple[float, float], ...], Reading(read_curve, "RPM:NM,..., for example 1500:60,12000:8"),
+                             Help("Torque of the spindle over its speed.", metavar="RPM:NM,...")] = ()
     spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
@@ -74,7 +76,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
-              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's within its limits.")] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the cutting "
+                                                      "forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
@@ -96,11 +99,12 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     material = studies.stock_of(*stock, stock_faces)
     parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
     text = program.read_text(encoding="utf-8-sig", errors="replace")
-    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
+    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
+                                   above.spindle_curve)
     setup = studies.describe_machining(
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        planned=None if servo is None else studies.limits_of_drives(servo))
+        drives=servo)
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
                                  folder=folder,
