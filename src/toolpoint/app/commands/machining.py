@@ -19,6 +19,7 @@ from toolpoint.io.quantities.written import read_curve, read_numbered_file, read
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+    from toolpoint.studies.machining.result import MachiningStudy
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
     read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
@@ -67,6 +68,25 @@ class ToolAbove:
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
+@dataclass(frozen=True)
+class MachineRecord:
+    """Record of the machine beside the program."""
+
+    record: Annotated[SourceFile | None, Help("Record of the spindle's power, torque or current while the program ran: a table "
+                                              "with time, or a controller's trace.")] = None
+    signal: Annotated[str, Help("Its signal, by name, where it holds several.", needs="--record")] = ""
+    efficiency: Annotated[float, Help("Power at the tool over the recorded one, above the idle load.", needs="--record",
+                                      above=0, maximum=1)] = 1.0
+
+    def beside(self, result: MachiningStudy) -> MachiningStudy:
+        """Return the result with the record beside it, as it is without one."""
+        if self.record is None:
+            return result
+        signal = studies.spindle_signal(io.read_servo_data(self.record), self.signal)
+        return studies.compare_record(result, signal.time, signal.values, unit=signal.unit, name=signal.name,
+                                      efficiency=self.efficiency)
+
+
 @command(steps=3, replace=True)
 def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
               stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|STL")],
@@ -84,7 +104,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                                 name="--advice")] = False,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              folder: Folder = None, above: ToolAbove, cut: CutValues) -> None:
+              folder: Folder = None, above: ToolAbove, beside: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
     PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
@@ -109,6 +129,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                  or write is not None,
                                  folder=folder,
                                  progress=run.progress_of_parts())
+    result = beside.beside(result)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
         run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))

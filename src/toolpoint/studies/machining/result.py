@@ -12,11 +12,12 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.advice import ProgramAdvice
-from toolpoint.studies.machining.block_errors import ERROR_HEADER, BlockErrors
+from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
+from toolpoint.studies.machining.recorded.record_comparison import RecordComparison
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.text_table import text_table
 
@@ -78,6 +79,7 @@ class MachiningStudy(NotebookText):
     margins: PlaceMargins | None = None
     errors: BlockErrors | None = None
     loads: CutLoads | None = None
+    record: RecordComparison | None = None
 
     @property
     def chatter_blocks(self) -> np.ndarray:
@@ -152,6 +154,7 @@ class MachiningStudy(NotebookText):
         lines += [text_table("Blocks, worst first", HEADER, self.worst_rows())]
         errors = self.error_rows()
         lines += [text_table("Errors, largest first", ERROR_HEADER, errors)] if errors else []
+        lines += [self.record.table()] if self.record is not None else []
         lines += [self.advice.words] if self.advice is not None else []
         return "\n".join(lines)
 
@@ -170,7 +173,7 @@ class MachiningStudy(NotebookText):
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
                                 "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
+                "blocks": blocks, "record": None if self.record is None else self.record.to_dict(), "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return f"MachiningStudy({self.name!r}, {self.blocks.line.size} blocks, {self.chatter_blocks.size} chatter)"

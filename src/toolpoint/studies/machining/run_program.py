@@ -14,7 +14,7 @@ from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
-from toolpoint.studies.machining.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
@@ -23,10 +23,10 @@ from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
-from toolpoint.studies.machining.servo_course import follow_program, unplanned_corners
+from toolpoint.studies.machining.errors.servo_course import follow_program, find_rounded_corners
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
-from toolpoint.studies.machining.wall_errors import wall_errors
+from toolpoint.studies.machining.errors.wall_errors import wall_errors
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -106,7 +106,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                             machine=dynamics if isinstance(dynamics, Machine) else None)
     errors = table_errors(walls, arcs, course, laid=laid, removed=removed)
     doubts += errors.doubts
-    notes += [*errors.notes, *unplanned_corners(setup, laid)]
+    notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
     contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
             setup)]

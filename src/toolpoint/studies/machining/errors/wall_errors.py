@@ -17,7 +17,7 @@ from toolpoint.studies.machining.engagement_classes import ARC_STEP, DIRECTION_S
 from toolpoint.studies.machining.loads import CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
-from toolpoint.studies.machining.servo_course import ServoCourse, lengths_of_places
+from toolpoint.studies.machining.errors.servo_course import ServoCourse, lengths_of_places
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 
@@ -104,9 +104,9 @@ def _lines(solver: StabilitySolver, cut: _Cut) -> FloatArray:
     problem = solver.problem(cut.tool, cut.pose).changed(engagement=Engagement(entry, leave), feed_angle=cut.angle)
     for k, (side, is_wall) in enumerate((("entry", entry == 0.0), ("exit", leave == np.pi))):
         if is_wall:
-            low, high = (location_error(problem.changed(feed_per_tooth=share * cut.feed), speeds, cut.depth, side=side)[0]
+            at_half, at_full = (location_error(problem.changed(feed_per_tooth=share * cut.feed), speeds, cut.depth, side=side)[0]
                          for share in (0.5, 1.0))
-            out[k] = 2 * low - high, (high - low) / (0.5 * cut.feed)
+            out[k] = 2 * at_half - at_full, (at_full - at_half) / (0.5 * cut.feed)
     return out
 
 
@@ -158,10 +158,10 @@ def total_errors(walls: WallErrors, arcs: PlaceArcs, course: ServoCourse | None,
     if course is None or not arcs.place.size:
         return location, location
     length = lengths_of_places(laid, removed)[arcs.place]
-    nearest = np.searchsorted((length[1:] + length[:-1]) / 2, course.place)
+    place = np.searchsorted((length[1:] + length[:-1]) / 2, course.place)
     left = np.stack([-course.tangent[:, 1], course.tangent[:, 0]], axis=1)
     towards = ((course.error + course.yielding) * left).sum(axis=1)
-    totals = [_largest(walls.location[nearest, k] - sign * towards, course.block, n) for k, sign in ((0, 1.0), (1, -1.0))]
+    totals = [_largest(walls.location[place, k] - sign * towards, course.block, n) for k, sign in ((0, 1.0), (1, -1.0))]
     return location, _larger(*totals)
 
 

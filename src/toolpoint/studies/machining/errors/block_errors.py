@@ -12,8 +12,8 @@ from toolpoint._doubt import Doubt
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.program_path import ProgramPath
-from toolpoint.studies.machining.servo_course import ServoCourse
-from toolpoint.studies.machining.wall_errors import WallErrors, total_errors
+from toolpoint.studies.machining.errors.servo_course import ServoCourse
+from toolpoint.studies.machining.errors.wall_errors import WallErrors, total_errors
 
 ERROR_HEADER = ("line", "total µm", "location µm", "contour µm", "push µm", "feed marks µm", "feed force N", "drives %")
 ERROR_COLUMNS = ("total", "location", "contour", "push", "marks", "feed_force", "drive_use")
@@ -69,9 +69,9 @@ def table_errors(walls: WallErrors, arcs: PlaceArcs, course: ServoCourse | Doubt
     motion = course if isinstance(course, ServoCourse) else None
     location, total = total_errors(walls, arcs, motion, laid=laid, removed=removed)
     marks, block = np.full(n, np.nan), laid.moves.block[removed.piece[arcs.place]]
-    known = ~np.isnan(walls.marks)
-    marks[block[known]] = 0.0
-    np.maximum.at(marks, block[known], walls.marks[known])
+    has_marks = ~np.isnan(walls.marks)
+    marks[block[has_marks]] = 0.0
+    np.maximum.at(marks, block[has_marks], walls.marks[has_marks])
     unknown = np.full(n, np.nan)
     columns = {"total": total, "location": location, "contour": unknown, "push": unknown, "marks": marks,
                "feed_force": unknown, "drive_use": unknown}
@@ -84,15 +84,15 @@ def table_errors(walls: WallErrors, arcs: PlaceArcs, course: ServoCourse | Doubt
 
 def error_notes(errors: BlockErrors, cutting: np.ndarray) -> Sequence[str]:
     """Return what the errors of the blocks rest on, where any is known."""
-    known = {name for name, values in errors.columns.items() if np.isfinite(values[cutting]).any()}
-    if not known:
+    names = {name for name, values in errors.columns.items() if np.isfinite(values[cutting]).any()}
+    if not names:
         return []
     notes = ["Errors are those of walls, level and normal to the feed: of floors, of balls and bull noses the forced vibration is "
              "not computed, and blocks that chatter have none. Feed marks are those of a rigid tool with its run-out and pitch."]
-    if {"location", "contour"} <= known:
+    if {"location", "contour"} <= names:
         notes += ["The total adds servo and forced vibration as if both were largest at once. Springs of drives in the machine "
                   "file that hold the servo's own stiffness are counted twice."]
-    elif "location" in known:
+    elif "location" in names:
         notes += ["The total holds no error of the servo: no drives are given."]
     return notes
 

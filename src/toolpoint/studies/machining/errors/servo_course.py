@@ -170,9 +170,9 @@ def _drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
 
 def _axis_of_largest(share: FloatArray, block: np.ndarray, count: int) -> np.ndarray:
     order = np.argsort(share.max(axis=1), kind="stable")
-    worst = np.zeros(count, int)
-    worst[block[order]] = share.argmax(axis=1)[order]  # written last is the largest
-    return worst
+    axis = np.zeros(count, int)
+    axis[block[order]] = share.argmax(axis=1)[order]  # written last is the largest
+    return axis
 
 
 def _with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescription, notes: tuple[str, ...]) -> ServoCourse:
@@ -195,7 +195,7 @@ def _with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescripti
                    "and stands in the surface location error."))
 
 
-def unplanned_corners(setup: MachiningSetup, laid: ProgramPath) -> list[str]:
+def find_rounded_corners(setup: MachiningSetup, laid: ProgramPath) -> list[str]:
     """Return a note where the drive file rounds corners and the loads are those of a stop at each."""
     drives = setup.drives
     if drives is None or not drives.corner_tolerance:
