@@ -102,6 +102,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
                                                 name="--advice")] = False,
+              lobes: Annotated[int, Help("Of how many engagements, those nearest to their limit, the page shows lobes.",
+                                         minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
               folder: Folder = None, above: ToolAbove, beside: MachineRecord, cut: CutValues) -> None:
@@ -127,7 +129,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         drives=servo)
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
-                                 folder=folder,
+                                 lobes=lobes, folder=folder,
                                  progress=run.progress_of_parts())
     result = beside.beside(result)
     if result.advice is not None:

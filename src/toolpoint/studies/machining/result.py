@@ -13,6 +13,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.advice import ProgramAdvice
 from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
+from toolpoint.studies.machining.block_lobes import EngagementLobes
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
@@ -80,6 +81,7 @@ class MachiningStudy(NotebookText):
     errors: BlockErrors | None = None
     loads: CutLoads | None = None
     record: RecordComparison | None = None
+    lobes: tuple[EngagementLobes, ...] = ()
 
     @property
     def chatter_blocks(self) -> np.ndarray:

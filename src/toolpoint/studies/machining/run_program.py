@@ -15,6 +15,7 @@ from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
 from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.block_lobes import EngagementLobes, JudgedPlaces, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
@@ -36,7 +37,8 @@ NamedProgress = Callable[..., None]
 
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
-                name: str = "program", text: str = "", with_advice: bool = False, folder: Path | None = None,
+                name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
+                folder: Path | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -51,6 +53,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         Of the program, for the result.
     with_advice : bool
         Also which speeds and feeds to change.
+    lobes : int
+        Of how many engagements, those nearest to their limit, the lobes are computed too.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
@@ -77,7 +81,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                               progress=lambda finished, total: progress("pieces cut", finished, total))
     loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
     margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
-    solver, pose = None, None
+    solver, pose, charts = None, None, tuple[EngagementLobes, ...]()
     if dynamics is not None and arcs.place.size:
         pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
@@ -92,6 +96,9 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                                            setup=setup)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
+        if lobes:
+            judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
+            charts = lobes_of_blocks(judged, lobes, lambda finished, total: progress("lobes", finished, total))
         if with_advice:
             case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
             advice = advise(case, find_speed_lines(laid, text),
@@ -113,7 +120,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
-        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads)
+        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads, lobes=charts)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 
