@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.spring_ways import spring_ways
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.machines.virtual_test import list_points
+    from toolpoint.studies.machining.compare_record import compare_record, spindle_signal
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
@@ -145,6 +146,7 @@ __all__ = [
     "choose_engine",
     "choose_turns",
     "compare_branches",
+    "compare_record",
     "compare_two_states",
     "compare_with_test",
     "core_count",
@@ -210,6 +212,7 @@ __all__ = [
     "sides_of",
     "simulate_cut",
     "solve_matrix_modes",
+    "spindle_signal",
     "solve_modes",
     "spring_ways",
     "square",
@@ -294,6 +297,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.spring_ways": ("spring_ways",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "machines.virtual_test": ("list_points",),
+    "machining.compare_record": ("compare_record", "spindle_signal"),
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
