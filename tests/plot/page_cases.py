@@ -421,6 +421,20 @@ def hammer_records() -> Report:
 
 
 @case
+def shaker_records() -> Report:
+    from toolpoint.pages.measured.shaker_records import shaker_page
+    from toolpoint.signals import ShakerSettings
+    from toolpoint.studies import study_shaker_records
+    from toolpoint.vibration import Record
+
+    rng = np.random.default_rng(3)
+    force, gain = rng.standard_normal((20000, 2)), np.array([[2e-6, 1e-6], [1e-6, 3e-6]])
+    motion = force @ gain + 1e-7 * rng.standard_normal((20000, 2))
+    labels, kinds = ["1:+x", "2:+x", "1:+x", "2:+x"], ["force", "force", "displacement", "displacement"]
+    return shaker_page(study_shaker_records([Record(np.hstack([force, motion]), 1000.0, labels, kinds)], ShakerSettings(2.0)))
+
+
+@case
 def tap() -> Report:
     from toolpoint.pages.testing.tap import tap_page
     from toolpoint.studies import study_tap

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.operational import operational_page
+    from toolpoint.pages.measured.shaker_records import shaker_page
     from toolpoint.pages.measured.state_comparison import state_comparison_page
     from toolpoint.pages.measured.traverse import traverse_page
     from toolpoint.pages.measured.update import update_page
@@ -50,7 +51,8 @@ __all__ = [
     "drift_page", "drive_page", "driven_axis_page", "finite_element_page", "first_look_page", "hammer_page",
     "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
     "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "responses_page",
-    "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "simulation_page",
+    "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "shaker_page",
+    "simulation_page",
     "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page", "turning_page", "update_page",
     "video_page", "workspace_page",
 ]
@@ -76,6 +78,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.drift": ("drift_page",),
     "measured.driven_axis": ("driven_axis_page",),
     "measured.hammer_records": ("hammer_page",),
+    "measured.shaker_records": ("shaker_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
     "measured.operational": ("operational_page",),

@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
+    from toolpoint.studies.measured.shaker_study import study_shaker_records
     from toolpoint.studies.measured.two_states import compare_two_states
     from toolpoint.studies.moving.driven_axis_study import DrivenAxisStudy, study_driven_axis
     from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
@@ -212,8 +213,8 @@ __all__ = [
     "sides_of",
     "simulate_cut",
     "solve_matrix_modes",
-    "spindle_signal",
     "solve_modes",
+    "spindle_signal",
     "spring_ways",
     "square",
     "stock_of",
@@ -237,6 +238,7 @@ __all__ = [
     "study_responses",
     "study_responses_of_machine",
     "study_sensitivity",
+    "study_shaker_records",
     "study_tap",
     "study_tool",
     "study_traverse",
@@ -303,6 +305,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
+    "measured.shaker_study": ("study_shaker_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),

@@ -68,7 +68,7 @@ def _record(record: RecordComparison) -> list[Chart | Table | str]:
 def _expected(record: RecordComparison) -> FloatArray:
     """Return the computed load at the samples of the record, with the factors that the record tells."""
     load, fit = record.load, record.fit
-    idle = float(np.median((fit.expected - fit.factor * record.windows.shearing - _edge(record) * record.windows.edges)))
+    idle = float(np.median(fit.expected - fit.factor * record.windows.shearing - _edge(record) * record.windows.edges))
     at = [np.interp(record.alignment.time, load.time, part, left=0.0, right=0.0) for part in (load.shearing, load.edges)]
     return np.asarray(idle + fit.factor * record.alignment.pace * at[0] + _edge(record) * at[1])
 
