@@ -31,7 +31,14 @@ _IMPULSE_CREST = 12.0  # largest force over its rms: above, the record is one of
 
 @dataclass(frozen=True)
 class ShakerSettings:
-    """Settings of a shaker test: line spacing (Hz), excitation, estimator, band (Hz), and blocks left out at the start."""
+    """Settings of a shaker test: line spacing (Hz), excitation, estimator, band (Hz), and blocks left out at the start.
+
+    Examples
+    --------
+    >>> from toolpoint.signals import ShakerSettings
+    >>> ShakerSettings(0.5, "burst").estimator
+    'H1'
+    """
 
     resolution: float
     excitation: str = "random"
