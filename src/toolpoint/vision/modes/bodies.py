@@ -175,6 +175,9 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, me
     tracking_covariance = np.einsum("ri,rj->rij", coefficients, coefficients.conj()).real
     covariance += 2 * (BODY_TRACKING_ERROR + BODY_LOSS_FACTOR
                        * min(loss, 1.0)) ** 2 * tracking_covariance / trace[:, None, None]
+    # Errors of windows that repeat with the other modes' motion are in this mode's shape too.
+    all_modes = tracking_covariance.sum(axis=0)
+    covariance += 2 * MODE_LEAKAGE * (all_modes - tracking_covariance) / trace[:, None, None]
     covariance[:, [0, 6], [0, 6]] += shapes.common  # shared by all windows: no mean over them takes it away
     fits = np.array([motion.misfit for motion in averaged])
     power = np.array([(motion.residual_power, motion.power) for motion in averaged])
