@@ -24,7 +24,8 @@ _UNITS: dict[str, tuple[str, float]] = {
     "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", np.pi / 180), "°/s": ("rad/s", np.pi / 180), "rpm": ("rad/s", np.pi / 30),
     "rev/min": ("rad/s", np.pi / 30), "1/min": ("rad/s", np.pi / 30), "u/min": ("rad/s", np.pi / 30), "m/s2": ("m/s^2", 1.0),
     "m/s^2": ("m/s^2", 1.0), "m/s²": ("m/s^2", 1.0), "mm/s2": ("m/s^2", 1e-3), "mm/s^2": ("m/s^2", 1e-3), "a": ("A", 1.0),
-    "ampere": ("A", 1.0), "ma": ("A", 1e-3), "v": ("V", 1.0), "volt": ("V", 1.0), "w": ("W", 1.0), "kw": ("W", 1e3), "n": ("N", 1.0), "kn": ("N", 1e3),
+    "ampere": ("A", 1.0), "ma": ("A", 1e-3), "v": ("V", 1.0), "volt": ("V", 1.0),
+    "w": ("W", 1.0), "kw": ("W", 1e3), "n": ("N", 1.0), "kn": ("N", 1e3),
     "n m": ("N m", 1.0), "n*m": ("N m", 1.0), "%": ("%", 1.0), "counts": ("counts", 1.0),
     "inc": ("counts", 1.0), "hz": ("Hz", 1.0)}
 _COLUMN = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
