@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AnimatedShapes", "BlockLobes", "BlockQuantity", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes",
-    "Picture", "PolePicker", "ProgramView", "Report", "Scene", "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
+    "Picture", "PolePicker", "ProgramView", "Report", "Scene", "ShapeView",
+    "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
     "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 

@@ -36,7 +36,8 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
             report = report.with_section("Against the record", *_record(result.record))
         report = report.with_section("Over the time of the program", *_course(result))
     report = report.with_section("The whole program", Table(["quantity", "value"], result.figures))
-    return with_remarks(report.with_doubts(*result.doubts), result.notes, warnings)
+    recorded = [] if result.record is None else result.record.doubts
+    return with_remarks(report.with_doubts(*recorded, *result.doubts), result.notes, warnings)
 
 
 def _worst(result: MachiningStudy) -> Table:

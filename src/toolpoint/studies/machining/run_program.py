@@ -193,7 +193,8 @@ def _assumptions(study: MachiningStudy) -> list[str]:
     cutting = study.blocks.verdict > 0
     errors = [] if study.errors is None else error_notes(study.errors, cutting)
     return [*errors, f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices "
-            "of the tool; rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner than the spacing, may be "
+            "of the tool; rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner "
+            "than the spacing, may be "
             "missed.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
             "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "

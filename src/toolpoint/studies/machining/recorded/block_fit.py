@@ -2,7 +2,7 @@ r"""Coefficient of the material from the means of a record over blocks, with its
 
 The mean of a block is :math:`y_j = c_{s(j)} + q_t P_{t,j} + q_e P_{e,j} + d_j P_j + e_j`: the idle load c at each spindle
 speed, the factors q on the shearing and edge parts, a share d_j of standard deviation tau by which the block itself differs,
-and noise. tau is found from the misfit (restricted likelihood), so the interval widens where the blocks scatter more than the noise.
+and noise. tau is found from the misfit (restricted likelihood): the interval widens where blocks scatter more than the noise.
 """
 
 from __future__ import annotations
