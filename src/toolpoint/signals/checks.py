@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, floats, nonnegative
+from toolpoint._check import ComplexArray, FloatArray, floats, nonnegative
 from toolpoint.vibration.dof import Dof, positions
 from toolpoint.vibration.frf import Frf
 
@@ -96,9 +96,14 @@ def without_mass(frf: Frf, dof: Dof | str, mass: float) -> Frf:
     """
     row, column = positions("outputs", [dof], frf.outputs)[0], positions("inputs", [dof], frf.inputs)[0]
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
-    values = inside.converted_to("accelerance").values
-    point = values[:, row, column]
-    correction = values[:, :, column, None] * values[:, None, row, :] * (mass / (1 - mass * point))[:, None, None]
-    corrected = Frf(inside.frequency, values + correction, inside.outputs, inside.inputs, "accelerance", decay=frf.decay,
-                notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"))
+    lines = inside.converted_to("accelerance")
+
+    def bare(values: ComplexArray) -> ComplexArray:
+        column_values, row_values = values[..., column, None], values[..., row, None, :]
+        factor = mass / (1 - mass * values[..., row, column])
+        return np.asarray(values + column_values * row_values * factor[..., None, None])
+
+    corrected = Frf(lines.frequency, bare(lines.values), lines.outputs, lines.inputs, "accelerance", decay=frf.decay,
+                    notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"),
+                    draws=None if lines.draws is None else bare(lines.draws))
     return corrected.converted_to(frf.quantity)

@@ -140,7 +140,8 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     built = io.read_machine_at(machine, *response.pose)
     result = studies.study_responses_of_machine(built, response.pose or None, response.outputs or None,
                                                 inputs=response.inputs or None,
-                                                frequency=response.lines, progress=run.progress("intervals"))
+                                                frequency=response.lines,
+                                                keep_draws=save is not None, progress=run.progress("intervals"))
     run.write("Responses", save, io.write_frf, result.frfs[0])
     run.present(pages.responses_page, result, run.warnings, notes=result.notes)
 

@@ -18,6 +18,7 @@ from toolpoint.vibration import Modes
 
 RATIO_STEP = 0.04  # of the stated K_n/K_t: between charted ratios; half of it moves a limit by less than a step of its depths
 OUTCOME_RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
+MAX_SAMPLE_STRETCH = 4.0  # of the depths of a sample by a draw of the response: beyond, the deepest charted one stands
 Perturb = Callable[[MillingProblem, float], MillingProblem]
 
 
@@ -186,7 +187,7 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
 
 def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, *, depths: FloatArray,
                 rng: np.random.Generator, samples: int = 200, method: StabilityMethod | None = None,
-                progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
+                limit_draws: FloatArray | None = None, progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
     """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).
 
     Parameters
@@ -197,6 +198,9 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     speeds, depths : (n,), (d,) floats
     rng : numpy.random.Generator
     samples : int
+    limit_draws : (n_draws, n) floats, optional
+        Limits of equally likely responses over those of the problem's (`StabilityChart.limit_draws`) at the speeds: each
+        sample takes one of them, and its depths are stretched by it.
     progress : callable, optional
         Called with (done, all) after every chart.
 
@@ -211,6 +215,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     deviation = np.array([p.deviation for p in parameters])
     factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
     names = tuple(p.name for p in parameters)
+    of_response = _picked_draws(limit_draws, samples, n.size, rng)
     stable = np.empty((samples, n.size, w.size), bool)
     frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
     groups = _equal_ratios(factors) if names == ("kt", "kn") and _is_scaled(problem) else [
@@ -219,10 +224,13 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
         varied = problem
         for parameter, factor in zip(parameters, row):
             varied = parameter.change(varied, float(factor))
-        sample: StabilityChart = chart(varied, n, method, depth_max=float(w.max() * stretches.max()))
+        speed_stretches = stretches[:, None] / of_response[members]  # (members, n)
+        depth_max = float(min(w.max() * speed_stretches.max(), MAX_SAMPLE_STRETCH * w.max() * stretches.max()))
+        sample: StabilityChart = chart(varied, n, method, depth_max=depth_max)
         first = sample.limit_points()
-        for s, stretch in zip(members.tolist(), stretches.tolist()):
-            stable[s] = sample.stable(w * stretch)
+        for s, stretch in zip(members.tolist(), speed_stretches):
+            stable[s] = [sample.stable(np.minimum(w * part, depth_max))[i] for i, part in enumerate(stretch)] \
+                if limit_draws is not None else sample.stable(w * stretch[0])
             limit[s] = np.minimum(sample.limit / stretch, w.max())
             reached = (first >= 0) & (sample.limit / stretch <= w.max())
             frequency[s, reached] = sample.frequency[first[reached]]
@@ -230,6 +238,13 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
             progress(number, len(groups))
     return ProbabilityChart(n, w, stable, factors, names, frequency, limit,
                             np.full(samples, 1 / samples))
+
+
+def _picked_draws(limit_draws: FloatArray | None, samples: int, speeds: int, rng: np.random.Generator) -> FloatArray:
+    """Return the factor of the limit at every speed for each sample (samples, speeds); ones where the response is exact."""
+    if limit_draws is None:
+        return np.ones((samples, speeds))
+    return np.asarray(limit_draws[rng.integers(len(limit_draws), size=samples)])
 
 
 def _is_scaled(problem: MillingProblem) -> bool:

@@ -303,7 +303,9 @@ class HillSystem:
         variance_of_depth, halved = (depth_variance(plane, variance, hz, influence=influence, factor=root.factor,
                                                     kept_lines=kept_lines)
                                      for kept_lines in (None, slice(0, None, 2)))
-        return NORMAL_95 * float(np.sqrt(variance_of_depth)), halved
+        # Limits of draws hold their noise: stated here too, it would count twice.
+        noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(variance_of_depth))
+        return noise, halved
 
     def _extend_vectors(self, root: Root, wide_harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
         """Return left null vector (wide, directions) and force (wide, d) of a root at harmonics beyond the matrix too.
