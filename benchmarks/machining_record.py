@@ -26,7 +26,8 @@ def program(rng: np.random.Generator) -> str:
     lines, y, z = [f"S{rng.integers(5, 14) * 1000} M3"], 2.0, 0.0
     for _ in range(int(rng.integers(8, 20))):
         y, z = (y + rng.uniform(2, 9), z) if y < 48 else (2.0, z - 3)
-        lines += [f"G0 X-7 Y{y:.3f} Z{z - rng.uniform(0.5, 4):.3f}", f"G1 X{rng.uniform(25, 55):.2f} F{rng.integers(6, 30) * 100}",
+        lines += [f"G0 X-7 Y{y:.3f} Z{z - rng.uniform(0.5, 4):.3f}",
+                  f"G1 X{rng.uniform(25, 55):.2f} F{rng.integers(6, 30) * 100}",
                   f"X87 F{rng.integers(6, 30) * 100}", "G0 Z8"]
     return "\n".join(lines)
 
@@ -57,8 +58,8 @@ def record(load: SpindleLoad, rng: np.random.Generator, factor: float) -> tuple[
     noise[0] = white[0]
     for k in range(1, clock.size):
         noise[k] = memory * noise[k - 1] + np.sqrt(1 - memory**2) * white[k]
-    values = rng.uniform(100, 800) + np.interp(clock, time, power, left=0, right=0) + rng.uniform(0.02, 0.15) * load.total.max() * noise
-    return clock, values
+    level = rng.uniform(0.02, 0.15) * load.total.max()
+    return clock, rng.uniform(100, 800) + np.interp(clock, time, power, left=0, right=0) + level * noise
 
 
 def main() -> None:

@@ -23,8 +23,8 @@ from toolpoint.io.program.gcode import parse
 from toolpoint.material_removal import Stock
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import milling_problem
-from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.errors.wall_errors import feed_mark_height
+from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.vibration import Modes
 
 MM = 1e-3

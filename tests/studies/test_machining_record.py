@@ -124,7 +124,7 @@ def test_chatter_in_a_quick_record_is_found_with_its_frequency() -> None:
     during = (time > span[0]) & (time < span[-1])
     passing = 40 * np.sin(2 * np.pi * 600 * time) * (values > 400)
     record = _compared(time, values + passing + during * 60 * np.sin(2 * np.pi * 1437 * time))
-    assert record.heard > 2 and [round(c.frequency) for c in record.chatter] == [1437]
+    assert record.heard_count > 2 and [round(c.frequency) for c in record.chatter] == [1437]
     assert record.chatter_lines[0] == result.laid.path.line[longest]
     assert not _compared(time, values + passing).chatter
 

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from toolpoint.plot.shape_view.view import ShapeView
 
 __all__ = [
-    "AnimatedShapes", "BlockLobes", "BlockQuantity", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes", "Picture", "PolePicker", "ProgramView", "Report",
-    "Scene", "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
+    "AnimatedShapes", "BlockLobes", "BlockQuantity", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes",
+    "Picture", "PolePicker", "ProgramView", "Report", "Scene", "ShapeView",
+    "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
     "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
@@ -78,11 +78,15 @@ class MachineRecord:
     efficiency: Annotated[float, Help("Power at the tool over the recorded one, above the idle load.", needs="--record",
                                       above=0, maximum=1)] = 1.0
 
-    def beside(self, result: MachiningStudy) -> MachiningStudy:
+    def read(self) -> Any:
+        """Read the record; nothing where none is given."""
+        return None if self.record is None else io.read_servo_data(self.record)
+
+    def compare(self, result: MachiningStudy, record: Any) -> MachiningStudy:
         """Return the result with the record beside it, as it is without one."""
-        if self.record is None:
+        if record is None:
             return result
-        signal = studies.spindle_signal(io.read_servo_data(self.record), self.signal)
+        signal = studies.spindle_signal(record, self.signal)
         return studies.compare_record(result, signal.time, signal.values, unit=signal.unit, name=signal.name,
                                       efficiency=self.efficiency)
 
@@ -96,8 +100,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
-              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the cutting "
-                                                      "forces.")] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
+                                                      "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
@@ -106,13 +110,13 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                          minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              folder: Folder = None, above: ToolAbove, beside: MachineRecord, cut: CutValues) -> None:
+              folder: Folder = None, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
     PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
     or the options below; the arcs of cut come from the stock.
     """
-    source = dynamics.read()
+    source, record = dynamics.read(), recorded.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
     cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
@@ -131,7 +135,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                  or write is not None,
                                  lobes=lobes, folder=folder,
                                  progress=run.progress_of_parts())
-    result = beside.beside(result)
+    result = recorded.compare(result, record)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
         run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))

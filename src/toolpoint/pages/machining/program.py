@@ -16,8 +16,8 @@ from toolpoint.studies.machining.recorded.record_comparison import UNEXPECTED_HE
 from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
 
 LISTED_BLOCKS = 40  # worst ones, with their lines
-ERROR_KEY = "Total: normal to the wall, positive where material is left. Location: of the forced vibration. Contour: of the tables \
-from the path. Push: of the servo by the mean cutting force"
+ERROR_KEY = "Total: normal to the wall, positive where material is left. Location: of the forced vibration. \
+Contour: of the tables from the path. Push: of the servo by the mean cutting force"
 MARK_OF_VERDICT = {"chatters": "doubtful", "stable": "good"}
 
 
@@ -36,7 +36,8 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
             report = report.with_section("Against the record", *_record(result.record))
         report = report.with_section("Over the time of the program", *_course(result))
     report = report.with_section("The whole program", Table(["quantity", "value"], result.figures))
-    return with_remarks(report.with_doubts(*result.doubts), result.notes, warnings)
+    recorded = [] if result.record is None else result.record.doubts
+    return with_remarks(report.with_doubts(*recorded, *result.doubts), result.notes, warnings)
 
 
 def _worst(result: MachiningStudy) -> Table:
@@ -57,8 +58,8 @@ def _advice(result: MachiningStudy) -> list[str]:
 def _record(record: RecordComparison) -> list[Chart | Table | str]:
     """Return what the record says: its answer, the course beside the computed one, lines that differ."""
     parts: list[Chart | Table | str] = [record.answer, Chart(record_over_time(
-        record.alignment.time, record.values, expected=_expected(record), quantity=f"Load of the spindle, {record.unit or 'as recorded'}"),
-        name="record-course")]
+        record.alignment.time, record.values, expected=_expected(record),
+        quantity=f"Load of the spindle, {record.unit or 'as recorded'}"), name="record-course")]
     if record.is_placed and record.unexpected.size:
         parts.append(Table(list(UNEXPECTED_HEADER), [list(row) for row in record.rows()],
                            "Means of blocks; deviations of what noise and the scatter of blocks leave"))
@@ -69,8 +70,9 @@ def _expected(record: RecordComparison) -> FloatArray:
     """Return the computed load at the samples of the record, with the factors that the record tells."""
     load, fit = record.load, record.fit
     idle = float(np.median(fit.expected - fit.factor * record.windows.shearing - _edge(record) * record.windows.edges))
-    at = [np.interp(record.alignment.time, load.time, part, left=0.0, right=0.0) for part in (load.shearing, load.edges)]
-    return np.asarray(idle + fit.factor * record.alignment.pace * at[0] + _edge(record) * at[1])
+    shearing, edges = (np.interp(record.alignment.time, load.time, part, left=0.0, right=0.0)
+                       for part in (load.shearing, load.edges))
+    return np.asarray(idle + fit.factor * record.alignment.pace * shearing + _edge(record) * edges)
 
 
 def _edge(record: RecordComparison) -> float:

@@ -26,33 +26,33 @@ def program_part(result: MachiningStudy) -> ProgramView:
     path, blocks = result.laid.path, result.blocks
     points, block = _polyline(result)
     kind = np.where(path.rapid, 0, np.where(blocks.verdict > 0, 2, 1))
-    lobes = [BlockLobes(each.blocks, each.speed, np.where(np.isfinite(each.limit), each.limit, np.nan), each.depth, each.programmed)
-             for each in result.lobes]
+    lobes = [BlockLobes(each.blocks, each.speed, np.where(np.isfinite(each.limit), each.limit, np.nan), each.depth,
+                        each.programmed) for each in result.lobes]
     left_out = len(result.text) - MAX_TEXT_LINES
-    caption = "Cutting blocks in the colour of a quantity, over the work as it is left; grey: not known. The sizes of errors are shown." \
-        + (f" The last {left_out} lines of the text are left out." if left_out > 0 else "")
+    caption = "Cutting blocks in the colour of a quantity, over the work as it is left; grey: not known. Errors are shown " \
+        "by their size." + (f" The last {left_out} lines of the text are left out." if left_out > 0 else "")
     return ProgramView("program", points, block, kind, np.cumsum(result.laid.time), blocks.line, _quantities(result),
                        result.text[:MAX_TEXT_LINES], blocks.verdict, VERDICTS, _surface(result), lobes, caption)
 
 
 def _quantities(result: MachiningStudy) -> list[BlockQuantity]:
     """Return the quantities that are known of any block, the demand on stability first."""
-    blocks, cuts, known = result.blocks, result.blocks.verdict > 0, list[BlockQuantity]()
+    blocks, cuts, choices = result.blocks, result.blocks.verdict > 0, list[BlockQuantity]()
     if np.isfinite(blocks.ratio).any():
         ratio = np.where(blocks.ratio > 0, blocks.ratio, np.nan)
         demand = np.where(np.isinf(ratio), 0.0, np.minimum(1 / ratio, MAX_SHOWN_DEMAND))
-        known.append(BlockQuantity("Depth over stable depth", "", demand, 1.0))
-    known += [BlockQuantity(name, unit, np.where(cuts, scale * blocks.loads[column], np.nan))
+        choices.append(BlockQuantity("Depth over stable depth", "", demand, 1.0))
+    choices += [BlockQuantity(name, unit, np.where(cuts, scale * blocks.loads[column], np.nan))
               for column, (name, unit, scale) in QUANTITY_OF_LOAD.items()]
     columns = {} if result.errors is None else result.errors.columns
     for column, (name, unit, scale) in QUANTITY_OF_ERROR.items():
         values = np.where(cuts, scale * np.abs(columns[column]), np.nan) if column in columns else np.full(cuts.size, np.nan)
         if np.isfinite(values).any():
-            known.append(BlockQuantity(name, unit, values))
+            choices.append(BlockQuantity(name, unit, values))
     if result.record is not None and result.record.is_placed:
-        known.append(BlockQuantity("Record less expected", "deviations", _scores(result)))
+        choices.append(BlockQuantity("Record less expected", "deviations", _scores(result)))
     time = np.cumsum(result.laid.time)
-    return [*known, BlockQuantity("Depth of cut", "mm", np.where(cuts, 1e3 * blocks.depth, np.nan)),
+    return [*choices, BlockQuantity("Depth of cut", "mm", np.where(cuts, 1e3 * blocks.depth, np.nan)),
             BlockQuantity("Feed", "mm/min", 60e3 * result.laid.feed, digits=4),
             BlockQuantity("Time of the program", "s", time, digits=4)]
 
@@ -68,12 +68,12 @@ def _scores(result: MachiningStudy) -> FloatArray:
 
 def _polyline(result: MachiningStudy) -> tuple[FloatArray, np.ndarray]:
     """Return the ends of the drawn pieces (n + 1, 3) and their segments (n,): lines whole, arcs in their pieces."""
-    moves, path = result.laid.moves, result.laid.path
-    is_line = path.kind[moves.block] == LINE_KIND
-    is_last = np.append(moves.block[1:] != moves.block[:-1], True)
+    pieces, path = result.laid.moves, result.laid.path
+    is_line = path.kind[pieces.block] == LINE_KIND
+    is_last = np.append(pieces.block[1:] != pieces.block[:-1], True)
     kept = ~is_line | is_last
-    ends = moves.rows[kept, 3:6]
-    return np.concatenate([moves.rows[:1, 0:3], ends]), moves.block[kept]
+    ends = pieces.rows[kept, 3:6]
+    return np.concatenate([pieces.rows[:1, 0:3], ends]), pieces.block[kept]
 
 
 def _surface(result: MachiningStudy) -> tuple[FloatArray, np.ndarray]:

@@ -21,7 +21,7 @@ MAX_FINE_BLOCKS = 20_000  # blocks whose values are kept in 16 bits; of more in 
 
 @dataclass(frozen=True, eq=False)
 class BlockQuantity:
-    """A quantity of blocks (n,) to colour by, not a number where not known; upper : end of the colours, at least the largest."""
+    """Quantity of blocks (n,) to colour by, not a number where not known; upper : end of the colours, at least the largest."""
 
     name: str
     unit: str
@@ -104,8 +104,8 @@ class ProgramView:
     def payload(self) -> dict[str, object]:
         """Return what the script reads: packed arrays."""
         nodes, triangles = self.surface
-        every = np.concatenate([self.points, nodes]) if len(nodes) else self.points
-        lower, size = every.min(axis=0), max(float(np.ptp(every, axis=0).max()), 1e-9)
+        places = np.concatenate([self.points, nodes]) if len(nodes) else self.points
+        lower, size = places.min(axis=0), max(float(np.ptp(places, axis=0).max()), 1e-9)
         levels = [self._levels(quantity) for quantity in self.quantities]
         return {
             "ramp": RAMP, "lower": lower.tolist(), "size": size,
@@ -126,9 +126,9 @@ class ProgramView:
     def _levels(self, quantity: BlockQuantity) -> tuple[dict[str, object], bool]:
         """Return the values as whole levels from 1 of the end of the colours, 0 where not known."""
         coarse = len(self.kind) > MAX_FINE_BLOCKS
-        top = 255 if coarse else 65535
+        level_max = 255 if coarse else 65535
         share = np.abs(np.where(np.isfinite(quantity.values), quantity.values, 0.0)) / quantity.end
-        level = np.where(np.isfinite(quantity.values), 1 + np.rint(share * (top - 1)), 0)
+        level = np.where(np.isfinite(quantity.values), 1 + np.rint(share * (level_max - 1)), 0)
         return pack_array(level, "u1" if coarse else "<u2"), coarse
 
     def fragment(self) -> str:

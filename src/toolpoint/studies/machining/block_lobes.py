@@ -49,15 +49,16 @@ def lobes_of_blocks(judged: JudgedPlaces, count: int, progress: Callable[[int, i
     order = np.argsort(-ratio, kind="stable")
     group_of_block = np.full(judged.laid.path.count, -1)
     group_of_block[block[order]] = groups.group[order]  # written last is the nearest to its limit
-    least = np.full(groups.count, np.inf)
-    np.minimum.at(least, groups.group, ratio)
-    shown = [k for k in np.argsort(least, kind="stable").tolist() if (group_of_block == k).any()][:count]
+    least_ratio = np.full(groups.count, np.inf)
+    np.minimum.at(least_ratio, groups.group, ratio)
+    chosen = [k for k in np.argsort(least_ratio, kind="stable").tolist() if (group_of_block == k).any()][:count]
     lobes = list[EngagementLobes]()
-    for number, k in enumerate(shown):
-        progress(number, len(shown))
+    for number, k in enumerate(chosen):
+        progress(number, len(chosen))
         speeds = groups.speed[k] * np.linspace(*LOBE_SPEED_RANGE, LOBE_SPEED_COUNT)
         try:
-            chart = judged.solver.chart(int(groups.tool[k]), int(groups.pose[k]), (float(groups.entry[k]), float(groups.exit[k])),
+            chart = judged.solver.chart(int(groups.tool[k]), int(groups.pose[k]),
+                                        (float(groups.entry[k]), float(groups.exit[k])),
                                         angle=float(groups.angle[k]), speeds=speeds, depth=float(groups.depth[k]))
         except ToolpointError:
             continue

@@ -11,13 +11,13 @@ from toolpoint.cutting.build import coefficients_of
 from toolpoint.drives.accuracy.axis_record import AxisRecord, AxisSignal, names_of
 from toolpoint.studies.machining.recorded.alignment import align_record
 from toolpoint.studies.machining.recorded.block_fit import fit_coefficient, gather_windows
-from toolpoint.studies.machining.recorded.record_chatter import find_chatter
+from toolpoint.studies.machining.recorded.record_chatter import ChatterInRecord, find_chatter
 from toolpoint.studies.machining.recorded.record_comparison import RecordComparison
 from toolpoint.studies.machining.recorded.spindle_load import spindle_load
 from toolpoint.studies.machining.result import MachiningStudy
 
-MIN_RECORD_SAMPLES = 50
-MAX_RECORD_SAMPLES = 20_000_000
+MIN_COMPARED_SAMPLES = 50  # of a record
+MAX_COMPARED_SAMPLES = 20_000_000  # of a record
 _MIN_STEP, _MAX_STEP = 2e-3, 0.1  # s, of the computed load
 _GUARD_STEPS = 3.0  # of the record's or the load's time step, left out at both ends of a block
 LOAD_UNITS = ("W", "N m")
@@ -61,8 +61,8 @@ def compare_record(result: MachiningStudy, time: FloatArray, values: FloatArray,
     True
     """
     time, values = floats("time", time, (None,)), floats("values", values, np.shape(time))
-    if not MIN_RECORD_SAMPLES <= time.size <= MAX_RECORD_SAMPLES:
-        fail("record", f"{time.size} samples", f"must be {MIN_RECORD_SAMPLES} to {MAX_RECORD_SAMPLES}")
+    if not MIN_COMPARED_SAMPLES <= time.size <= MAX_COMPARED_SAMPLES:
+        fail("record", f"{time.size} samples", f"must be {MIN_COMPARED_SAMPLES} to {MAX_COMPARED_SAMPLES}")
     if (np.diff(time) <= 0).any():
         fail("time", "values that do not increase", "must increase", remedy="remove lines that are there twice")
     if not 0.1 <= efficiency <= 1.0:
@@ -83,11 +83,11 @@ def compare_record(result: MachiningStudy, time: FloatArray, values: FloatArray,
     fit = replace(fit, expected=fit.expected / efficiency)
     index = np.clip(np.rint(course / load.step).astype(int), 0, load.block.size - 1)
     segment = np.where(load.total[index] > 0, load.block[index], -1)
-    chatter, heard = _chatter(result, segment, values, 1 / interval)
+    chatter, block_count = _chatter(result, segment, values, 1 / interval)
     lines = result.laid.path.line
     comparison = RecordComparison(
         name, unit, slow_time, slow_values, load, place, windows, lines[windows.block], fit, is_scaled,
-        float(coefficients_of(result.setup.cut_of(result.laid.numbers[0])).kt), tuple(chatter), heard,
+        float(coefficients_of(result.setup.cut_of(result.laid.numbers[0])).kt), tuple(chatter), block_count,
         tuple(int(lines[c.block]) for c in chatter))
     return replace(result, record=comparison)
 
@@ -98,6 +98,14 @@ def spindle_signal(record: object, name: str = "") -> AxisSignal:
     record : AxisRecord, as `io.read_servo_data` gives it.
 
     Raises ToolpointError for a record of another kind, a name that it does not hold, and several signals without a name.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.accuracy.axis_record import AxisRecord, AxisSignal
+    >>> from toolpoint.studies import spindle_signal
+    >>> power = AxisSignal("Spindle power", "W", "", "", np.arange(3.0), np.array([300.0, 900.0, 310.0]))
+    >>> spindle_signal(AxisRecord((power,))).name
+    'Spindle power'
     """
     if not isinstance(record, AxisRecord):
         raise ToolpointError("record: no signals over time; give a table with time and power, torque or current")
@@ -118,7 +126,8 @@ def _averaged(time: FloatArray, values: FloatArray, step: float) -> tuple[FloatA
     return time[:count].reshape(-1, group).mean(axis=1), values[:count].reshape(-1, group).mean(axis=1)
 
 
-def _chatter(result: MachiningStudy, segment: np.ndarray, values: FloatArray, rate: float):  # type: ignore[no-untyped-def]
+def _chatter(result: MachiningStudy, segment: np.ndarray, values: FloatArray, rate: float
+             ) -> tuple[list[ChatterInRecord], int]:
     inside = segment >= 0
     teeth = np.array([result.setup.cut_of(int(number)).tool.teeth for number in result.laid.tool])
     if not inside.any():

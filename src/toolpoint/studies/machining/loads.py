@@ -64,7 +64,7 @@ def _put(columns: dict[str, FloatArray], places: np.ndarray, forces: ArcForces, 
 
 
 def _along_axes(force: FloatArray, way: FloatArray) -> FloatArray:
-    """Return forces (n, 3) of the frames of unit feeds (n, 3) along the program's axes; a plunge has the frame of a feed in x."""
+    """Return forces (n, 3) of the frames of unit feeds (n, 3) along the program's axes; of a plunge that of a feed in x."""
     level = np.hypot(way[:, 0], way[:, 1])
     safe = np.where(level > 1e-9, level, 1.0)
     x, y = np.where(level > 1e-9, way[:, 0] / safe, 1.0), np.where(level > 1e-9, way[:, 1] / safe, 0.0)

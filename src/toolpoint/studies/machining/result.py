@@ -12,9 +12,9 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.advice import ProgramAdvice
-from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
 from toolpoint.studies.machining.block_lobes import EngagementLobes
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
+from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
 from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
@@ -168,14 +168,15 @@ class MachiningStudy(NotebookText):
                    "chatter_frequency_hz": _number(b.frequency[k]),
                    "arc_rad": float(b.arc[k]), "volume_m3": float(b.volume[k]), "speed_rpm": float(self.laid.speed[k]),
                    "feed_m_s": float(self.laid.feed[k]), **{name: float(b.loads[name][k]) for name in LOAD_COLUMNS},
-                   **({} if self.errors is None else self.errors.to_dict(k))}
+                   **({} if self.errors is None else self.errors.to_dict(int(k)))}
                   for k in np.flatnonzero(b.verdict > 0)]
         return {"answer": self.answer, "doubts": list(self.doubts), "time_s": float(self.laid.time.sum()),
                 "removed_m3": self.removed.total_volume, "arc_error_rad": self.error_angle, "engagements": self.classes,
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
                                 "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "record": None if self.record is None else self.record.to_dict(), "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
+                "blocks": blocks, "record": None if self.record is None else self.record.to_dict(),
+                "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return f"MachiningStudy({self.name!r}, {self.blocks.line.size} blocks, {self.chatter_blocks.size} chatter)"

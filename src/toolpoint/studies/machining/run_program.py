@@ -14,20 +14,20 @@ from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
-from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
 from toolpoint.studies.machining.block_lobes import EngagementLobes, JudgedPlaces, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.errors.servo_course import find_rounded_corners, follow_program
+from toolpoint.studies.machining.errors.wall_errors import wall_errors
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
 from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
-from toolpoint.studies.machining.errors.servo_course import follow_program, find_rounded_corners
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
-from toolpoint.studies.machining.errors.wall_errors import wall_errors
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -120,7 +120,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
-        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads, lobes=charts)
+        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads,
+        lobes=charts)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 
@@ -191,9 +192,9 @@ def _assumptions(study: MachiningStudy) -> list[str]:
     settings = study.removed.settings
     cutting = study.blocks.verdict > 0
     errors = [] if study.errors is None else error_notes(study.errors, cutting)
-    return [*errors, f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of "
-            f"the tool; "
-            "rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner than the spacing, may be "
+    return [*errors, f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices "
+            "of the tool; rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner "
+            "than the spacing, may be "
             "missed.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
             "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "

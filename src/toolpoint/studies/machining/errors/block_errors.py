@@ -11,9 +11,9 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
-from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.errors.servo_course import ServoCourse
 from toolpoint.studies.machining.errors.wall_errors import WallErrors, total_errors
+from toolpoint.studies.machining.program_path import ProgramPath
 
 ERROR_HEADER = ("line", "total µm", "location µm", "contour µm", "push µm", "feed marks µm", "feed force N", "drives %")
 ERROR_COLUMNS = ("total", "location", "contour", "push", "marks", "feed_force", "drive_use")
@@ -49,7 +49,7 @@ class BlockErrors:
 
     def rows(self, line: np.ndarray, cutting: np.ndarray, *, count: int) -> list[list[str]]:
         """Return the cells of the cutting blocks with the largest errors, one a line of the program."""
-        rows, lines = [], set[int]()
+        rows, lines = list[list[str]](), set[int]()
         for k in self.order.tolist():
             if cutting[k] and int(line[k]) not in lines and len(rows) < count:
                 lines.add(int(line[k]))
@@ -87,8 +87,9 @@ def error_notes(errors: BlockErrors, cutting: np.ndarray) -> Sequence[str]:
     names = {name for name, values in errors.columns.items() if np.isfinite(values[cutting]).any()}
     if not names:
         return []
-    notes = ["Errors are those of walls, level and normal to the feed: of floors, of balls and bull noses the forced vibration is "
-             "not computed, and blocks that chatter have none. Feed marks are those of a rigid tool with its run-out and pitch."]
+    notes = ["Errors are those of walls, level and normal to the feed: of floors, of balls and bull noses the forced vibration "
+             "is not computed, and blocks that chatter have none. Feed marks are those of a rigid tool with its run-out and "
+             "pitch."]
     if {"location", "contour"} <= names:
         notes += ["The total adds servo and forced vibration as if both were largest at once. Springs of drives in the machine "
                   "file that hold the servo's own stiffness are counted twice."]

@@ -32,7 +32,8 @@ MIN_DOUBTED_YIELDING = 5e-6  # m, of a servo under the cutting force
 class ServoCourse:
     """Motion of the servo along a program, at the samples that cut, (n,) each.
 
-    block : index of the segment; place : arc length of the foot along the path, m; error : (n, 2) deviation of the tables from the path without cutting force, in the plane, m;
+    block : index of the segment; place : arc length of the foot along the path, m; error : (n, 2)
+    deviation of the tables from the path without cutting force, in the plane, m;
     yielding : (n, 2) further motion of the motors under the cutting force, in the plane, m; tangent : (n, 2) unit direction.
     contour, push : (blocks,) largest distance from the path under the cutting force, and largest further motion by it, m.
     use : (blocks,) largest share of the limit of torque or current of any axis; axis : (blocks,) index of that axis.
@@ -139,8 +140,8 @@ def _course(laid: ProgramPath, drives: DriveDescription, runs: _ServoRuns, *, fo
     np.maximum.at(contour, _segment_of(path, under_force.progress)[mask], under_force.length[mask])
     np.maximum.at(push, block[mask], np.linalg.norm(further, axis=1)[mask])
     np.maximum.at(use, at_set_point, share.max(axis=1))
-    return ServoCourse(tuple(drives.axes), block[mask], following.progress[mask], following.vector[mask][:, :2], further[mask][:, :2],
-                       _tangents(path, block, following)[mask], contour, push, use,
+    return ServoCourse(tuple(drives.axes), block[mask], following.progress[mask], following.vector[mask][:, :2],
+                       further[mask][:, :2], _tangents(path, block, following)[mask], contour, push, use,
                        _axis_of_largest(share, at_set_point, n), force)
 
 
@@ -158,7 +159,7 @@ def _tangents(path: Path, block: np.ndarray, error: ContourError) -> FloatArray:
 
 
 def _drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
-    """Return the share of the limit that every axis uses, (n, axes): of the current where it is modelled, else of the torque."""
+    """Return the share of the limit that every axis uses, (n, axes): of current where it is modelled, and of torque."""
     share = np.zeros((result.time.size, len(drives.axes)))
     for k, axis in enumerate(drives.axes.values()):
         if axis.current is not None and axis.motor is not None:
@@ -187,7 +188,8 @@ def _with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescripti
     limited = [name for name, axis in drives.axes.items() if axis.velocity.limit is None
                and (axis.current is None or axis.motor is None)]
     if limited:
-        doubts.append(Doubt("drives", f"no limit of torque or current is given for {', '.join(limited)}: their use is not judged",
+        doubts.append(Doubt("drives", f"no limit of torque or current is given for {', '.join(limited)}: their use is not "
+                            "judged",
                             "give `velocity: limit` in the drive file"))
     doubts += [Doubt("contour error", note, "describe the axis in the drive file") for note in notes if "in step" in note]
     return replace(course, doubts=tuple(doubts), notes=(*(note for note in notes if "in step" not in note),

@@ -1,4 +1,4 @@
-r"""Errors of the walls that blocks leave: surface location error of the forced vibration, feed marks, total along the normal."""
+r"""Errors of the walls that blocks leave: surface location error of forced vibration, feed marks, total along the normal."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from toolpoint.cutting.cut.tool import Tool
 from toolpoint.cutting.surface.location import location_error
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import ARC_STEP, DIRECTION_STEP, PlaceArcs
+from toolpoint.studies.machining.errors.servo_course import ServoCourse, lengths_of_places
 from toolpoint.studies.machining.loads import CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
-from toolpoint.studies.machining.errors.servo_course import ServoCourse, lengths_of_places
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 
@@ -104,8 +104,8 @@ def _lines(solver: StabilitySolver, cut: _Cut) -> FloatArray:
     problem = solver.problem(cut.tool, cut.pose).changed(engagement=Engagement(entry, leave), feed_angle=cut.angle)
     for k, (side, is_wall) in enumerate((("entry", entry == 0.0), ("exit", leave == np.pi))):
         if is_wall:
-            at_half, at_full = (location_error(problem.changed(feed_per_tooth=share * cut.feed), speeds, cut.depth, side=side)[0]
-                         for share in (0.5, 1.0))
+            at_half, at_full = (location_error(problem.changed(feed_per_tooth=share * cut.feed), speeds, cut.depth,
+                                                  side=side)[0] for share in (0.5, 1.0))
             out[k] = 2 * at_half - at_full, (at_full - at_half) / (0.5 * cut.feed)
     return out
 

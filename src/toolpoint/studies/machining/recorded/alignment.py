@@ -44,15 +44,15 @@ class RecordAlignment:
 def align_record(load: SpindleLoad, time: FloatArray, values: FloatArray) -> RecordAlignment:
     """Return where a record (n,) at times (n,), s, lies in the time of a program."""
     step = load.step
-    even = np.arange(time[0], time[-1], step)
-    recorded = np.interp(even, time, values) if even.size > 1 else values
+    clock = np.arange(time[0], time[-1], step)
+    recorded = np.interp(clock, time, values) if clock.size > 1 else values
     total = load.total
     paces = np.geomspace(*PACE_RANGE, PACE_COUNT)
     candidates = [_best_start(_stretched(total, pace), recorded) for pace in paces]
     best = int(np.argmax([peak for peak, _, _ in candidates]))
     lag, curve = candidates[best][1], candidates[best][2]
-    rival = _rival(curve, lag, total, paces[best])
-    start, pace = _refined(load, (even - even[0], recorded), (lag * step * paces[best], float(paces[best])))
+    rival = _rival(curve)
+    start, pace = _refined(load, (clock - clock[0], recorded), (lag * step * paces[best], float(paces[best])))
     course = start + pace * (time - time[0])
     shifts, moved = _shifted_stretches(load, course, values)
     model = np.interp(moved, load.time, total, left=0.0, right=0.0)
@@ -87,20 +87,20 @@ def _best_start(load: FloatArray, record: FloatArray) -> tuple[float, int, Float
     return float(curve[best]), best - n, curve
 
 
-def _rival(curve: FloatArray, lag: int, total: FloatArray, pace: float) -> float:
+def _rival(curve: FloatArray) -> float:
     """Return the largest correlation at another place than the best: beyond the foot of its peak."""
     best = int(np.argmax(curve))
     width = max(int(MIN_RIVAL_DISTANCE * _peak_width(curve, best)), 2)
     others = curve.copy()
     others[max(best - width, 0):best + width + 1] = -1.0
-    inner = (others[1:-1] >= others[:-2]) & (others[1:-1] >= others[2:])
-    return float(others[1:-1][inner].max(initial=-1.0))
+    is_peak = (others[1:-1] >= others[:-2]) & (others[1:-1] >= others[2:])
+    return float(others[1:-1][is_peak].max(initial=-1.0))
 
 
 def _peak_width(curve: FloatArray, best: int) -> int:
     """Return the samples over which the correlation stays above half of its peak."""
-    low = np.flatnonzero(curve < 0.5 * curve[best])
-    left, right = low[low < best], low[low > best]
+    feet = np.flatnonzero(curve < 0.5 * curve[best])
+    left, right = feet[feet < best], feet[feet > best]
     return int((right[0] if right.size else curve.size) - (left[-1] if left.size else 0))
 
 

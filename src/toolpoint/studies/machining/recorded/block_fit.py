@@ -1,8 +1,8 @@
 r"""Coefficient of the material from the means of a record over blocks, with its interval, and the blocks that do not fit.
 
-The mean of a block is :math:`y_j = c_{s(j)} + q_t P_{t,j} + q_e P_{e,j} + d_j P_j + e_j`: the idle load c at each spindle speed,
-the factors q on the shearing and edge parts, a share d_j of standard deviation tau by which the block itself differs, and noise.
-tau is found from the misfit (restricted likelihood), so the interval widens where the blocks scatter more than the noise.
+The mean of a block is :math:`y_j = c_{s(j)} + q_t P_{t,j} + q_e P_{e,j} + d_j P_j + e_j`: the idle load c at each spindle
+speed, the factors q on the shearing and edge parts, a share d_j of standard deviation tau by which the block itself differs,
+and noise. tau is found from the misfit (restricted likelihood): the interval widens where blocks scatter more than the noise.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from toolpoint.studies.machining.recorded.spindle_load import SpindleLoad
 EDGE_PRIOR_DEVIATION = 0.5  # of the edge coefficients: as uncertain as those of a table are
 MIN_WINDOW_SAMPLES = 8  # of a mean; shorter blocks are taken together
 MAX_WINDOWS = 20_000
-MAX_SCATTER_RATIO = 1.0  # of tau: blocks that scatter by their whole load are not described at all
+MAX_BLOCK_SCATTER = 1.0  # of tau: blocks that scatter by their whole load are not described at all
 MIN_UNEXPECTED_RATIO = 0.1  # of the computed load, below which a difference is not named
 UNEXPECTED_PROBABILITY = 0.01  # that a block of a good record is named, over all of them
-_REFITS = 4  # without the blocks that do not fit
+_MAX_REFITS = 4  # without the blocks that do not fit
 _TIMING_STEPS = 0.5  # time steps by which the place of a window is uncertain
-_PROBABILITY = 0.975
+_INTERVAL_PROBABILITY = 0.975  # below the upper end of a 95 % interval
 _LINE_PARAMETERS = 2  # of the line that is taken off a window before its noise is judged
 
 
@@ -66,8 +66,8 @@ class CoefficientFit:
 def gather_windows(load: SpindleLoad, course: FloatArray, values: FloatArray, *, guard: float, pace: float) -> RecordWindows:
     """Return the means of a record over its blocks, by the time of the program at every sample (n,), s.
 
-    guard : s at both ends of a block that are left out where it is long enough: alignment is not exact there; pace : of the program in the
-    record: at an override the chips are thinner, and shearing takes less.
+    guard : s at both ends of a block that are left out where it is long enough: alignment is not exact there; pace : of the
+    program in the record: at an override the chips are thinner, and shearing takes less.
     """
     index = np.rint(course / load.step).astype(int)
     inside = (index >= 0) & (index < load.block.size)
@@ -127,7 +127,7 @@ def fit_coefficient(windows: RecordWindows, *, with_gain: bool = True) -> Coeffi
     """
     kept = np.ones(windows.block.size, bool)
     fit = None
-    for turn in range(_REFITS):
+    for turn in range(_MAX_REFITS):
         fit = _fit(windows, kept, with_gain=with_gain, is_first=turn == 0)
         fresh = ~fit.is_unexpected
         if (fresh == kept).all() or fresh.sum() < 4:
@@ -160,7 +160,7 @@ def _fit(windows: RecordWindows, kept: np.ndarray, *, with_gain: bool, is_first:
         def deviance(log_scatter: float, scale: FloatArray = scale) -> float:
             return _solve(windows, columns, kept, mean=mean, precision=precision, spread=np.exp(log_scatter) * scale)[2]
 
-        search = minimize_scalar(deviance, bounds=(np.log(1e-4), np.log(MAX_SCATTER_RATIO)), method="bounded")
+        search = minimize_scalar(deviance, bounds=(np.log(1e-4), np.log(MAX_BLOCK_SCATTER)), method="bounded")
         scatter = float(np.exp(search.x))
         beta, covariance, _ = _solve(windows, columns, kept, mean=mean, precision=precision, spread=scatter * scale)
         gain = abs(float(beta[-2] if with_gain else beta[-1]))
@@ -176,7 +176,7 @@ def _fit(windows: RecordWindows, kept: np.ndarray, *, with_gain: bool, is_first:
                                                                                    0.1 * gain * windows.load.max(initial=0.0))
     degrees = max(int((kept & active).sum()) - 2, 1)
     place = -2 if with_gain else -1
-    half = float(t.ppf(_PROBABILITY, degrees)) * float(np.sqrt(covariance[place, place]))
+    half = float(t.ppf(_INTERVAL_PROBABILITY, degrees)) * float(np.sqrt(covariance[place, place]))
     return CoefficientFit(float(beta[place]), half, float(beta[-1]) if with_gain else float("nan"), scatter, expected, score,
                           (np.abs(score) > limit) & large, degrees)
 

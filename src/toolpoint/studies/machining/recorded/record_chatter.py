@@ -33,14 +33,14 @@ def find_chatter(block: np.ndarray, values: FloatArray, rate: float, *, speed: F
     """
     edges = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1, [block.size]])
     spans = sorted(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), key=lambda span: span[0] - span[1])
-    heard, lines = 0, list[ChatterInRecord]()
+    block_count, lines = 0, list[ChatterInRecord]()
     for first, last in spans[:MAX_HEARD_BLOCKS]:
         k = int(block[first])
         spindle = float(speed[k]) / 60
         needed = MIN_HEARD_REVOLUTIONS / max(spindle, 1e-9) * rate
         if spindle <= 0 or last - first < max(MIN_SAMPLES, needed) or rate < MIN_HEARD_RATIO * spindle * teeth[k]:
             continue
-        heard += 1
+        block_count += 1
         part = values[first:last] - values[first:last].mean()
         # Below a revolution is the course of the load itself.
         spectrum = line_spectrum(part, rate).between(spindle, 0.5 * rate)
@@ -53,4 +53,4 @@ def find_chatter(block: np.ndarray, values: FloatArray, rate: float, *, speed: F
             if ratio > MIN_FAMILY_RATIO:
                 strongest = int(np.argmax(loudest.lines.power))
                 lines.append(ChatterInRecord(k, float(loudest.lines.frequency[strongest]), ratio))
-    return lines, heard
+    return lines, block_count

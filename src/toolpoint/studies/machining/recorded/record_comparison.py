@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,7 +44,7 @@ class RecordComparison(NotebookText):
     is_scaled: bool
     coefficient: float
     chatter: tuple[ChatterInRecord, ...]
-    heard: int
+    heard_count: int
     chatter_lines: tuple[int, ...]
 
     @property
@@ -70,9 +69,9 @@ class RecordComparison(NotebookText):
         """Doubts of the place of the record, and of its coefficient."""
         place, doubts = self.alignment, list[Doubt]()
         if place.correlation < MIN_TRUSTED_CORRELATION:
-            doubts.append(Doubt("record", f"it does not follow the computed load (correlation {place.correlation:.2f}): another "
-                                "program, part or signal?", "nothing below holds; see that program, stock and record belong "
-                                "together", grave=True, figure=place.correlation))
+            doubts.append(Doubt("record", f"it does not follow the computed load (correlation {place.correlation:.2f}): "
+                                "another program, part or signal?", "nothing below holds; see that program, stock and "
+                                "record belong together", grave=True, figure=place.correlation))
         elif (1 - place.rival**2) < MIN_RIVAL_MISFIT * (1 - place.correlation**2):
             doubts.append(Doubt("record", f"it fits another place of the program as well (correlation {place.rival:.3f}, here "
                                 f"{place.correlation:.3f})", "record from before the first cut to after the last", grave=True,
@@ -82,8 +81,8 @@ class RecordComparison(NotebookText):
                                 f"{place.within:.2f}", "the blocks cut about alike, or something else was cut",
                                 figure=place.within))
         if self.is_scaled and np.isfinite(self.fit.half_width) and not doubts:
-            low, high = self.fit.factor - self.fit.half_width, self.fit.factor + self.fit.half_width
-            if low > 1 + MIN_FACTOR_DOUBT or high < 1 - MIN_FACTOR_DOUBT:
+            lower, upper = self.fit.factor - self.fit.half_width, self.fit.factor + self.fit.half_width
+            if lower > 1 + MIN_FACTOR_DOUBT or upper < 1 - MIN_FACTOR_DOUBT:
                 doubts.append(Doubt("coefficient", f"the record tells {self.fit.factor:.2f} times the K_t of this run",
                                     "run again with it: forces, limits and errors follow it", figure=self.fit.factor - 1))
         return doubts
@@ -93,31 +92,32 @@ class RecordComparison(NotebookText):
         """Sentence on the record."""
         if not self.is_placed:
             return f"The record {self.name} could not be placed in the program with certainty."
-        at = f"The record {self.name} begins {self.alignment.start:+.2f} s from the program's start and runs at " \
+        place = f"The record {self.name} begins {self.alignment.start:+.2f} s from the program's start and runs at " \
              f"{100 / self.alignment.pace:.1f} % of the computed time"
-        low, high = (1e-6 * value for value in self.interval)
-        told = f"; K_t is {1e-6 * self.coefficient * self.fit.factor:.0f} MPa ({low:.0f} to {high:.0f}, of this run " \
-               f"{1e-6 * self.coefficient:.0f})" if self.is_scaled else ""
+        lower, upper = (1e-6 * value for value in self.interval)
+        coefficient = f"; K_t is {1e-6 * self.coefficient * self.fit.factor:.0f} MPa ({lower:.0f} to {upper:.0f}, of this " \
+               f"run {1e-6 * self.coefficient:.0f})" if self.is_scaled else ""
         bad = self.unexpected
-        odd = "; no block differs from what is expected" if not bad.size else \
+        differing = "; no block differs from what is expected" if not bad.size else \
             f"; {len(set(self.line[bad].tolist()))} lines differ from what is expected, most line {self.line[bad[0]]}"
-        heard = f"; chatter at {self.chatter[0].frequency:.0f} Hz in line {self.chatter_lines[0]}" if self.chatter else ""
-        return f"{at}{told}{odd}{heard}."
+        sound = f"; chatter at {self.chatter[0].frequency:.0f} Hz in line {self.chatter_lines[0]}" if self.chatter else ""
+        return f"{place}{coefficient}{differing}{sound}."
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the comparison rests on."""
-        notes = ["Blocks of the record are compared in their means; a coefficient from a motor's power holds the losses that grow "
-                 "with the load, unless the efficiency is given. The edge coefficient is taken as known to 50 %. A pace other than 1 is taken as the feed's override."] \
+        """Assumptions of the comparison."""
+        notes = ["Blocks of the record are compared in their means; a coefficient from a motor's power holds the losses that "
+                 "grow with the load, unless the efficiency is given. The edge coefficient is taken as known to 50 %. A pace "
+                 "other than 1 is taken as the feed's override."] \
             if self.is_scaled else [f"The unit {self.unit or 'of the record'} is not that of a power or a torque: blocks are "
                                     "compared with each other, and no coefficient is told."]
-        if not self.heard:
+        if not self.heard_count:
             notes += ["The record is too slow, or its blocks too short, to hold lines of chatter: none was looked for."]
         return tuple(notes)
 
     def rows(self) -> list[list[str]]:
         """Return the cells of the windows that differ most, one a line of the program."""
-        rows, lines = [], set[int]()
+        rows, lines = list[list[str]](), set[int]()
         for k in self.unexpected.tolist():
             if int(self.line[k]) in lines or len(rows) == MAX_LISTED_WINDOWS:
                 continue
@@ -136,24 +136,20 @@ class RecordComparison(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, SI; the coefficient None where the record does not tell it."""
-        low, high = self.interval
-        known = self.is_scaled and self.is_placed
+        is_told = self.is_scaled and self.is_placed
         return {"answer": self.answer, "doubts": list(self.doubts), "start_s": self.alignment.start,
                 "pace": self.alignment.pace, "correlation": self.alignment.correlation,
                 "rival_correlation": self.alignment.rival, "unit": self.unit,
-                "tangential_pa": self.coefficient * self.fit.factor if known else None,
-                "tangential_interval_pa": [low, high] if known else None, "scatter": self.fit.scatter,
+                "tangential_pa": self.coefficient * self.fit.factor if is_told else None,
+                "tangential_interval_pa": list(self.interval) if is_told else None, "scatter": self.fit.scatter,
                 "unexpected": [{"line": int(self.line[k]), "recorded": float(self.windows.measured[k]),
                                 "expected": float(self.fit.expected[k]), "deviations": float(self.fit.score[k])}
                                for k in self.unexpected.tolist()] if self.is_placed else [],
                 "chatter": [{"line": n, "frequency_hz": c.frequency, "ratio": c.ratio}
                             for n, c in zip(self.chatter_lines, self.chatter, strict=True)],
-                "blocks_heard": self.heard, "notes": list(self.notes)}
+                "blocks_heard": self.heard_count, "notes": list(self.notes)}
 
     def __repr__(self) -> str:
-        return f"RecordComparison({self.name!r}, correlation {self.alignment.correlation:.3f}, {self.unexpected.size} unexpected)"
+        return (f"RecordComparison({self.name!r}, correlation {self.alignment.correlation:.3f}, "
+                f"{self.unexpected.size} unexpected)")
 
-
-def compare_means(windows: RecordWindows, fit: CoefficientFit) -> Sequence[tuple[str, FloatArray]]:
-    """Return the curves of a figure: means as recorded and as expected."""
-    return [("recorded", windows.measured), ("expected", fit.expected)]
