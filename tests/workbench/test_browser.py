@@ -324,8 +324,9 @@ def test_a_redraw_from_the_server_loses_nothing_of_what_a_person_does(folder, se
     assert page.evaluate("[...document.getElementById('goal-cut').options].map((option) => option.text)") == ["face", "slot"]
     assert page.input_value("#goal-depth") == "7.5 mm" and page.input_value("#cut-name") == "a new cut"
     assert page.is_visible("#goal-depth")  # the block is still open
-    assert page.evaluate("""() => { const field = document.activeElement; return [field === window.before[0], field.selectionStart,
-        field.selectionEnd, document.querySelector('.wb-main') === window.before[1],
+    assert page.evaluate("""() => { const field = document.activeElement; return [
+        field === window.before[0], field.selectionStart, field.selectionEnd,
+        document.querySelector('.wb-main') === window.before[1],
         Math.abs(field.getBoundingClientRect().top - window.before[2]) < 2]; }""") == [True, 1, 3, True, True]
     assert page.inner_text("#wb-step h3").startswith("limits/roughing")  # the step that was chosen
     assert page.errors == []
