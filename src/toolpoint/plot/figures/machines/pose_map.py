@@ -172,7 +172,7 @@ def _extremes(chart: go.Figure, axis_positions: tuple[FloatArray, FloatArray], v
                      name="lowest (▽) and highest (△)", text=[f"{values[place]:.4g}" for place in places],
                      hovertemplate="%{text}<extra></extra>",
                      marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": size,
-                             "color": COLOURS[1], "line": {"width": 3 if size else 0}})
+                             "opacity": 1 if size else 0, "color": COLOURS[1], "line": {"width": 3}})
 
 
 def _ticks(positions: FloatArray) -> dict[str, Any]:
