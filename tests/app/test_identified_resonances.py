@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from toolpoint.modal_identification import Resonance, identify
 from toolpoint.pages.measured.identification import identification_page

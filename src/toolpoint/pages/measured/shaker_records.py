@@ -40,7 +40,7 @@ def _with_responses(report: Report, result: ShakerStudy) -> Report:
             band = {"95 %": (size, np.maximum(size - part, 1e-3 * size), size + part)}
             quantity = f"{frf.quantity.capitalize()}, {frf.unit}"
             parts.insert(0, Chart(magnitude_bands(frf.frequency, band, quantity=quantity),
-                                  "With the 95 % interval that the coherence leaves; errors of all blocks alike are not in it."))
+                                  "With the 95 % interval that the coherence leaves; errors of all blocks are not in it."))
         report = report.with_section(f"{frf.outputs[k]} under the force at {frf.inputs[i]}", *parts)
     if len(pairs) > MAX_DRAWN_RESPONSES:
         report = report.with_section("Further responses", f"The first {MAX_DRAWN_RESPONSES} of {len(pairs)} responses are "

@@ -104,7 +104,8 @@ class ShakerStudy(NotebookText):
                 "excitation": self.settings.excitation, "line_spacing_hz": self.settings.resolution,
                 "estimator": self.settings.estimator, "band_hz": [self.band.low, self.band.high],
                 "set_ups": [{"forces": [str(dof) for dof in part.frf.inputs],
-                             "outputs": [str(dof) for dof in part.frf.outputs], "records": part.record_count, "blocks": part.blocks,
+                             "outputs": [str(dof) for dof in part.frf.outputs], "records": part.record_count,
+                             "blocks": part.blocks,
                              "coherence": None if np.isnan(part.coherence) else part.coherence}
                             for part in self.set_ups],
                 "outputs": [str(dof) for dof in self.frf.outputs], "inputs": [str(dof) for dof in self.frf.inputs],

@@ -178,30 +178,3 @@ def machine_shapes_frequency(machine: Machine) -> FloatArray:
     frequency = drawn_shapes(machine, {})[1].frequency
     moving = frequency[frequency > 1e-6 * frequency.max()]
     return np.asarray(moving if moving.size else np.array([1.0, 100.0]))
-
-
-@lru_cache(maxsize=8)
-def compliance_shares(machine: Machine) -> dict[str, float]:
-    """Return what share of the static compliance of tool against table each spring brings: -d ln c / d ln k, c its trace.
-
-    They add up to one where the machine stands on springs alone. Empty for a machine without a tool.
-    """
-    if machine.description.tool is None:
-        return {}
-    shares = {}
-    for path in spring_paths(machine):
-        value = machine.value(path)
-        ends = [_static_compliance(machine.with_values({path: value * (1 + step)})) for step in (-1e-3, 1e-3)]
-        shares[path] = -(np.log(ends[1]) - np.log(ends[0])) / (np.log(1 + 1e-3) - np.log(1 - 1e-3))
-    return shares
-
-
-def _static_compliance(machine: Machine) -> float:
-    study = tool_point(machine, [{}], np.array([0.0, 1.0]))
-    return float(np.trace(np.real(study.frf.values[0, 0])))
-
-
-def spring_paths(machine: Machine) -> list[str]:
-    """Return the paths of the springs of joints that a slider may move."""
-    return [f"joints.{name}.stiffness.{way}" for name, joint in machine.description.joints.items()
-            for way, value in joint.stiffness.items() if value > 0]

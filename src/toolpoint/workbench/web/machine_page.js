@@ -60,12 +60,13 @@ window.Workbench = window.Workbench || { views: {} };
       };
       const fault = W.make("div");
       const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
-      const send = () => { scene.hold(); list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
-      const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
+      const send = () => { scene.hold(); list.refresh(); if (map) map.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
+      const axesCount = data.axes.length, rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);
+      const map = axesCount > 1 && !W.isExport ? W.workspaceMap(() => draft.state, data.scene.ramp, (pose) => sync(() => draft.change((state) => { state.pose = { ...state.pose, ...pose }; }))) : null;
       const undo = W.make("button", { type: "button", text: W.word("undo"), onclick: () => { if (draft.undo()) sync(); } });
-      const axesCount = data.axes.length, [title, answer, doubts] = W.head(view, data.name), top = title;
+      const [title, answer, doubts] = W.head(view, data.name), top = title;
       place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),
         W.make("div", { class: "wb-two" },
           W.make("div", {}, W.section(W.word("scene"), scene.node, jointColours(data, scene)),
@@ -74,7 +75,7 @@ window.Workbench = window.Workbench || { views: {} };
           W.make("section", {}, W.make("h2", { text: W.word("move") }), words, live, fault,
             ...(axesCount ? [W.make("h3", { text: W.word("axes") }), ...rows.slice(0, axesCount)] : []),
             W.make("h3", { text: W.word("springs") }), W.make("p", { class: "key", text: W.word("springs.key") }), ...rows.slice(axesCount))),
-        W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
+        ...(map ? [map] : []), W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
       this.undo = () => { if (draft.undo()) sync(); };
       send();
     },
