@@ -49,7 +49,7 @@ class _Channel:
 
 def parse_channel(text: str) -> ChannelDescription:
     """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof, sensitivity, mass of the sensor
-    (``10g``) and the full scale of a sound file (``10V``) in any order, none or all of them; ``1=ignored`` leaves a channel out."""
+    (``10g``) and full scale of a sound file (``10V``) in any order, none or all; ``1=ignored`` leaves a channel out."""
     name, equals, description = text.partition("=")
     words = description.replace(",", " ").split()
     if not equals or not name.strip() or not words:
