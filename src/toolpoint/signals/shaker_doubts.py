@@ -125,14 +125,14 @@ def _peak_doubts(records: Sequence[Record], frf: Frf, settings: ShakerSettings) 
     coarse = shaker_test(records, 2 * settings.resolution, estimator=settings.estimator, band=settings.band,
                          settle=settings.settle)
     fine_size, coarse_size = (np.sqrt((np.abs(part.values) ** 2).sum(axis=(1, 2))) for part in (frf, coarse))
-    inner = np.arange(1, fine_size.size - 1)
-    is_peak = (fine_size[inner] >= np.maximum(fine_size[inner - 1], fine_size[inner + 1])) & (
-        fine_size[inner] > _PEAK_SHARE * fine_size.max())
-    peaks = inner[is_peak]
-    near = [coarse_size[np.abs(coarse.frequency - frequency) <= 2.01 * settings.resolution].max(initial=0.0)
+    lines = np.arange(1, fine_size.size - 1)
+    is_peak = (fine_size[lines] >= np.maximum(fine_size[lines - 1], fine_size[lines + 1])) & (
+        fine_size[lines] > _PEAK_SHARE * fine_size.max())
+    peaks = lines[is_peak]
+    coarse_peaks = [coarse_size[np.abs(coarse.frequency - frequency) <= 2.01 * settings.resolution].max(initial=0.0)
             for frequency in frf.frequency[peaks]]
     # A bias that grows as the square of the spacing is a third of what doubling adds.
-    bias = np.array([(fine_size[k] / size - 1) / 3 for k, size in zip(peaks, near, strict=True) if size > 0])
+    bias = np.array([(fine_size[k] / size - 1) / 3 for k, size in zip(peaks, coarse_peaks, strict=True) if size > 0])
     if not bias.size or bias.max() <= _MAX_PEAK_BIAS:
         return []
     return [Doubt("resolution", f"{settings.resolution:g} Hz lowers the sharpest peak by about {100 * bias.max():.2g} %, and "

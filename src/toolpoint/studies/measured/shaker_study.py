@@ -15,6 +15,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import Reciprocity, free_of_masses, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
+from toolpoint.signals.hammer import CIRCLE_PROBABILITY
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.signals.setups import join_setups
 from toolpoint.signals.shaker import count_blocks, shaker_test, split_channels
@@ -25,7 +26,6 @@ from toolpoint.vibration import Frf, Record
 
 SHAKER_HEADER = ("set-up", "forces", "responses", "records", "blocks", "coherence")
 _LOUD_SHARE = 0.3  # of the largest response: lines above it are peaks, whose scatter is told
-_INTERVAL_PROBABILITY = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class ShakerStudy(NotebookText):
         freedom = min(2 * (part.blocks - len(part.frf.inputs)) for part in self.set_ups)
         if self.frf.variance is None or freedom <= 0:
             return None
-        return np.sqrt(self.frf.variance * scipy.special.fdtri(2, freedom, _INTERVAL_PROBABILITY))
+        return np.sqrt(self.frf.variance * scipy.special.fdtri(2, freedom, CIRCLE_PROBABILITY))
 
     def scatter_words(self) -> str:
         """Return how far the responses scatter at their peaks (95 %), in words."""
