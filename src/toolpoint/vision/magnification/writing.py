@@ -94,7 +94,7 @@ def _write_animation(frames: Iterable[Frames], path: Path, rate: float) -> None:
         images.append(_image(frame))
         pixel_count += frame.shape[0] * frame.shape[1]
         if pixel_count > MAX_ANIMATION_PIXELS:
-            fail("frames", f"more than {len(images) - 1} frames of {frame.shape[1]} x {frame.shape[0]} pixels for {path.suffix}",
+            fail("frames", f"over {len(images) - 1} frames of {frame.shape[1]} x {frame.shape[0]} pixels for {path.suffix}",
                  f"must be at most {MAX_ANIMATION_PIXELS / 1e6:.0f} million pixels, about 50 MB",
                  remedy="write .mp4, a tenth of the size, or a folder of images")
     if not images:
