@@ -421,6 +421,18 @@ def hammer_records() -> Report:
 
 
 @case
+def driven_responses() -> Report:
+    from toolpoint.io import read_drives, read_machine
+    from toolpoint.pages.machines.driven_responses import driven_responses_page
+    from toolpoint.studies import study_driven_responses
+
+    folder = ROOT / "src/toolpoint/app/machines"
+    machine = read_machine(folder / "three_axis_vertical_drives.yaml")
+    drives = read_drives(folder / "three_axis_vertical_servo_on_structure.yaml")
+    return driven_responses_page(study_driven_responses(machine, drives, frequency=np.linspace(2, 300, 150)))
+
+
+@case
 def shaker_records() -> Report:
     from toolpoint.pages.measured.shaker_records import shaker_page
     from toolpoint.signals import ShakerSettings

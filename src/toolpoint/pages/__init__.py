@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.first_look import first_look_page
     from toolpoint.pages.machines.campbell import campbell_page
     from toolpoint.pages.machines.demo import demo_page, head_source_page, workspace_page
+    from toolpoint.pages.machines.driven_responses import driven_responses_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
     from toolpoint.pages.machines.frequency_map import map_page
     from toolpoint.pages.machines.machine import machine_page
@@ -48,8 +49,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page",
-    "drift_page", "drive_page", "driven_axis_page", "finite_element_page", "first_look_page", "hammer_page",
-    "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
+    "drift_page", "drive_page", "driven_axis_page", "driven_responses_page", "finite_element_page", "first_look_page",
+    "hammer_page", "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
     "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "responses_page",
     "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "shaker_page",
     "simulation_page",
@@ -68,6 +69,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "first_look": ("first_look_page",),
     "machines.campbell": ("campbell_page",),
     "machines.demo": ("demo_page", "head_source_page", "workspace_page"),
+    "machines.driven_responses": ("driven_responses_page",),
     "machines.finite_elements": ("finite_element_page",),
     "machines.frequency_map": ("map_page",),
     "machines.machine": ("machine_page",),

@@ -89,6 +89,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.drive_structure import question_structure, structure_of
+    from toolpoint.studies.servos.driven_responses import study_driven_responses
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.testing.modal_test_plan import plan_test
@@ -223,6 +224,7 @@ __all__ = [
     "study_datasheet",
     "study_drift",
     "study_driven_axis",
+    "study_driven_responses",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -334,6 +336,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "screening.robot_demo": ("run_demo as run_robot_demo",),
     "screening.screen": ("screen",),
     "servos.drive_experiment": ("run_drives",),
+    "servos.driven_responses": ("study_driven_responses",),
     "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),

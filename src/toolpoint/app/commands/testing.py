@@ -22,6 +22,7 @@ from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile,
 from toolpoint.io.suffixes import YAML
 
 if TYPE_CHECKING:
+    from toolpoint.machine import Machine
     from toolpoint.signals.record_set import RecordSet
     from toolpoint.signals.test_description import HammerTestDescription
 
@@ -113,6 +114,7 @@ class MachineResponse:
                                              "table where left out.", name="--at", metavar="POINT:DIRECTION")] = ()
     inputs: Annotated[tuple[str, ...], Help("Force here; where it is seen, where left out.", name="--force",
                                             metavar="POINT:DIRECTION")] = ()
+    drives: Annotated[SourceFile | None, Help("Drive file: responses with its drives on, off, shorted and braked.")] = None
     lines: Annotated[Lines | None, Help("Lines in Hz, for example 5:400:1600; over all modes where left out.",
                                         metavar="LOW:HIGH:NUMBER")] = None
 
@@ -145,12 +147,26 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     if save is not None and len(response.pose) > 1:
         raise ToolpointError(f"--save {save}: {len(response.pose)} poses; a file of responses holds one; call once for each")
     built = io.read_machine_at(machine, *response.pose)
+    if response.drives is not None:
+        _respond_with_drives(run, built, response, save)
+        return
     result = studies.study_responses_of_machine(built, response.pose or None, response.outputs or None,
                                                 inputs=response.inputs or None,
                                                 frequency=response.lines,
                                                 keep_draws=save is not None, progress=run.progress("intervals"))
     run.write("Responses", save, io.write_frf, result.frfs[0])
     run.present(pages.responses_page, result, run.warnings, notes=result.notes)
+
+
+def _respond_with_drives(run: Frame, machine: Machine, response: MachineResponse, save: Path | None) -> None:
+    """Save the responses with the drives on, and show those of every state."""
+    if response.inputs or len(response.pose) > 1:
+        raise ToolpointError("--drives: forces act where motions are seen, at one pose; leave --force and further poses out")
+    assert response.drives is not None
+    driven = studies.study_driven_responses(machine, io.read_drives(response.drives), next(iter(response.pose), None),
+                                            response.outputs or None, frequency=response.lines)
+    run.write("Responses with the drives on", save, io.write_frf, driven.frfs["on"])
+    run.present(pages.driven_responses_page, driven, run.warnings, notes=[*driven.doubts, *driven.notes])
 
 
 def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:
