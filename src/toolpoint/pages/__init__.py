@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine import machine_page
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
-    from toolpoint.pages.machining.program import machining_page
+    from toolpoint.pages.machining.program import machining_page, stages_page
     from toolpoint.pages.measured.correlation import correlation_page
     from toolpoint.pages.measured.drift import drift_page
     from toolpoint.pages.measured.driven_axis import driven_axis_page
@@ -51,7 +51,7 @@ __all__ = [
     "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
     "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "responses_page",
     "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "simulation_page",
-    "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page", "turning_page", "update_page",
+    "stages_page", "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page", "turning_page", "update_page",
     "video_page", "workspace_page",
 ]
 
@@ -71,7 +71,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.machine": ("machine_page",),
     "machines.machine_responses": ("responses_page",),
     "machines.sensitivity": ("sensitivity_page",),
-    "machining.program": ("machining_page",),
+    "machining.program": ("machining_page", "stages_page"),
     "measured.correlation": ("correlation_page",),
     "measured.drift": ("drift_page",),
     "measured.driven_axis": ("driven_axis_page",),
