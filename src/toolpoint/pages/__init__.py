@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine import machine_page
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
-    from toolpoint.pages.machining.program import machining_page
+    from toolpoint.pages.machining.program import machining_page, stages_page
     from toolpoint.pages.measured.correlation import correlation_page
     from toolpoint.pages.measured.drift import drift_page
     from toolpoint.pages.measured.driven_axis import driven_axis_page
@@ -48,14 +48,13 @@ if TYPE_CHECKING:
     from toolpoint.pages.video import video_page
 
 __all__ = [
-    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page",
-    "drift_page", "drive_page", "driven_axis_page", "driven_responses_page", "finite_element_page", "first_look_page",
-    "hammer_page", "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
+    "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
+    "drive_page", "driven_axis_page", "driven_responses_page", "finite_element_page", "first_look_page", "hammer_page",
+    "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
     "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "responses_page",
     "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page", "shaker_page",
-    "simulation_page",
-    "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page", "turning_page", "update_page",
-    "video_page", "workspace_page",
+    "simulation_page", "stages_page", "state_comparison_page", "tap_page", "tool_coupling_page", "traverse_page",
+    "turning_page", "update_page", "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -75,7 +74,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.machine": ("machine_page",),
     "machines.machine_responses": ("responses_page",),
     "machines.sensitivity": ("sensitivity_page",),
-    "machining.program": ("machining_page",),
+    "machining.program": ("machining_page", "stages_page"),
     "measured.correlation": ("correlation_page",),
     "measured.drift": ("drift_page",),
     "measured.driven_axis": ("driven_axis_page",),

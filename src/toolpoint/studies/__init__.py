@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
+    from toolpoint.studies.machining.tilted_stages import refuse_in_tilted_planes, run_stages
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
@@ -201,11 +202,13 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
+    "refuse_in_tilted_planes",
     "response_dynamics",
     "run_drives",
     "run_plan",
     "run_program",
     "run_robot_demo",
+    "run_stages",
     "screen",
     "search_regions",
     "seen_places",
@@ -305,6 +308,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
+    "machining.tilted_stages": ("refuse_in_tilted_planes", "run_stages"),
     "measured.component_places": ("place_test",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.shaker_study": ("study_shaker_records",),

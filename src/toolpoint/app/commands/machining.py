@@ -113,8 +113,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               folder: Folder = None, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
-    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
-    or the options below; the arcs of cut come from the stock.
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, or of tilted planes (G68.2, CYCLE800, PLANE SPATIAL). The tool
+    and its coefficients are those of the machine file or the options below; the arcs of cut come from the stock.
     """
     source, record = dynamics.read(), recorded.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
@@ -131,6 +131,13 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo)
+    if parsed.is_tilted:
+        excluded = {"--advice": with_advice, "--write": write, "--record": record, "--folder": folder}
+        studies.refuse_in_tilted_planes([name for name, value in excluded.items() if value])
+        staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes,
+                                    progress=run.progress_of_parts())
+        run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
+        return
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
                                  lobes=lobes, folder=folder,

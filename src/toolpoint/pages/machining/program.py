@@ -14,6 +14,7 @@ from toolpoint.plot.figures.machining import course_over_time, record_over_time
 from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER
 from toolpoint.studies.machining.recorded.record_comparison import UNEXPECTED_HEADER, RecordComparison
 from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
+from toolpoint.studies.machining.tilted_stages import StagedStudy, tilt_words
 
 LISTED_BLOCKS = 40  # worst ones, with their lines
 ERROR_KEY = "Total: normal to the wall, positive where material is left. Location: of the forced vibration. \
@@ -38,6 +39,20 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
     report = report.with_section("The whole program", Table(["quantity", "value"], result.figures))
     recorded = [] if result.record is None else result.record.doubts
     return with_remarks(report.with_doubts(*recorded, *result.doubts), result.notes, warnings)
+
+
+def stages_page(result: StagedStudy, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a program in tilted planes, a section for every stage in the axes of its plane."""
+    report = Report(f"Program in tilted planes: {result.name}", result.answer.replace("\n", "\n\n"),
+                    subtitle=f"{len(result.stages)} stages; each over the work that the stage before has left")
+    for k, (rotation, stage) in enumerate(zip(result.rotations, result.stages, strict=True), 1):
+        figures = Table(["quantity", "value"], stage.figures)
+        title = f"Stage {k}: {tilt_words(rotation)}"
+        if (stage.blocks.verdict > 0).any():
+            report = report.with_section(title, _worst(stage), program_part(stage, f"stage-{k}"), figures)
+        else:
+            report = report.with_section(title, figures)
+    return with_remarks(report.with_doubts(*result.doubts), result.notes, warnings)
 
 
 def _worst(result: MachiningStudy) -> Table:

@@ -21,8 +21,8 @@ QUANTITY_OF_LOAD = {"lateral": ("Force across the tool", "N", 1.0), "power": ("P
                     "chip": ("Thickest chip", "µm", 1e6)}
 
 
-def program_part(result: MachiningStudy) -> ProgramView:
-    """Return the path of a program with everything to colour it by."""
+def program_part(result: MachiningStudy, name: str = "program") -> ProgramView:
+    """Return the path of a program with everything to colour it by; name : of the view on its page."""
     path, blocks = result.laid.path, result.blocks
     points, block = _polyline(result)
     kind = np.where(path.rapid, 0, np.where(blocks.verdict > 0, 2, 1))
@@ -31,7 +31,7 @@ def program_part(result: MachiningStudy) -> ProgramView:
     left_out = len(result.text) - MAX_TEXT_LINES
     caption = "Cutting blocks in the colour of a quantity, over the work as it is left; grey: not known. Errors are shown " \
         "by their size." + (f" The last {left_out} lines of the text are left out." if left_out > 0 else "")
-    return ProgramView("program", points, block, kind, np.cumsum(result.laid.time), blocks.line, _quantities(result),
+    return ProgramView(name, points, block, kind, np.cumsum(result.laid.time), blocks.line, _quantities(result),
                        result.text[:MAX_TEXT_LINES], blocks.verdict, VERDICTS, _surface(result), lobes, caption)
 
 
