@@ -109,7 +109,7 @@ def test_a_slider_moves_modes_responses_and_limit_and_undo_takes_it_back(demo, s
     identifier = "k-joints.column_head.stiffness.rx"
     page.evaluate(f"""() => {{ const s = document.getElementById('{identifier}'); window.Workbench.moves = 0;
                       s.value = 1; s.dispatchEvent(new Event('input')); }}""")
-    wait(page, "window.Workbench.moves > 0")
+    wait(page, "window.Workbench.moves > 0 && window.Workbench.last.limit.is_exact")  # while it moves the quick one stands there
     moved = page.evaluate("[window.Workbench.last.frequency_hz.reduce((a, b) => a + b), window.Workbench.last.limit.limit_m]")
     assert moved[0] > first[0] and moved[1] != first[1]
     assert "without an interval" in page.inner_text(".wb-limit") and "was changed by hand" in page.inner_text("main")
@@ -403,4 +403,22 @@ def test_a_cut_is_simulated_and_heard_and_twice_the_limit_chatters(folder, serve
         loudest = page.evaluate("Math.max(...window.Workbench.floats(window.Workbench.heard.sound).map(Math.abs))")
         assert loudest == pytest.approx(1)
     assert page.evaluate("window.Workbench.played") == 2
+    assert page.errors == []
+
+
+def test_while_a_slider_moves_the_limit_is_called_rough_and_the_exact_one_follows(folder, serve, tab):
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    page.evaluate("""async () => { window.words = [];
+        new MutationObserver(() => window.words.push(document.querySelector('.wb-limit').textContent))
+          .observe(document.querySelector('.wb-limit'), { childList: true, characterData: true, subtree: true });
+        const slider = document.getElementById('k-joints.column_head.stiffness.rx');
+        for (let i = 1; i <= 12; i++) { slider.value = i / 12; slider.dispatchEvent(new Event('input'));
+          await new Promise((go) => setTimeout(go, 60)); } }""")
+    wait(page, "window.Workbench.last.limit.is_exact && /would be/.test(document.querySelector('.wb-limit').textContent)", 30)
+    words = page.evaluate("window.words")
+    assert any("about" in text and "single-frequency" in text for text in words) and "would be" in words[-1]
     assert page.errors == []

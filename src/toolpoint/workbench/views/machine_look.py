@@ -13,7 +13,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint.cutting import MillingProblem, ZeroOrder, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
 from toolpoint.cutting.description import CuttingDescription, flat_values
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ELASTIC_KINDS, FrameDescription, PointDescription
@@ -131,14 +131,23 @@ def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics |
 
 
 def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
-    """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
+    """Return the limit at the asked speed and the quick curve over all speeds, with the doubts about them.
+
+    The limit is exact, but that of the quick method where the request is one of a slider on its way.
+    """
     problem = problem_of(dynamics, cut)
     speed = resolve_speed(cut, request)
+    chart = _quick_chart(cut, problem, dynamics, request, speed)
+    quick = None if chart is None else {"speeds": pack(chart.speeds), "limit": pack(chart.limit)}
+    if request.is_moving and chart is not None:
+        place = int(np.searchsorted(chart.speeds, speed))
+        return {"speed_rpm": speed, "limit_m": chart.limit[place], "searched_m": chart.depth_max, "chatter_hz": None,
+                "method": chart.method, "is_exact": False, "quick": quick}, list(doubts_among(dynamics.notes))
     exact = deep_chart(problem, np.array([speed]), None, end=cut.depth_end[0])
     place = int(exact.limit_points()[0])
     data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
             "chatter_hz": None if place < 0 else float(exact.frequency[place]), "method": exact.method,
-            "quick": _quick_curve(cut, problem, dynamics, request)}
+            "is_exact": True, "quick": quick}
     return data, [*doubts_among(dynamics.notes), *exact.doubts]
 
 
@@ -148,17 +157,16 @@ def resolve_speed(cut: CuttingDescription, request: MachineRequest) -> float:
     return float(np.clip((lower + upper) / 2 if request.speed is None else request.speed, lower, upper))
 
 
-def _quick_curve(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest
-                 ) -> dict[str, Any] | None:
-    """Return the single-frequency limits over the speeds, None where that method cannot take the cut."""
+def _quick_chart(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest,
+                 speed: float) -> StabilityChart | None:
+    """Return the single-frequency limits over the speeds with the asked one, None where that method cannot take the cut."""
     if dynamics.at_speed is not None:
         return None
-    speeds = np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
+    speeds = np.union1d(np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS)), [speed])
     try:
-        chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
+        return stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
     except ToolpointError:
         return None
-    return {"speeds": pack(speeds), "limit": pack(chart.limit)}
 
 
 def pack(values: Any) -> str:

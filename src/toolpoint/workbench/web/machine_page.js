@@ -3,6 +3,7 @@
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
   const WAYS = ["x", "y", "z"];
+  const MOVING = 250; // ms between two moves of a slider that is on its way
 
   function responseChart(view) {
     const chart = new W.LineChart({ x: "Hz", y: "µm/N", logX: true, logY: true, height: 300, label: W.word("responses") });
@@ -25,6 +26,7 @@ window.Workbench = window.Workbench || { views: {} };
 
   function limitWords(limit, isChanged) {
     if (!limit) return "";
+    if (!limit.is_exact) return W.word("limit.moving", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 2)} mm` : `${W.number(1e3 * limit.limit_m, 2)} mm` });
     const depth = limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm`;
     const heard = limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "";
     return W.word(isChanged ? "limit.changed" : "limit.saved", { speed: Math.round(limit.speed_rpm), depth }) + heard;
@@ -51,7 +53,7 @@ window.Workbench = window.Workbench || { views: {} };
         if (answer.limit && answer.limit.quick) {
           const quick = answer.limit.quick;
           lobes.set({ lines: [{ x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") }],
-            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: "exact", name: W.word("exact.here") }] });
+            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: answer.limit.is_exact ? "exact" : "", name: W.word(answer.limit.is_exact ? "exact.here" : "quick") }] });
         }
         live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
         W.fillSame(same, answer.commands, answer.calls);
@@ -60,7 +62,12 @@ window.Workbench = window.Workbench || { views: {} };
       };
       const fault = W.make("div");
       const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
-      const send = () => { scene.hold(); list.refresh(); if (map) map.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
+      // A slider on its way asks for the quick limit; the exact one comes when it rests, and after a single move at once.
+      let sent = -Infinity, restTimer = 0;
+      const go = () => { const now = performance.now(), isMoving = now - sent < MOVING; sent = now; clearTimeout(restTimer);
+        if (isMoving && !W.isExport) restTimer = setTimeout(() => { if (place.firstChild === top) ask({ ...draft.state }); }, MOVING);
+        ask({ ...draft.state, is_moving: isMoving }); };
+      const send = () => { scene.hold(); list.refresh(); if (map) map.refresh(); undo.disabled = !draft.past.length; go(); };
       const axesCount = data.axes.length, rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);
