@@ -101,6 +101,18 @@ def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Map
         For drives that do not end on the machine, and lines at 0 Hz: a drive that is off is free there.
 
     See `drives.controller.drive_states` for the equations.
+
+    Examples
+    --------
+    >>> from importlib.resources import files
+    >>> from toolpoint import studies
+    >>> from toolpoint.io import read_drives, read_machine
+    >>> folder = files("toolpoint.app") / "machines"
+    >>> machine = read_machine(folder / "three_axis_vertical_drives.yaml")
+    >>> drives = read_drives(folder / "three_axis_vertical_servo_on_structure.yaml")
+    >>> result = studies.study_driven_responses(machine, drives, dofs=["tool:+x"], frequency=[5.0, 80.0])
+    >>> list(result.frfs)
+    ['on', 'off', 'braked', 'springs of the machine file']
     """
     if frequency is not None and not np.min(frequency) > 0:
         fail("frequency", f"{np.min(frequency):g} Hz", "must be above 0: a drive that is off is free there")
