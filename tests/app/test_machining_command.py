@@ -62,7 +62,8 @@ def test_the_program_itself_is_never_written_over(program: Path) -> None:
 def test_a_record_beside_the_program_comes_as_json(program: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Constant power over the record is no load of this program: it is doubted, and no coefficient is told."""
     record = tmp_path / "power.csv"
-    record.write_text("time [s],spindle power [kW]\n" + "\n".join(f"{0.01 * k:.2f},{0.4 + 0.001 * (k % 7)}" for k in range(400)))
+    rows = "\n".join(f"{0.01 * k:.2f},{0.4 + 0.001 * (k % 7)}" for k in range(400))
+    record.write_text("time [s],spindle power [kW]\n" + rows)
     main(["machining", str(program), *STOCK, *TOOL, "--record", str(record), "--json"])
     data = json.loads(capsys.readouterr().out)["record"]
     assert data["unit"] == "W" and data["tangential_pa"] is None and data["doubts"]

@@ -134,12 +134,28 @@ def head_beside_its_source() -> Report:
 def program_on_a_machine() -> Report:
     from toolpoint.io.program.gcode import parse
     from toolpoint.pages import machining_page
-    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+    from toolpoint.studies import compare_record, cuts_of_options, describe_machining, run_program, stock_of
+    from toolpoint.studies.machining.recorded.spindle_load import spindle_load
 
     program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
     cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
     setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.05, 0)), cut, spacing=5e-4)
-    return machining_page(run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program))
+    result = run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program, lobes=2)
+    load = spindle_load(result.laid, result.removed, result.loads, setup=setup, step=0.01)
+    recorded = 300 + 1.1 * load.total + np.random.default_rng(0).normal(0, 5, load.time.size)
+    return machining_page(compare_record(result, load.time, recorded, name="spindle power"))
+
+
+@case
+def program_in_tilted_planes() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import stages_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_stages, stock_of
+
+    run = example("mill_in_a_tilted_plane")
+    cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
+    setup = describe_machining(stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), cut, spacing=8e-4)
+    return stages_page(run_stages(parse(run.PROGRAM, start=(0, 0, 0.05)), setup, text=run.PROGRAM))
 
 
 @case

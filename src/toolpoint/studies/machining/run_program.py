@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_material
@@ -28,6 +29,7 @@ from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath,
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.tilted_poses import tilted_poses
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -38,7 +40,7 @@ NamedProgress = Callable[..., None]
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                 name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
-                folder: Path | None = None,
+                folder: Path | None = None, rotation: FloatArray | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -55,6 +57,9 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         Also which speeds and feeds to change.
     lobes : int
         Of how many engagements, those nearest to their limit, the lobes are computed too.
+    rotation : (3, 3) floats, optional
+        Columns are the axes of the tilted plane in which program and stock are written, in those of the work; a machine then
+        stands as its chain brings the tool there.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
@@ -83,7 +88,11 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
     solver, pose, charts = None, None, tuple[EngagementLobes, ...]()
     if dynamics is not None and arcs.place.size:
-        pose, poses = _poses(dynamics, removed, setup)
+        if rotation is not None and isinstance(dynamics, Machine):
+            pose, poses, turns = tilted_poses(dynamics, removed, setup, rotation=rotation)
+            arcs = replace(arcs, angle=arcs.angle + turns[pose[arcs.place]])
+        else:
+            pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
         isotropic = poses[0].y == "same"
         groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
@@ -103,7 +112,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
             case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
             advice = advise(case, find_speed_lines(laid, text),
                             lambda finished, total: progress("advice for tools", finished, total))
-    if isinstance(dynamics, Machine):
+    if isinstance(dynamics, Machine) and rotation is None:
         axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
         doubts += travel_doubts(laid.path, axes, dict(setup.zero), setup.stick_out)
     walls = wall_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)

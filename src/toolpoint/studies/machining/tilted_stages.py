@@ -108,11 +108,12 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     program : Program
         As `io.read_program` gives it.
     setup, name, text, lobes, progress : as in `run_program`
-    dynamics : ToolDynamics, optional
-        Of a tip, the same in all planes along the plane's x and y.
+    dynamics : Machine or ToolDynamics, optional
+        A machine is posed by its own chain, its tool along the plane's axis; a tip is the same in all planes, along the
+        plane's x and y.
 
-    Raises ToolpointError for a machine, whose rotary axes are not solved, and for drives and a part that must not be cut into,
-    which are known upright alone.
+    Raises ToolpointError where a machine does not come to a plane, and for drives and a part that must not be cut into, which
+    are known upright alone.
 
     Examples
     --------
@@ -130,9 +131,6 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     """
     from toolpoint.material_removal.cut_stock import CutStock  # brings the compiler
 
-    if isinstance(dynamics, Machine):
-        raise ToolpointError("machine: the program tilts its plane, and the rotary axes of a machine are not solved; give the "
-                             "measured tip (`frf`, `modes`), or no dynamics")
     if setup.drives is not None or len(setup.part):
         raise ToolpointError("drives, part: the program tilts its plane; they are taken upright alone: leave them out")
     studies, rotations = list[MachiningStudy](), list[FloatArray]()
@@ -147,7 +145,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
         elif not np.allclose(turn, np.eye(3)):
             stock = CutStock.of(_untouched(setup), turn)
         studies.append(run_program(part, replace(setup, stock=stock), dynamics, name=f"{name}, stage {len(studies) + 1}",
-                                   text=text, lobes=lobes, progress=progress))
+                                   text=text, lobes=lobes, rotation=rotation, progress=progress))
         rotations.append(rotation)
         previous = np.asarray(rotation, float)
     if not studies:
