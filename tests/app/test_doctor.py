@@ -4,9 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 
+import toolpoint
 from toolpoint import ToolpointError
 from toolpoint.app.main import MODULE_OF_COMMAND, main
 from toolpoint.studies.environment import examine_environment
@@ -83,3 +86,11 @@ def test_a_part_that_fails_in_its_process_says_why(monkeypatch):
     monkeypatch.setattr(kernel_compilation, "PARTS", {"castings": None, "no such part": None})
     result = kernel_compilation.compile_kernels(2)
     assert {part.name: bool(part.failure) for part in result.parts} == {"castings": False, "no such part": True}
+
+
+def test_the_citation_is_that_of_the_file_beside_the_package(capsys):
+    main(["doctor", "--cite", "--json"])
+    shown = json.loads(capsys.readouterr().out)
+    file = YAML(typ="safe").load((Path(__file__).resolve().parents[2] / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (shown["title"], shown["license"], shown["authors"]) == (file["title"], file["license"], file["authors"][0]["name"])
+    assert shown["version"] == toolpoint.__version__ == file["version"] and shown["bibtex"].startswith("@software{toolpoint,")

@@ -109,7 +109,7 @@ def test_a_slider_moves_modes_responses_and_limit_and_undo_takes_it_back(demo, s
     identifier = "k-joints.column_head.stiffness.rx"
     page.evaluate(f"""() => {{ const s = document.getElementById('{identifier}'); window.Workbench.moves = 0;
                       s.value = 1; s.dispatchEvent(new Event('input')); }}""")
-    wait(page, "window.Workbench.moves > 0 && window.Workbench.last.limit.is_exact")  # while it moves the quick one stands there
+    wait(page, "window.Workbench.moves > 0 && window.Workbench.last.limit.is_exact")  # not the quick one
     moved = page.evaluate("[window.Workbench.last.frequency_hz.reduce((a, b) => a + b), window.Workbench.last.limit.limit_m]")
     assert moved[0] > first[0] and moved[1] != first[1]
     assert "without an interval" in page.inner_text(".wb-limit") and "was changed by hand" in page.inner_text("main")

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.moving_structure import ToolStance
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, lay_path, line, plane_frame, sides_of, square
+    from toolpoint.studies.citation import Citation, cite_package
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
@@ -108,6 +109,7 @@ __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
     "BlowVerdict",
+    "Citation",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
@@ -149,6 +151,7 @@ __all__ = [
     "check_machine",
     "choose_engine",
     "choose_turns",
+    "cite_package",
     "compare_branches",
     "compare_record",
     "compare_two_states",
@@ -281,6 +284,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
     "drift.drift_study": ("study_drift",),
     "drift.mode_changes": ("Repeatability",),
+    "citation": ("Citation", "cite_package"),
     "environment": ("core_count", "examine_environment"),
     "execute": ("Dask", "Serial", "choose_engine"),
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
