@@ -166,6 +166,11 @@ def test_pose_maps_put_x_across_and_mark_failures():
     cross = made.data[4]
     assert (cross.x[0], cross.y[0]) == (0.1, 1.0)
     assert made.layout.updatemenus[0].buttons[1].args[0]["visible"] == [False, True, False, True, True]
+    small = frequency_map(x, y, 26 + 0.01 * np.arange(6.0).reshape(3, 2, 1))  # a difference of 0.2 %
+    assert small.data[0].zmax - small.data[0].zmin == pytest.approx(0.2 * 26.025)
+    assert small.data[0].text[0][0] == "26.00<br>▽" and made.data[0].zmin is None
+    lines = frequency_map(x, np.arange(90.0), np.ones((3, 90, 1)) + np.arange(90.0)[:, None])
+    assert lines.data[0].ygap is None and lines.data[0].texttemplate is None  # 90 lines with gaps would be blank
     fine = frequency_map(np.arange(8.0), np.arange(9.0), np.arange(72.0).reshape(8, 9, 1))
     assert fine.data[0].type == "contour" and fine.data[2].name == "poses computed" and len(fine.data[2].x) == 72
     lines = frequency_curves(x, values[:, 0], axis="Y")

@@ -119,11 +119,11 @@ def _without_leverage(scores: FloatArray, weights: FloatArray, inverse: FloatArr
     values, vectors = np.linalg.eigh(inverse)
     positive = values > 1e-12 * values.max(initial=0.0)
     root = vectors[:, positive] * np.sqrt(values[positive])
-    back = vectors[:, positive] / np.sqrt(values[positive])
+    inverse_root = vectors[:, positive] / np.sqrt(values[positive])
     leverage, directions = np.linalg.eigh(np.einsum("pi,wpq,qj->wij", root, weights, root))
     factor = 1 / (1 - np.clip(leverage, 0.0, MAX_WINDOW_LEVERAGE))
     turned = np.einsum("wij,wi->wj", directions, scores @ root) * factor
-    return np.einsum("wij,wj->wi", directions, turned) @ back.T
+    return np.einsum("wij,wj->wi", directions, turned) @ inverse_root.T
 
 
 def _student_factors(weights: FloatArray, inverse: FloatArray) -> FloatArray:

@@ -12,10 +12,11 @@ from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.project import Project
+from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.access import path_beneath
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
-from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, spring_paths, state_of
+from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, state_of
 from toolpoint.workbench.views.machine_view import cuts_of
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 

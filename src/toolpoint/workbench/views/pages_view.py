@@ -152,7 +152,7 @@ def _map_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
 def _map(file: Path, grid: Mapping[str, Any], quantity: str) -> Any:
     built = io.read_machine(file)
     result = studies.map_frequencies(built, grid) if quantity == "frequency" else studies.map_stiffness(built, grid, quantity)
-    return pages.map_page(result, file.stem)
+    return pages.map_page(result, built.name)
 
 
 def page_text(desk: Desk, name: str) -> str:

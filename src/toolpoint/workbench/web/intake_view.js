@@ -33,11 +33,19 @@ window.Workbench = window.Workbench || { views: {} };
       `coefficient_deviation: ${v["cut-deviation"]}, speeds: ${v["cut-speeds"]}}`));
   }
 
+  // The cuts to choose from follow the project; the form is the same node, and what is typed in it stays.
   function goalForm(view) {
-    const cuts = view.data.parts.cuts;
-    return form(W.word("new.goal"), [["goal-name", W.word("name"), "as tested"], ["goal-cut", W.word("cut"), "", cuts], ["goal-speed", W.word("spindle"), "1200 rpm"],
+    let cuts = view.data.parts.cuts;
+    const node = form(W.word("new.goal"), [["goal-name", W.word("name"), "as tested"], ["goal-cut", W.word("cut"), "", cuts], ["goal-speed", W.word("spindle"), "1200 rpm"],
       ["goal-depth", W.word("depth.unit"), "3 mm"], ["goal-pose", W.word("pose"), ""]], W.word("enter"), (v) => part(`goals.${v["goal-name"]}`,
       `{${cuts.length > 1 ? `cut: ${v["goal-cut"]}, ` : ""}speed: ${v["goal-speed"]}, depth: ${v["goal-depth"]}${v["goal-pose"] ? `, pose: {${v["goal-pose"]}}` : ""}}`));
+    node.refresh = (current) => {
+      const names = current.data.parts.cuts, select = node.querySelector("#goal-cut"), chosen = select.value;
+      if (names.join("\n") === cuts.join("\n")) return;
+      cuts = names;
+      select.replaceChildren(...names.map((text) => W.make("option", { value: text, text, selected: text === chosen })));
+    };
+    return node;
   }
 
   function triedForm() {
@@ -88,8 +96,11 @@ window.Workbench = window.Workbench || { views: {} };
 
   W.intake = function (view) {
     const said = W.make("p", { class: "key", role: "status" }), list = W.make("div"), entered = W.make("div", { class: "wb-entered" });
+    let shown = "";
     const fill = async () => {
-      const { files } = await W.ask("intake");
+      const { files } = await W.ask("intake"), text = JSON.stringify(files);
+      if (text === shown) return; // kinds that a person has chosen stay
+      shown = text;
       list.replaceChildren(confirmList(files, view.data.kinds, (answer) => {
         W.entered = answer;
         entered.replaceChildren(W.make("p", { class: "key", text: W.word("entered.files", { n: answer.places.length }) }),
@@ -103,14 +114,15 @@ window.Workbench = window.Workbench || { views: {} };
     drop.addEventListener("dragover", (event) => { event.preventDefault(); drop.classList.add("over"); });
     drop.addEventListener("dragleave", () => drop.classList.remove("over"));
     drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); take(event.dataTransfer.files); });
-    fill().catch(() => {});
-    return W.section(W.word("give"), drop, said, list, entered, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }),
-      W.make("div", { class: "wb-inside" }, cutForm(), goalForm(view), ...(view.data.answers.length ? [triedForm()] : []))));
-  };
-
-  // What a person is writing is not drawn over when files change.
-  W.views.project.isBusy = () => {
-    const place = document.activeElement;
-    return Boolean(place && place.closest(".wb-form") && place.matches("input, select"));
+    const goal = goalForm(view), inside = W.make("div", { class: "wb-inside" }, cutForm(), goal);
+    const section = W.section(W.word("give"), drop, said, list, entered, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }), inside));
+    section.dataset.kept = "";
+    section.refresh = (current) => {
+      goal.refresh(current);
+      if (current.data.answers.length && !inside.querySelector("#tried-speed")) inside.append(triedForm());
+      fill().catch(() => {});
+    };
+    section.refresh(view);
+    return section;
   };
 })(window.Workbench);

@@ -18,18 +18,23 @@ window.Workbench = window.Workbench || { views: {} };
     if (view && view.refresh) view.refresh(job);
   }
 
+  let listed = "";
   async function listViews(asked) {
     const { views, name } = await (asked || W.ask("view/list"));
     W.known = views;
     document.getElementById("wb-name").textContent = name;
     document.title = `${name} · toolpoint`;
+    const shown = views.filter((key) => W.views[key]).map((key) => key + W.views[key].title()).join();
+    if (shown === listed) return; // the link under the mouse stays
+    listed = shown;
     document.getElementById("wb-nav").replaceChildren(...views.filter((key) => W.views[key]).map((key) =>
-      W.make("a", { href: "#/" + key, "data-view": key, text: W.views[key].title() })));
+      W.make("a", { href: "#/" + key, "data-view": key, text: W.views[key].title(), ...(key === W.current ? { "aria-current": "" } : {}) })));
   }
 
   let turn = 0, shownText = "";
   const viewOfAddress = () => (/^#\/([\w-]+)/.exec(location.hash) || [])[1] || "project";
-  async function open(isAgain, asked) {
+  // isByServer: a change that no person asked for; it waits until nobody types or presses.
+  async function open(isAgain, asked, isByServer) {
     const name = viewOfAddress(), mine = ++turn, place = document.getElementById("view");
     const known = W.views[name] ? name : "project";
     if (!isAgain || known !== W.current) place.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("loading") }));
@@ -40,9 +45,13 @@ window.Workbench = window.Workbench || { views: {} };
       if (mine !== turn) return;
       const text = known + JSON.stringify(view, (key, value) => key === "age_s" ? undefined : value);
       if (isAgain && text === shownText) return; // nothing has changed: what a person is doing is not drawn over
+      if (isByServer && W.isHeld()) { W.whenFree(() => open(true, undefined, true)); return; }
+      const putBack = isAgain && shownText.startsWith(known) ? W.keepPlace(place) : null;
       shownText = text;
       W.views[known].show(place, view);
       W.shown = view;
+      W.draws = (W.draws || 0) + 1;
+      if (putBack) putBack();
       if (!isAgain) place.focus({ preventScroll: true });
     } catch (error) { if (mine === turn) place.replaceChildren(W.fault(error)); }
     document.body.dataset.ready = known;
@@ -52,7 +61,7 @@ window.Workbench = window.Workbench || { views: {} };
   let waiting = 0;
   function again() { // many files change at once while a job runs: one look for all of them
     clearTimeout(waiting);
-    waiting = setTimeout(async () => { await listViews(); if (!W.views[W.current].isBusy || !W.views[W.current].isBusy()) open(true); }, 300);
+    waiting = setTimeout(async () => { await listViews(); open(true, undefined, true); }, 300);
   }
 
   async function all() {

@@ -91,6 +91,18 @@ window.Workbench = window.Workbench || { views: {} };
             text: typeof cell === "number" ? W.number(cell) : cell })))))));
   };
 
+  // Samples between -1 and 1, played once; another sound ends the one before.
+  let sounding = null;
+  W.playSound = function (samples, rate) {
+    const context = W.sounds || (W.sounds = new AudioContext()), buffer = context.createBuffer(1, samples.length, rate), source = context.createBufferSource();
+    if (sounding) sounding.stop();
+    buffer.copyToChannel(samples, 0);
+    source.buffer = buffer;
+    source.connect(context.destination);
+    source.start();
+    sounding = source; W.played = (W.played || 0) + 1;
+  };
+
   W.fault = (error) => W.make("div", { class: "notes warning", role: "alert" }, W.make("h3", { text: W.word("fault") }),
     W.make("p", { class: "wb-fault", text: error.message || String(error) }));
 })(window.Workbench);

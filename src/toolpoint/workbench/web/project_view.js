@@ -2,6 +2,7 @@
 // View of the project: the chain as a picture, a step's words and doubts, what to do next, what one part more would give.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
+  let chosen = ""; // the step whose words are shown: a redraw does not go back to another
   function stepBox(view) {
     const box = W.make("div", { class: "wb-step-box", id: "wb-step", "aria-live": "polite" });
     const show = (step) => {
@@ -15,9 +16,9 @@ window.Workbench = window.Workbench || { views: {} };
       lines.push(W.make("div", { class: "wb-code" }, W.make("pre", { text: step.command, tabindex: "0" }), W.copy(step.command)));
       box.replaceChildren(...lines.filter(Boolean));
     };
-    const first = view.data.steps.find((step) => step.state === "failed") || view.data.steps.find((step) => step.doubts.length) || view.data.steps.at(-1);
+    const first = view.data.steps.find((step) => step.name === chosen) || view.data.steps.find((step) => step.state === "failed") || view.data.steps.find((step) => step.doubts.length) || view.data.steps.at(-1);
     if (first) show(first);
-    return [box, show];
+    return [box, (step) => { chosen = step.name; show(step); }];
   }
 
   W.markOf = (state) => ({ fresh: "good", "by hand": "assumed", failed: "doubtful", stopped: "doubtful", stale: "doubtful", "never run": "" })[state] || "";
@@ -34,14 +35,17 @@ window.Workbench = window.Workbench || { views: {} };
     return W.section(W.word("limits"), W.table([W.word("goal"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable")], rows));
   }
 
-  function runBar(view) {
-    const text = W.make("span", { class: "key" });
+  function runBar() { // stays where it is: the button under the mouse is not another after a redraw
+    let view = null;
+    const text = W.make("span", { class: "key" }), fault = W.make("div");
     const run = W.make("button", { type: "button", class: "wb-main", text: W.word("run"), onclick: async () => {
       run.disabled = true;
-      try { await W.ask("job", { steps: [] }); } catch (error) { bar.append(W.fault(error)); }
+      fault.replaceChildren();
+      try { await W.ask("job", { steps: [] }); } catch (error) { fault.replaceChildren(W.fault(error)); }
     } });
     const stop = W.make("button", { type: "button", text: W.word("stop"), onclick: () => W.ask("job", undefined, "DELETE") });
-    const bar = W.make("div", { class: "wb-run" }, run, stop, text);
+    const bar = W.make("div", { class: "wb-run" }, run, stop, text, fault);
+    bar.put = (current) => { view = current; bar.refresh(W.job); };
     bar.refresh = (job) => {
       const isRunning = job && job.state === "running";
       run.disabled = isRunning || !view.data.steps.length || W.isExport;
@@ -49,24 +53,40 @@ window.Workbench = window.Workbench || { views: {} };
       text.textContent = isRunning ? W.jobWords(job) : view.data.waiting
         ? W.word("to.run", { n: view.data.waiting, s: W.number(view.data.seconds_to_run, 2) }) : W.word("nothing.to.run");
     };
-    bar.refresh(W.job);
     return bar;
+  }
+
+  function chainSection(view) {
+    const bar = runBar(), inside = W.make("div"), section = W.section(W.word("chain"), bar, inside);
+    section.refresh = ({ data }) => {
+      const steps = data.steps.map(({ age_s: age, ...step }) => step);
+      bar.put({ data });
+      W.fillParts(inside, [["chain", [steps, data.links], () => {
+        const [box, show] = stepBox({ data });
+        return W.make("div", {}, W.chainPicture(data.steps, data.links, show), box);
+      }]]);
+    };
+    section.refresh(view);
+    return section;
   }
 
   W.views.project = {
     title: () => W.word("view.project"),
     show(place, view) {
-      if (view.data.is_empty) { place.replaceChildren(...W.head(view, view.data.name), W.begins ? W.begins(view) : W.make("p"), W.same(view)); return; }
-      const [box, show] = stepBox(view), bar = runBar(view);
-      const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", { text })));
-      const missing = view.data.absent_parts;
-      place.replaceChildren(...W.head(view, view.data.name), ...(view.data.answers.length > 1
-        ? [W.make("div", { class: "summary" }, view.data.answers.slice(1).map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, text })))] : []),
-      W.section(W.word("chain"), bar, W.chainPicture(view.data.steps, view.data.links, show), box),
-      ...[limits(view.data.goals), view.data.next_steps.length ? W.section(W.word("next"), list(view.data.next_steps)) : null,
-        missing.length ? W.section(W.word("missing"), W.make("ul", {}, missing.map((text) => W.make("li", { text })))) : null].filter(Boolean),
-      ...(W.intake && !W.isExport ? [W.intake(view)] : []), W.same(view));
-      this.refresh = (job) => bar.refresh(job);
+      this.refresh = (job) => { const bar = place.querySelector(".wb-run"); if (bar) bar.refresh(job); };
+      const data = view.data, [title, answer, doubts] = W.head(view, data.name), head = [["title", data.name, () => title],
+        ["answer", [view.answer, view.is_stale], () => answer], ["doubts", view.doubts, () => doubts]];
+      const same = ["same", [view.commands, view.calls], () => W.same(view)];
+      if (data.is_empty) { W.fillParts(place, [...head, ["begins", "", () => W.begins()], same]); return; }
+      const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", { text }))), missing = data.absent_parts;
+      const others = data.answers.slice(1);
+      W.fillParts(place, [...head, ...(others.length ? [["others", [others, view.is_stale], () => W.make("div", { class: "summary" },
+        others.map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, text })))]] : []),
+      ["chain", "", () => chainSection(view), (node) => node.refresh(view)],
+      ...(Object.keys(data.goals).length ? [["limits", data.goals, () => limits(data.goals)]] : []),
+      ...(data.next_steps.length ? [["next", data.next_steps, () => W.section(W.word("next"), list(data.next_steps))]] : []),
+      ...(missing.length ? [["missing", missing, () => W.section(W.word("missing"), W.make("ul", {}, missing.map((text) => W.make("li", { text }))))]] : []),
+      ...(W.isExport ? [] : [["intake", "", () => W.intake(view), (node) => node.refresh(view)]]), same]);
     },
   };
 })(window.Workbench);
