@@ -48,8 +48,13 @@ def limit_ratios(problem: Problem, chart: StabilityChart, method: StabilityMetho
     plane = problem.plane
     count = 0 if plane.draws is None else min(len(plane.draws), MAX_CHARTED_DRAWS)
     drawn = [with_plane(problem, plane.at_draw(k)) for k in range(count)]
+    return ratios_of(with_plane(problem, replace(plane, draws=None)), drawn, chart, method=method)
+
+
+def ratios_of(problem: Problem, drawn: Sequence[Problem], chart: StabilityChart, *, method: StabilityMethod) -> FloatArray:
+    """Return the limits of drawn problems over those of the problem that a chart is of, (n_draws, n_speeds)."""
     depth = DRAWN_DEPTH_FACTOR * chart.depth_max
-    middle = rough_limits(with_plane(problem, replace(plane, draws=None)), chart.speeds, depth)
+    middle = rough_limits(problem, chart.speeds, depth)
     ratios = np.array([rough_limits(each, chart.speeds, depth) for each in drawn]) / middle
     exact = np.minimum(chart.limit, depth)
     # Where the chart ends below the limit there is nothing to compare with.
