@@ -80,8 +80,8 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
                               rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
                               limit_draws=draws, progress=progress)
     if is_slow(problem):
-        notes.append("P(stable): all samples share the chart of the cut itself, moved as limits of the single-frequency solution "
-                     "move; about 5 % of a limit")
+        notes.append("P(stable): all samples share the chart of the cut itself, moved as single-frequency limits are, "
+                     "which is within about 5 % of a limit")
     return sampled, [*notes, *remarks, *contradictions(sampled, uncertainty.cuts)]
 
 
