@@ -35,7 +35,7 @@ window.Workbench = window.Workbench || { views: {} };
         return W.make("label", { for: "cmp-" + key }, W.word(key) + " ", list);
       };
       const content = [];
-      if (data.test_rows) content.push(W.section(W.word("modes"), W.table(["mode", "first", "second", "change", "interval.95", "mac", "mac.noise", "verdict"].map((key) => W.word(key)), data.test_rows),
+      if (data.test_rows) content.push(W.section(W.word("modes"), W.table([["mode"], ["first", ", Hz"], ["second", ", Hz"], ["change", ", %"], ["interval.95", ", %"], ["mac"], ["mac.noise"], ["verdict"]].map(([key, unit]) => W.word(key) + (unit || "")), data.test_rows),
         W.make("ul", {}, data.test_lines.map((text) => W.make("li", { text })))));
       if (data.springs) {
         const rows = data.frequency_hz[0].map((f, i) => {
