@@ -46,9 +46,12 @@ def test_both_are_the_response_of_one_structure(first, second):
 
 def test_directions_that_are_the_same_or_rigid():
     narrow = Modes([700.0], [0.03], [[1.0]], ["tip:+x"])
+    lines = frequency_response.modal(narrow, LINES)
     for across, share in (("same", 1.0), ("rigid", 0.0)):
         both = studies.with_work(studies.modal_dynamics(narrow, y=across), wall("modes")).response
         values = frequency_response.modal(both, [650.0], BOTH_LABELS, inputs=BOTH_LABELS).values[0]
+        measured = studies.with_work(studies.response_dynamics(lines, y=across), wall("modes")).response
+        assert measured.interpolated([650.0]).values[0] == pytest.approx(values, rel=1e-9)
         alone = frequency_response.modal(narrow, [650.0]).values[0, 0, 0]
         work = frequency_response.modal(WALL, [650.0]).values[0]
         assert values == pytest.approx(work + alone * np.diag([1.0, share]), rel=1e-9)
