@@ -48,7 +48,7 @@ def test_loops_that_are_on_answer_a_force_as_the_simulation_does(loops, frequenc
     wave = np.exp(1j * 2 * np.pi * frequency * (result.time[last] - times.current / 2))
     basis = np.column_stack([wave.imag, wave.real, np.ones(last.sum())])
     sine, cosine, _ = np.linalg.lstsq(basis, result.output("table", "x")[last], rcond=None)[0]
-    assert response(servo, "on", np.array([frequency]))[0] == pytest.approx(sine + 1j * cosine, rel=2e-3)
+    assert response(servo, "on", np.array([frequency]))[0] == pytest.approx(sine + 1j * cosine, rel=2e-3, abs=0)
 
 
 def rigid_servo(motor, current=None):
@@ -62,12 +62,12 @@ def test_a_rigid_axis_by_its_closed_forms():
     inertia, ratio, omega = 0.005, 2e-3, 2 * np.pi * LINES
     mass = inertia / ratio**2
     free = rigid_servo(TorqueMotor())
-    assert response(free, "off") == pytest.approx(-1 / (mass * omega**2), rel=1e-9)
+    assert response(free, "off") == pytest.approx(-1 / (mass * omega**2), rel=1e-9, abs=0)
     wound = rigid_servo(MOTOR, controller().current)
-    assert response(wound, "off") == pytest.approx(-1 / (mass * omega**2), rel=1e-9)
+    assert response(wound, "off") == pytest.approx(-1 / (mass * omega**2), rel=1e-9, abs=0)
     impedance = MOTOR.resistance + 1j * omega * MOTOR.inductance_q
     brake = MOTOR.torque_constant * MOTOR.pole_pairs * MOTOR.flux / impedance / ratio**2
-    assert response(wound, "shorted") == pytest.approx(1 / (-mass * omega**2 + 1j * omega * brake), rel=1e-9)
+    assert response(wound, "shorted") == pytest.approx(1 / (-mass * omega**2 + 1j * omega * brake), rel=1e-9, abs=0)
     assert np.abs(response(wound, "braked")).max() < 1e-12 * np.abs(response(wound, "off")).max()
 
 
