@@ -161,3 +161,14 @@ def test_the_command_reads_a_test_file_of_a_shaker(tmp_path, capsys):
     (tmp_path / "bad.yaml").write_text((tmp_path / "test.yaml").read_text().replace("resolution: 0.25 Hz\n", ""))
     with pytest.raises(ToolpointError, match="resolution: missing"):
         read_hammer_test(tmp_path / "bad.yaml")
+
+
+def test_a_project_takes_a_test_file_of_a_shaker(tmp_path):
+    from toolpoint.project.steps.measuring import make_responses
+
+    write_noun(record(forces_of("burst", 0.25, np.random.default_rng(3))), tmp_path / "shaken.h5")
+    (tmp_path / "test.yaml").write_text("toolpoint: 1\ntest: bed\nexcitation: burst\nresolution: 0.25 Hz\n"
+                                        "zoom: [20 Hz, 190 Hz]\nrecords:\n  - {files: [shaken.h5]}\n")
+    outcome = make_responses(tmp_path, tmp_path / "test.yaml")
+    assert "burst excitation" in outcome.words
+    assert (tmp_path / "responses.h5").exists() and json.loads((tmp_path / "hits.json").read_text())["excitation"] == "burst"

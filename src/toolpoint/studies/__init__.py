@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import refuse_in_tilted_planes, run_stages
     from toolpoint.studies.measured.component_places import place_test
+    from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
     from toolpoint.studies.measured.joint_study import study_joints
@@ -229,6 +230,7 @@ __all__ = [
     "structure_of",
     "study_base_reactions",
     "study_datasheet",
+    "study_described_records",
     "study_drift",
     "study_driven_axis",
     "study_driven_responses",
@@ -317,6 +319,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.tilted_stages": ("refuse_in_tilted_planes", "run_stages"),
     "measured.component_places": ("place_test",),
+    "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.shaker_study": ("study_shaker_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),

@@ -13,7 +13,13 @@ CITED_AUTHORS, CITED_YEAR, CITED_LICENSE = "The toolpoint developers", 2026, "BS
 
 @dataclass(frozen=True)
 class Citation(NotebookText):
-    """Citation of the package in its installed version."""
+    """Citation of the package in its installed version.
+
+    Examples
+    --------
+    >>> Citation("0.1.0").to_dict()["license"]
+    'BSD-3-Clause'
+    """
 
     version: str
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint.pages.measured.hammer_records import MAX_DRAWN_RESPONSES, with_checks
+from toolpoint.pages.measured.hammer_records import MAX_DRAWN_RESPONSES, hammer_page, with_checks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.measured.response_bands import magnitude_bands
+from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.shaker_study import SHAKER_HEADER, ShakerStudy
 
 
@@ -26,6 +27,13 @@ def shaker_page(result: ShakerStudy, warnings: Sequence[str] = (), title: str = 
     lines = [line for line in dict.fromkeys(warnings) if line not in (*result.doubts, *notes)]
     parts = [Notes(lines, "warning")] if lines else []
     return report.with_section("What was assumed and done", *parts, Notes(notes, "assumed"))
+
+
+def records_page(result: HammerStudy | ShakerStudy, warnings: Sequence[str] = (), title: str = "Test") -> Report:
+    """Return the page of a test by hammer or shaker."""
+    if isinstance(result, ShakerStudy):
+        return shaker_page(result, warnings, title)
+    return hammer_page(result, warnings, title)
 
 
 def _with_responses(report: Report, result: ShakerStudy) -> Report:

@@ -101,8 +101,8 @@ def _joined_lines(tool: ToolDynamics, work: ToolDynamics) -> Frf:
     """Return the sum of both on the lines of the one that is measured, the tool's where both are."""
     measured = [part.response for part in (tool, work) if isinstance(part.response, Frf)]
     lines = measured[0].frequency if measured else _lines_of(tool, work)
-    first_line = max([0.0, *(part.frequency[0] for part in measured)])
-    last_line = min([np.inf, *(part.frequency[-1] for part in measured)])
+    first_line = max([0.0, *(float(part.frequency[0]) for part in measured)])
+    last_line = min([np.inf, *(float(part.frequency[-1]) for part in measured)])
     lines = lines[(lines >= first_line) & (lines <= last_line)]
     if lines.size < _MIN_COMMON_LINES:
         spans = " and ".join(f"{part.frequency[0]:g} to {part.frequency[-1]:g} Hz" for part in measured)

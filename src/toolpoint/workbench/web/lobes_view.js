@@ -137,7 +137,7 @@ window.Workbench = window.Workbench || { views: {} };
           const answer = await W.ask("machine/sound", { ...state, cut_values: { depth: Number(depth.querySelector("input[type=range]").value), ...state.cut_values } });
           const play = () => W.playSound(W.floats(answer.sound), answer.rate);
           heard.replaceChildren(W.make("p", { id: "wb-heard", text: W.word("heard." + (answer.state === "withheld" ? "undecided" : answer.state), { speed: Math.round(answer.speed_rpm), depth: W.number(1e3 * answer.depth_m, 3),
-            um: W.number(1e6 * answer.peak_to_peak_m, 2) }) + (answer.frequency_hz ? W.word("chatter.at", { f: W.number(answer.frequency_hz, 4) }) : "") }), W.doubts(answer.doubts),
+            um: W.number(1e6 * answer.peak_to_peak_m, 2) }) + (answer.frequency_hz ? W.word("chatter.at", { f: W.number(answer.frequency_hz, 4) }) : "") }), W.doubts(W.newDoubts(view, answer.doubts)),
             W.make("p", {}, W.make("button", { type: "button", text: W.word("play"), onclick: play }), W.make("span", { class: "key", text: " " + W.word("hear.key") })),
             ...answer.commands.map((text) => W.make("div", { class: "wb-code" }, W.make("pre", { tabindex: "0", text }), W.copy(text))));
           W.heard = answer; play();

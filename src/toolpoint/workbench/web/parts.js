@@ -52,6 +52,11 @@ window.Workbench = window.Workbench || { views: {} };
     return block;
   };
 
+  // On paper nothing can be unfolded: every doubt is printed.
+  let unfolded = [];
+  window.addEventListener("beforeprint", () => { unfolded = [...document.querySelectorAll(".wb-doubts details:not([open])")]; for (const node of unfolded) node.open = true; });
+  window.addEventListener("afterprint", () => { for (const node of unfolded) node.open = false; unfolded = []; });
+
   // Those that do not stand at the head of the view already, under whatever step's name.
   W.newDoubts = (view, doubts) => doubts.filter((text) => !view.doubts.some((doubt) => (doubt.text || doubt).endsWith(text)));
 
