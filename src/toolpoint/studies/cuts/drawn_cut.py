@@ -30,6 +30,11 @@ class DrawnCut:
     count: int
     depth: float
 
+    def rows(self) -> list[tuple[str, str]]:
+        """Return rows (quantity, value): interval of the limit, share of responses in which the cut is stable."""
+        return [("limit, 95 % of the responses", f"{1e3 * self.limit_min:.4g} .. {1e3 * self.limit_max:.4g} mm"),
+                ("stable in", f"{100 * self.stable_share:.0f} % of {self.count} equally likely responses")]
+
     @property
     def note(self) -> str:
         """The share in words, a doubt where the responses do not agree about the cut."""

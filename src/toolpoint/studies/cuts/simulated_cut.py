@@ -64,7 +64,8 @@ class SimulatedCut(NotebookText):
         run = self.run
         tail = run.force[-10 * run.steps_per_revolution:]
         moved = run.peak_to_peak()
-        verdict = [] if self.withheld else [*self._growth(), *self.linear.rows()]
+        drawn = [] if self.drawn is None else self.drawn.rows()
+        verdict = [] if self.withheld else [*self._growth(), *self.linear.rows(), *drawn]
         return [("state", self.state), ("because", self.reason), *verdict,
                 ("status", run.status),
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
