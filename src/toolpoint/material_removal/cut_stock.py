@@ -26,8 +26,9 @@ _LINE_SHIFT = 1e-4  # of the spacing: lines pass beside faces that lie in their 
 class CutStock(Stock):
     """Work left by a removal, in the axes of another plane.
 
-    removed : of the stage before; rotation : (3, 3) columns are the axes of this plane in those of the plane before; box :
-    (2, 3) corners of the box of the first stock, m, and to_box : (3, 3) columns are the axes of this plane in those of that box.
+    removed : of the stage before; rotation : (3, 3) columns are the axes of this plane in those of the plane before;
+    first_box : (2, 3) corners of the box of the first stock, m, and to_box : (3, 3) columns are the axes of this plane in
+    those of that box.
 
     Ends of its dexels are found within 1/4000 of the spacing; what is thinner than the spacing may be missed. Between
     dexels its faces are straight: edges of earlier stages are known within the spacing.
@@ -35,7 +36,7 @@ class CutStock(Stock):
 
     removed: RemovedMaterial | None = None
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
-    box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
+    first_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     to_box: FloatArray = field(default_factory=lambda: np.eye(3))
 
     @classmethod
@@ -44,7 +45,7 @@ class CutStock(Stock):
         stock = removed.stock
         # The box of the first stock, turned again: a box about a turned box would grow from stage to stage.
         before = stock if isinstance(stock, CutStock) else None
-        box = np.stack([stock.lower, stock.upper]) if before is None else before.box
+        box = np.stack([stock.lower, stock.upper]) if before is None else before.first_box
         to_box = np.asarray(rotation if before is None else before.to_box @ rotation)
         corners = np.array(list(itertools.product(*box.T))) @ to_box
         return cls(MESH, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), box,
@@ -73,7 +74,7 @@ class CutStock(Stock):
         origin = self.lower[:2] + h / 2
         intervals = np.full((*count.tolist(), MAX_MESH_INTERVALS, 2), np.nan)
         number = _cross_work(self.removed.work, np.ascontiguousarray(self.rotation),
-                             (origin[0], origin[1], h), (np.ascontiguousarray(self.to_box), self.box), intervals)
+                             (origin[0], origin[1], h), (np.ascontiguousarray(self.to_box), self.first_box), intervals)
         if number > MAX_MESH_INTERVALS:
             fail("stock", f"work that is crossed {number} times by one line", f"must be at most {MAX_MESH_INTERVALS}",
                  remedy="a larger spacing")
