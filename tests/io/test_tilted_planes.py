@@ -51,3 +51,8 @@ def test_arcs_in_a_tilted_plane_are_arcs_and_the_path_goes_on_upright() -> None:
 def test_other_ways_to_tilt_are_refused_by_name(text: str, message: str) -> None:
     with pytest.raises(ToolpointError, match=message):
         parse(text, start=(0, 0, 0.1))
+
+
+def test_a_tool_called_by_its_name_may_have_words_behind_it() -> None:
+    program = parse('T="MILL8" D1\nM6\nS6000 M3\nG1 X1 F100', start=(0, 0, 0.1))
+    assert program.kind.size == 1 and program.speed.tolist() == [6000.0]

@@ -14,7 +14,7 @@ from toolpoint.io.program.gcode import parse
 from toolpoint.machine import Machine
 from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.studies.machines.tool_point import milling_problem
-from toolpoint.studies.machining.tilted_poses import plane_angle, tilted_poses
+from toolpoint.studies.machining.tilted_poses import find_tilted_poses, plane_angle
 from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 TEXT = "S9000\nG68.2 X0 Y0 Z0 {turns}\nG53.1\nG0 X-7 Y0 Z9\nZ-2\nG1 X47 F1800\nG0 Z9\nG69\nG0 Z30"
@@ -38,12 +38,13 @@ def test_the_tool_stands_along_the_plane_and_limits_are_those_of_that_pose(trunn
     study = _run(trunnion, "J40")
     stage = study.stages[0]
     assert stage.margins is not None and stage.arcs is not None and np.isfinite(stage.margins.limit).any()
-    pose, dynamics, angles = tilted_poses(trunnion, stage.removed, stage.setup, rotation=study.rotations[0])
+    pose, dynamics, angles = find_tilted_poses(trunnion, stage.removed, stage.setup, rotation=study.rotations[0])
     direction = tool_place(trunnion, dict(dynamics[0].pose))[1][0]
     assert np.allclose(direction, study.rotations[0][:, 2], atol=1e-7) and not pose.any()
     m = stage.arcs.place.size // 2
     problem = milling_problem(stage.setup.cut.replaced(immersion=0.5), dynamics[0].response, dynamics[0].x, y=dynamics[0].y)
-    problem = problem.changed(engagement=Engagement(float(stage.arcs.entry[m]), float(stage.arcs.exit[m])), feed_angle=angles[0])
+    arc = Engagement(float(stage.arcs.entry[m]), float(stage.arcs.exit[m]))
+    problem = problem.changed(engagement=arc, feed_angle=angles[0])
     chart = stability.chart(problem, np.array([9000.0]), depth_max=4 * float(stage.arcs.depth[m]))
     assert chart.limit[0] == pytest.approx(stage.margins.limit[m], rel=0.1)
 

@@ -17,7 +17,7 @@ from toolpoint.material_removal.removed import RemovedMaterial
 from toolpoint.material_removal.stock import MAX_DEXELS, MESH, Dexels, Stock
 from toolpoint.material_removal.surface import has_material
 
-_LOOK_RATIO = 0.5  # of the spacing: between two looks along a line
+_LOOK_RATIO = 1.0  # of the spacing: between two looks along a line
 _END_BISECTIONS = 12  # of a step
 _LINE_SHIFT = 1e-4  # of the spacing: lines pass beside faces that lie in their plane
 
@@ -26,26 +26,30 @@ _LINE_SHIFT = 1e-4  # of the spacing: lines pass beside faces that lie in their 
 class CutStock(Stock):
     """Work left by a removal, in the axes of another plane.
 
-    removed : of the stage before; rotation : (3, 3) columns are the axes of this plane in those of the plane before; corners :
-    (8, 3) of the box of the first stock, in the axes of this plane, m.
+    removed : of the stage before; rotation : (3, 3) columns are the axes of this plane in those of the plane before;
+    first_box : (2, 3) corners of the box of the first stock, m, and to_box : (3, 3) columns are the axes of this plane in
+    those of that box.
 
-    Ends of its dexels are found within 1/8000 of the spacing; what is thinner than half the spacing may be missed. Between
+    Ends of its dexels are found within 1/4000 of the spacing; what is thinner than the spacing may be missed. Between
     dexels its faces are straight: edges of earlier stages are known within the spacing.
     """
 
     removed: RemovedMaterial | None = None
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
-    corners: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    first_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
+    to_box: FloatArray = field(default_factory=lambda: np.eye(3))
 
     @classmethod
     def of(cls, removed: RemovedMaterial, rotation: FloatArray) -> CutStock:
         """Return the work that a removal has left, by the axes of the next plane in those of its own."""
         stock = removed.stock
         # The box of the first stock, turned again: a box about a turned box would grow from stage to stage.
-        box = stock.corners if isinstance(stock, CutStock) else np.array(list(itertools.product(*zip(stock.lower, stock.upper,
-                                                                                                    strict=True))))
-        corners = box @ rotation
-        return cls(MESH, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), corners)
+        before = stock if isinstance(stock, CutStock) else None
+        box = np.stack([stock.lower, stock.upper]) if before is None else before.first_box
+        to_box = np.asarray(rotation if before is None else before.to_box @ rotation)
+        corners = np.array(list(itertools.product(*box.T))) @ to_box
+        return cls(MESH, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), box,
+                   to_box)
 
     @property
     def volume(self) -> float:
@@ -70,7 +74,7 @@ class CutStock(Stock):
         origin = self.lower[:2] + h / 2
         intervals = np.full((*count.tolist(), MAX_MESH_INTERVALS, 2), np.nan)
         number = _cross_work(self.removed.work, np.ascontiguousarray(self.rotation),
-                             (origin[0], origin[1], h), (self.lower[2], self.upper[2]), intervals)
+                             (origin[0], origin[1], h), (np.ascontiguousarray(self.to_box), self.first_box), intervals)
         if number > MAX_MESH_INTERVALS:
             fail("stock", f"work that is crossed {number} times by one line", f"must be at most {MAX_MESH_INTERVALS}",
                  remedy="a larger spacing")
@@ -99,16 +103,33 @@ def _end(work, rotation, place, span, starts_inside):
 
 
 @njit(cache=True, nogil=True)
-def _cross_work(work, rotation, grid, span, intervals):
+def _span_in_box(to_box, box, x, y):
+    """Return the z between which a line is inside a box that is turned; the second is below the first where it passes by."""
+    first, last = -math.inf, math.inf
+    for k in range(3):
+        base, slope = to_box[k, 0] * x + to_box[k, 1] * y, to_box[k, 2]
+        if abs(slope) < 1e-12:
+            if base < box[0, k] or base > box[1, k]:
+                return 1.0, 0.0
+            continue
+        a, b = (box[0, k] - base) / slope, (box[1, k] - base) / slope
+        first, last = max(first, min(a, b)), min(last, max(a, b))
+    return first, last
+
+
+@njit(cache=True, nogil=True)
+def _cross_work(work, rotation, grid, first_stock, intervals):
     """Write the intervals of every line of a grid (x0, y0, spacing); return the largest number of them on a line."""
     x0, y0, h = grid
     step, most = _LOOK_RATIO * h, 0
-    count = math.ceil((span[1] - span[0]) / step) + 2
     for i in range(intervals.shape[0]):
         for j in range(intervals.shape[1]):
             place = (x0 + (i + _LINE_SHIFT) * h, y0 + (j + 1.7 * _LINE_SHIFT) * h)
+            span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])
+            if span[1] < span[0]:
+                continue
             was_inside, number, previous = False, 0, span[0] - step
-            for n in range(count):
+            for n in range(math.ceil((span[1] - span[0]) / step) + 2):
                 z = span[0] - 0.5 * step + n * step
                 now = _is_inside(work, rotation, place[0], place[1], z)
                 if now != was_inside:

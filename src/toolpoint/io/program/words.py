@@ -119,7 +119,7 @@ def _word(reader: Reader, column: int) -> Word:
             not re.match(r"\s*(?:R\d|Q[LRS]?\d)", reader.text[reader.position:]):
         piece = reader.text[column - 1:].split()[0]
         raise WordFault(column, f"{piece!r} is not a word of the subset")
-    if match[1] == "T" and match[2] and not reader.skip():
+    if match[1] == "T" and match[2] and (not reader.skip() or re.match(r"[DMSF]\d", reader.text[reader.position:])):
         return Word("T", "", 0.0, column)  # a tool called by its name
     value = reader.sum()
     return Word(match[1], mode if mode in ("AC", "IC") else "", value, column)

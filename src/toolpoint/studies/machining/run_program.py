@@ -29,7 +29,7 @@ from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath,
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
-from toolpoint.studies.machining.tilted_poses import tilted_poses
+from toolpoint.studies.machining.tilted_poses import find_tilted_poses
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -89,7 +89,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     solver, pose, charts = None, None, tuple[EngagementLobes, ...]()
     if dynamics is not None and arcs.place.size:
         if rotation is not None and isinstance(dynamics, Machine):
-            pose, poses, turns = tilted_poses(dynamics, removed, setup, rotation=rotation)
+            pose, poses, turns = find_tilted_poses(dynamics, removed, setup, rotation=rotation)
             arcs = replace(arcs, angle=arcs.angle + turns[pose[arcs.place]])
         else:
             pose, poses = _poses(dynamics, removed, setup)

@@ -18,7 +18,7 @@ TILTED_POSE_STEP = 0.1  # m: places of the tip within which the dynamics are tak
 _REFERENCE_TOLERANCE = 1e-9  # rad, of rotary axes at the program's zero
 
 
-def tilted_poses(machine: Machine, removed: RemovedMaterial, setup: MachiningSetup, *, rotation: FloatArray
+def find_tilted_poses(machine: Machine, removed: RemovedMaterial, setup: MachiningSetup, *, rotation: FloatArray
                  ) -> tuple[np.ndarray, Sequence[ToolDynamics], FloatArray]:
     """Return the pose of every place, the dynamics of each pose, and the angle from the tool's x to the plane's x there, rad.
 
@@ -51,8 +51,8 @@ def tilted_poses(machine: Machine, removed: RemovedMaterial, setup: MachiningSet
 def _check_zero(machine: Machine, setup: MachiningSetup) -> None:
     for axis in machine.chain.axes:
         if axis.is_rotary and abs(setup.zero.get(axis.name, 0.0)) > _REFERENCE_TOLERANCE:
-            raise ToolpointError(f"zero: axis {axis.name} does not stand at zero; in tilted planes the program's axes are those "
-                                 "of the machine with rotary axes at zero")
+            raise ToolpointError(f"zero: axis {axis.name} does not stand at zero; in tilted planes the program's axes are "
+                                 "those of the machine with rotary axes at zero")
 
 
 def plane_angle(machine: Machine, pose: dict[str, float], rotation: FloatArray) -> float:

@@ -13,11 +13,14 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovedMaterial, Stock
+from toolpoint.material_removal.stock import BOX
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.program_path import ParsedProgram
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
+
+TILTED_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
 
 
 class StagedProgram(ParsedProgram, Protocol):
@@ -133,6 +136,9 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
 
     if setup.drives is not None or len(setup.part):
         raise ToolpointError("drives, part: the program tilts its plane; they are taken upright alone: leave them out")
+    if not setup.spacing:  # laying dexels through earlier work takes a look at every cell of space
+        shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]
+        setup = replace(setup, spacing=TILTED_SPACING_FACTOR * setup.spacing_for(shapes))
     studies, rotations = list[MachiningStudy](), list[FloatArray]()
     stock: Stock = setup.stock
     previous: FloatArray = np.eye(3)
@@ -143,7 +149,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
         if studies:
             stock = CutStock.of(studies[-1].removed, turn)
         elif not np.allclose(turn, np.eye(3)):
-            stock = CutStock.of(_untouched(setup), turn)
+            stock = _turned_box(setup.stock, turn) if setup.stock.kind == BOX else CutStock.of(_untouched(setup), turn)
         studies.append(run_program(part, replace(setup, stock=stock), dynamics, name=f"{name}, stage {len(studies) + 1}",
                                    text=text, lobes=lobes, rotation=rotation, progress=progress))
         rotations.append(rotation)
@@ -151,6 +157,13 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     if not studies:
         raise ToolpointError("program: no block moves")
     return StagedStudy(name, tuple(rotations), tuple(studies))
+
+
+def _turned_box(stock: Stock, turn: FloatArray) -> Stock:
+    """Return a box in the axes of another plane, as a closed mesh."""
+    corners = np.array([[(stock.lower, stock.upper)[i >> k & 1][k] for k in range(3)] for i in range(8)]) @ turn
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return Stock.mesh(corners[[triangle for a, b, c, d in faces for triangle in ((a, b, c), (a, c, d))]])
 
 
 def _untouched(setup: MachiningSetup) -> RemovedMaterial:
