@@ -1,14 +1,16 @@
 """Random machines from measured responses to answers by a project, nobody choosing: limits at untested poses, slips, changes.
 
 The machines: benchmarks/joint_machines.py, by all laws of damping. The tester's masses are wrong by 5 % (told), the true K_t
-and K_n differ by 10 % (told). Half of the tests have one slip: a turned channel, one 20 % off, two exchanged points, a wrong
-order, a mass 15 % off. Every machine: responses as a universal file, a project folder, `Project.run`, then `Project.limits` at
-six random poses beside the true machine's least limit over twelve speeds.
+and K_n differ by 10 % (told; `--coefficients` takes another share, 0.02 is a calibration of one's own). Half of the tests have
+one slip: a turned channel, one 20 % off, two exchanged points, a wrong order, a mass 15 % off. Every machine: responses as a
+universal file, a project folder, `Project.run`, then `Project.limits` at six random poses beside the true machine's least limit
+over twelve speeds.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/project_random.py [--first 0] [--seeds 20] [--draws 24]
-        [--results FILE] (resumes from it)
+        [--coefficients 0.1] [--results FILE] (resumes from it)
 
 Whole: the least limits at all six poses within 10 % of the truth with the told coefficients (machines without a slip).
+Width of the machine alone: what would be left with exact coefficients, by the shares that the project states.
 Intervals hold: the truth with its own coefficients. Unsafe: the interval's lower end above the truth.
 """
 
@@ -28,14 +30,14 @@ import numpy as np
 
 from toolpoint.project import Project
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import CutQuestion
+from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion
 from toolpoint.project.limits.systems import MachineDraws, problem_of
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
 from toolpoint.studies.machines.tool_point import deep_chart
 
 SLIPS = ("sign", "sensitivity", "exchanged", "order", "mass")
 SPEEDS = np.linspace(800.0, 4000.0, 12)
-MASS_DEVIATION, COEFFICIENT_DEVIATION = 0.05, 0.1
+MASS_DEVIATION = 0.05
 PROJECT = """toolpoint: 1
 name: random
 tests:
@@ -44,7 +46,7 @@ geometry: test.uff
 components: components.yaml
 cuts:
   half: {diameter: 50 mm, teeth: 4, immersion: 0.5, tangential: 800 MPa, normal: 300 MPa, speeds: 800 4000 rpm,
-         coefficient_deviation: 10 %}
+         coefficient_deviation: {coefficients} %}
 goals:
   rough: {speed: 2500 rpm, depth: 4 mm}
 """
@@ -55,7 +57,7 @@ def slip_of(seed: int) -> str:
     return SLIPS[seed // 2 % len(SLIPS)] if seed % 2 else ""
 
 
-def write_project(case, rng, slip: str, folder: Path) -> list[set[str]]:
+def write_project(case, rng, slip: str, folder: Path, *, coefficients: float) -> list[set[str]]:
     """Write the folder of a test; return sets of words of which one must be in one doubt that names the slip."""
     frf, coordinates = jm.responses(case, rng), dict(case.points.coordinates)
     values, order, words = frf.values.copy(), None, []
@@ -83,7 +85,7 @@ def write_project(case, rng, slip: str, folder: Path) -> list[set[str]]:
         masses[name] *= 1.15
         words = [{name, "mass"}]
     jm.write_test(case, replace(frf, values=values), folder, points=coordinates, masses=masses, order=order, deviation="5 %")
-    (folder / "project.yaml").write_text(PROJECT)
+    (folder / "project.yaml").write_text(PROJECT.replace("{coefficients}", f"{100 * coefficients:g}"))
     return words
 
 
@@ -104,13 +106,13 @@ def least_limit(machine, pose, cut, factors) -> float:
     return float(np.minimum(chart.limit, chart.depth_max).min())
 
 
-def run_case(seed: int, draws: int) -> dict:
+def run_case(seed: int, draws: int, coefficients: float) -> dict:
     """Return what one machine gave."""
     case = jm.random_case(seed, jm.law_of(seed))
     rng, slip = np.random.default_rng(50_000 + seed), slip_of(seed)
     row = {"seed": seed, "law": case.law, "slip": slip}
     with tempfile.TemporaryDirectory() as name:
-        words = write_project(case, rng, slip, Path(name))
+        words = write_project(case, rng, slip, Path(name), coefficients=coefficients)
         start = time.process_time()
         results = Project.open(name).run()
         row["run s"] = time.process_time() - start
@@ -119,16 +121,17 @@ def run_case(seed: int, draws: int) -> dict:
         row |= {"doubts": doubts, "failed": failed, "named": is_named(words, doubts + failed) if slip else None}
         row["answered"] = not failed
         if not failed:
-            row |= asked(case, Project.open(name), rng, draws=draws, changes=results.data["changes"])
+            row |= asked(case, Project.open(name), rng, draws=draws, changes=results.data["changes"],
+                         coefficients=coefficients)
         row["cpu s"] = time.process_time() - start
     return row
 
 
-def asked(case, project: Project, rng, *, draws: int, changes) -> dict:
+def asked(case, project: Project, rng, *, draws: int, changes, coefficients: float) -> dict:
     """Return limits at six untested poses beside the truth, and whether the true soft joint is the first to change."""
-    factors = np.exp(COEFFICIENT_DEVIATION * rng.normal(size=2))
+    factors = np.exp(coefficients * rng.normal(size=2))
     cut = project.description.cuts["half"].cut
-    rows = {"error": [], "inside": [], "unsafe": [], "width": []}
+    rows = {"error": [], "inside": [], "unsafe": [], "width": [], "machine": []}
     weights = np.full(draws, 1 / draws)
     for pose in jm.random_poses(case, rng, 6):
         limits = project.limits(pose, speeds=SPEEDS, draws=draws)
@@ -138,7 +141,9 @@ def asked(case, project: Project, rng, *, draws: int, changes) -> dict:
         rows["inside"].append(bool(lower <= truth <= upper))
         rows["unsafe"].append(bool(lower > truth))
         rows["width"].append((upper - lower) / value)
-    question = CutQuestion("half", cut, COEFFICIENT_DEVIATION, (2500.0,), {}, 0.004)
+        of_machine = max(1 - limits.shares.get(COEFFICIENTS_SOURCE, 0.0), 0.0)
+        rows["machine"].append(float(np.sqrt(of_machine)) * rows["width"][-1])
+    question = CutQuestion("half", cut, coefficients, (2500.0,), {}, 0.004)
     true_first = rank_joints(MachineDraws(case.machine, 0, 1), {"rough": question}, {})[0].joint
     return {**rows, "soft first": changes[0]["joint"] == true_first}
 
@@ -157,7 +162,8 @@ def summary(rows: list[dict]) -> list[str]:
         inside = over("inside", part)
         if inside.size:
             lines.append(f"{title}: intervals hold {100 * inside.mean():.1f} % of {inside.size}, median width "
-                         f"{100 * np.median(over('width', part)):.0f} %, unsafe {100 * over('unsafe', part).mean():.1f} %, "
+                         f"{100 * np.median(over('width', part)):.0f} % (of the machine alone "
+                         f"{100 * np.median(over('machine', part)):.0f} %), unsafe {100 * over('unsafe', part).mean():.1f} %, "
                          f"error median {100 * np.median(np.abs(over('error', part))):.2g} %")
     slipped = [row for row in rows if row["slip"]]
     lines.append(f"slips named: {sum(row['named'] for row in slipped)} of {len(slipped)}")
@@ -174,6 +180,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--draws", type=int, default=24)
+    parser.add_argument("--coefficients", type=float, default=0.1)
     parser.add_argument("--results", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
@@ -184,7 +191,7 @@ def main() -> None:
     for seed in range(given.first, given.first + given.seeds):
         if seed in done:
             continue
-        row = run_case(seed, given.draws)
+        row = run_case(seed, given.draws, given.coefficients)
         rows.append(row)
         print(f"{seed} {row['law']} {row['slip'] or 'no slip'}: answered {row['answered']}, named {row['named']}, "
               f"{row['cpu s']:.0f} s {row['failed'][:1]} "

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +24,27 @@ def blocks_of(page: Path) -> list[tuple[str, str]]:
     return [(match[1], match[2]) for match in BLOCK.finditer(page.read_text(encoding="utf-8"))]
 
 
+@contextlib.contextmanager
+def _activated_environment() -> Iterator[None]:
+    """The search path of a person who has activated the environment: its commands come first, in the shell and in Python."""
+    before = os.environ.get("PATH", "")
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{before}"
+    try:
+        yield
+    finally:
+        os.environ["PATH"] = before
+
+
 def run_tutorial(page: Path) -> int:
     """Run the blocks of a page in a folder of its own and return how many there were; whatever fails is raised."""
     names: dict[str, Any] = {"__name__": "tutorial"}
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"}
     blocks = blocks_of(page)
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), _activated_environment():
         for language, text in blocks:
             if language == "python":
                 exec(compile(text, f"{page.name}", "exec"), names)
             else:
-                subprocess.run(["bash", "-euc", text], check=True, env=environment)
+                subprocess.run(["bash", "-euc", text], check=True)
     return len(blocks)
 
 

@@ -41,6 +41,7 @@ def test_shells_are_told_how_to_complete(shell, capsys):
     assert "_TOOLPOINT_COMPLETE" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_commands_and_options_are_completed():
     def completed(words, count):
         more = {"_TOOLPOINT_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(count)}
@@ -66,6 +67,7 @@ def test_a_part_that_fails_is_a_result(monkeypatch):
     assert not result.is_whole and "no case for this engine" in result.table()
 
 
+@pytest.mark.slow
 def test_parts_compile_in_processes_of_their_own(monkeypatch):
     from toolpoint import kernel_compilation
 
@@ -77,6 +79,7 @@ def test_parts_compile_in_processes_of_their_own(monkeypatch):
     assert steps[-1] == ("kernels", 2, 2) and set(result.to_dict()) == {"whole", "seconds", "parts"}
 
 
+@pytest.mark.slow
 def test_a_part_that_fails_in_its_process_says_why(monkeypatch):
     from toolpoint import kernel_compilation
 

@@ -57,3 +57,31 @@ def test_the_program_itself_is_never_written_over(program: Path) -> None:
     with pytest.raises(SystemExit):
         main(["machining", str(program), *STOCK, *TOOL, "--write", str(program)])
     assert program.read_text() == PROGRAM
+
+
+def test_a_record_beside_the_program_comes_as_json(program: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Constant power over the record is no load of this program: it is doubted, and no coefficient is told."""
+    record = tmp_path / "power.csv"
+    rows = "\n".join(f"{0.01 * k:.2f},{0.4 + 0.001 * (k % 7)}" for k in range(400))
+    record.write_text("time [s],spindle power [kW]\n" + rows)
+    main(["machining", str(program), *STOCK, *TOOL, "--record", str(record), "--json"])
+    data = json.loads(capsys.readouterr().out)["record"]
+    assert data["unit"] == "W" and data["tangential_pa"] is None and data["doubts"]
+
+
+def test_tilted_planes_are_stages_and_refuse_what_is_upright_alone(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program.write_text("G21 G90\nS9000 M3\nG68.2 J45\nG53.1\nG0 X-7 Y0 Z5\nZ-1\nG1 X40 F1800\nG0 Z9\nG69\n")
+    main(["machining", str(program), *STOCK, *TOOL, "--json"])
+    (stage,) = json.loads(capsys.readouterr().out)["stages"]
+    assert stage["removed_m3"] == pytest.approx(30e-9, rel=0.02)  # a ridge 1 mm deep, 2 mm wide at its foot, 30 mm long
+    with pytest.raises(SystemExit):
+        main(["machining", str(program), *STOCK, *TOOL, "--advice"])
+    assert "tilts its plane" in capsys.readouterr().err
+
+
+def test_the_curve_of_the_spindle_is_read_from_its_option(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["machining", str(program), *STOCK, *TOOL, "--spindle-curve", "1000:0.2,12000:0.2"])
+    assert "spindle torque: " in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["machining", str(program), *STOCK, *TOOL, "--spindle-curve", "1000"])
+    assert "RPM:NM" in capsys.readouterr().err

@@ -8,7 +8,7 @@ import pytest
 from cutting.cutting_cases import altintas, benchmark, modes_of
 from toolpoint import Modes
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, TurningProblem, stability
-from toolpoint.cutting.cut.plane import against
+from toolpoint.cutting.cut.plane_pairs import against
 from toolpoint.cutting.cut.problem import plane_dynamics
 from toolpoint.cutting.stability.methods.mode_coupling import mode_coupling
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips

@@ -21,6 +21,10 @@ def test_joint_to_stiffen():
     assert run("find_the_joint_to_stiffen.py").startswith("joints.foundation.stiffness.")
 
 
+def test_drives_on_damp_what_brakes_leave():
+    assert run("drives_on_and_off.py") > 0.3
+
+
 def test_lobes_of_one_mode():
     # The lowest converged depths of this slot over 5000 .. 25000 rev/min lie about 0.0475 mm.
     assert run("draw_stability_lobes_of_one_mode.py") == pytest.approx(0.0475, rel=0.1)
@@ -59,6 +63,8 @@ COMMANDS = [
     pytest.param("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual",
                  marks=pytest.mark.slow),
     pytest.param("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding", marks=pytest.mark.slow),
+    ("compare_a_record_with_its_program.py", 1.0, 0.1, "coefficient told by the record over the hidden one"),
+    ("mill_in_a_tilted_plane.py", 180.0, 1.5, "chamfer of 3 mm along 40 mm: 180 mm^3"),
     pytest.param("run_a_program_on_a_machine.py", 0, 0, "no block chatters at the advised speed", marks=pytest.mark.slow),
     ("mill_a_square_with_a_robot.py", 0.01, 1e-9, "half the step changes the mean error by less than a per cent"),
     ("screen_changes_of_a_robot.py", 2**0.5, 1e-9, "twice all springs: all frequencies times the root of two"),

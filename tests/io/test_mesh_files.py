@@ -83,8 +83,3 @@ def refuses(path):
     return False
 
 
-def test_linear_elements_are_refused(tmp_path):
-    path = tmp_path / "a.inp"
-    path.write_text("*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n")
-    with pytest.raises(ToolpointError, match="elements of 4 nodes in body; must have 10"):
-        read_mesh(path, STEEL, unit="mm")

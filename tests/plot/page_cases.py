@@ -134,12 +134,28 @@ def head_beside_its_source() -> Report:
 def program_on_a_machine() -> Report:
     from toolpoint.io.program.gcode import parse
     from toolpoint.pages import machining_page
-    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+    from toolpoint.studies import compare_record, cuts_of_options, describe_machining, run_program, stock_of
+    from toolpoint.studies.machining.recorded.spindle_load import spindle_load
 
     program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
     cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
     setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.05, 0)), cut, spacing=5e-4)
-    return machining_page(run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program))
+    result = run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program, lobes=2)
+    load = spindle_load(result.laid, result.removed, result.loads, setup=setup, step=0.01)
+    recorded = 300 + 1.1 * load.total + np.random.default_rng(0).normal(0, 5, load.time.size)
+    return machining_page(compare_record(result, load.time, recorded, name="spindle power"))
+
+
+@case
+def program_in_tilted_planes() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import stages_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_stages, stock_of
+
+    run = example("mill_in_a_tilted_plane")
+    cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
+    setup = describe_machining(stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), cut, spacing=8e-4)
+    return stages_page(run_stages(parse(run.PROGRAM, start=(0, 0, 0.05)), setup, text=run.PROGRAM))
 
 
 @case
@@ -418,6 +434,32 @@ def hammer_records() -> Report:
 
     first, second = blows(100, 8, 90, 110), blows(95, 105, 100, at="2:+x")
     return hammer_page(study_hammer_records(RecordSet(first.records + second.records, first.names + second.names)))
+
+
+@case
+def driven_responses() -> Report:
+    from toolpoint.io import read_drives, read_machine
+    from toolpoint.pages.machines.driven_responses import driven_responses_page
+    from toolpoint.studies import study_driven_responses
+
+    folder = ROOT / "src/toolpoint/app/machines"
+    machine = read_machine(folder / "three_axis_vertical_drives.yaml")
+    drives = read_drives(folder / "three_axis_vertical_servo_on_structure.yaml")
+    return driven_responses_page(study_driven_responses(machine, drives, frequency=np.linspace(2, 300, 150)))
+
+
+@case
+def shaker_records() -> Report:
+    from toolpoint.pages.measured.shaker_records import shaker_page
+    from toolpoint.signals import ShakerSettings
+    from toolpoint.studies import study_shaker_records
+    from toolpoint.vibration import Record
+
+    rng = np.random.default_rng(3)
+    force, gain = rng.standard_normal((20000, 2)), np.array([[2e-6, 1e-6], [1e-6, 3e-6]])
+    motion = force @ gain + 1e-7 * rng.standard_normal((20000, 2))
+    labels, kinds = ["1:+x", "2:+x", "1:+x", "2:+x"], ["force", "force", "displacement", "displacement"]
+    return shaker_page(study_shaker_records([Record(np.hstack([force, motion]), 1000.0, labels, kinds)], ShakerSettings(2.0)))
 
 
 @case

@@ -52,7 +52,7 @@ def test_a_column_that_bends_is_replaced_by_an_elastic_one(tmp_path):
     elastic = read_machine(tmp_path / "elastic.yaml")
     described = elastic.description.bodies["column"].elastic
     model = described.model
-    weights = described.interfaces["foot"].patch.averages(model)
+    weights = described.interfaces["foot"].place.averages(model)
     stiffness = csc_array(model.stiffness() + weights @ csc_array(np.diag(list(FOOT.values()))) @ weights.T)
     truth = modes(stiffness, model.mass(), 8)
 

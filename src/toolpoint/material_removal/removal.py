@@ -62,7 +62,7 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
                        for kind, k, part, (depth, x, y, z) in result.contacts)
     return RemovedMaterial(moves, stock, tuple(shapes), settings, piece, at_start, ends, feed, result.reach, result.arcs,
                            result.arc_count,
-                           result.volume, total, left, height, work.owner, (dexels.x, dexels.y), collisions)
+                           result.volume, total, left, height, work.owner, (dexels.x, dexels.y), collisions, work)
 
 
 def places_of(moves: Moves) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.stock import Stock
 from toolpoint.material_removal.tool_shape import MillShape
+
+if TYPE_CHECKING:
+    from toolpoint.material_removal.surface import Work
 
 DEFAULT_SLICES = 10  # of the tool along the edge
 SPACING_RATIO = 1 / 20  # of the smallest tool's radius, where no spacing is given
@@ -67,6 +71,8 @@ class RemovedMaterial(NotebookText):
         m^3, walls resolved within the cells.
     height, owner : (nx, ny)
         Height of the work, m, and the piece that cut there last (-1 none).
+    work : Work
+        Arrays of the work as it is left, for the kernels.
     """
 
     moves: Moves
@@ -87,6 +93,7 @@ class RemovedMaterial(NotebookText):
     owner: np.ndarray
     origin: tuple[float, float]
     collisions: tuple[Collision, ...] = field(default=())
+    work: Work | None = None
 
     @property
     def arc_length(self) -> FloatArray:

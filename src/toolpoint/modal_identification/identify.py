@@ -291,7 +291,7 @@ def _drop_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[
 def _transpose_frf(frf: Frf) -> Frf:
     """Return the responses with outputs and inputs exchanged."""
     return replace(frf, values=np.swapaxes(frf.values, -1, -2), outputs=frf.inputs, inputs=frf.outputs,
-                   coherence=_swap_axes(frf.coherence), variance=_swap_axes(frf.variance))
+                   coherence=_swap_axes(frf.coherence), variance=_swap_axes(frf.variance), draws=None)
 
 
 def _swap_axes(array: FloatArray | None) -> FloatArray | None:

@@ -15,16 +15,17 @@ if TYPE_CHECKING:
     from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
     from toolpoint.plot.page.pole_picker import PolePicker
     from toolpoint.plot.page.tables import Cell, Table
+    from toolpoint.plot.program_view.view import BlockLobes, BlockQuantity, ProgramView
     from toolpoint.plot.report import Report
     from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
     from toolpoint.plot.shape_view.scene import Box, Scene
     from toolpoint.plot.shape_view.view import ShapeView
 
 __all__ = [
-    "AnimatedShapes", "Box", "Cell", "Chart", "ClickedSeries", "InverseField", "Listing", "Lookup", "Notes", "Picture",
-    "PolePicker", "Report", "Scene", "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text",
-    "bode", "coherence", "frequency_curves",
-    "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
+    "AnimatedShapes", "BlockLobes", "BlockQuantity", "Box", "Cell", "Chart", "ClickedSeries", "InverseField", "Listing",
+    "Lookup", "Notes", "Picture", "PolePicker", "ProgramView", "Report", "Scene", "ShapeView", "StabilityCurve",
+    "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves", "frequency_map", "mac_matrix",
+    "nyquist", "real_imaginary", "stability_chart",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -36,6 +37,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "page.parts": ("Listing", "Notes", "Picture", "Text"),
     "page.pole_picker": ("PolePicker",),
     "page.tables": ("Cell", "Table"),
+    "program_view.view": ("BlockLobes", "BlockQuantity", "ProgramView"),
     "report": ("Report",),
     "shape_view.animated_shapes": ("AnimatedShapes",),
     "shape_view.scene": ("Box", "Scene"),

@@ -20,9 +20,10 @@ from toolpoint.plot.page.markup import mark_up
 from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
 from toolpoint.plot.page.pole_picker import SCRIPT, PolePicker
 from toolpoint.plot.page.tables import Table
+from toolpoint.plot.program_view.view import PROGRAM_SCRIPT, ProgramView
 from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
-Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | PolePicker | ShapeView
+Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | PolePicker | ShapeView | ProgramView
 _ASSUMPTIONS_TITLE = "Assumptions"
 
 
@@ -77,7 +78,7 @@ class Report:
         for number, part in enumerate(checked_parts):
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
-                     "must be Text, Table, Notes, Listing, Lookup, Picture, Chart or ShapeView",
+                     "must be Text, Table, Notes, Listing, Lookup, Picture, Chart, ShapeView or ProgramView",
                      remedy="wrap a plotly figure as Chart(figure)")
         return replace(self, sections=(*self.sections, Section(str(title), checked_parts)))
 
@@ -114,7 +115,8 @@ class Report:
         parts = [part for section in sections for part in section.parts]
         charts = any(isinstance(part, (Chart, ClickedSeries)) for part in parts)
         pickers = (SCRIPT,) if any(isinstance(part, PolePicker) for part in parts) else ()
-        scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), *pickers, "page.js")]
+        programs = (PROGRAM_SCRIPT,) if any(isinstance(part, ProgramView) for part in parts) else ()
+        scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), *pickers, *programs, "page.js")]
         return page(self.title, self._body(sections), scripts, charts=charts, reload_seconds=self.reload_seconds)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -151,7 +153,7 @@ class Report:
                 if isinstance(part, Chart) and not part.name:
                     number += 1
                     part = replace(part, name=f"chart-{number}")
-                if isinstance(part, (Chart, ShapeView)):
+                if isinstance(part, (Chart, ShapeView, ProgramView)):
                     key = f"{type(part).__name__} {part.name!r}"
                     if key in used_names:
                         fail("Report", f"{key} appears twice", "names must differ", remedy="give one of them another name")

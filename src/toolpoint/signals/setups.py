@@ -60,7 +60,7 @@ def join_setups(parts: Iterable[Frf]) -> Frf:
         values[entries] += frf.values * weight
         weights[entries] += weight
     _check_complete(weights, rows, columns)
-    return replace(first, values=np.asarray(values / weights, complex), outputs=rows, inputs=columns,
+    return replace(first, values=np.asarray(values / weights, complex), outputs=rows, inputs=columns, draws=None,
                    variance=1 / weights if has_variance else None, coherence=_lowest_coherence(frfs, rows, columns),
                    notes=_notes(frfs, largest_change, rows, columns))
 
@@ -105,6 +105,10 @@ def _join_lines(group: list[Frf]) -> list[Frf]:
     stacked: dict[str, Any] = {
         name: None if any(getattr(frf, name) is None for frf in ordered)
         else np.concatenate([getattr(frf, name) for frf in ordered]) for name in ("coherence", "variance")}
+    drawn = [frf.draws for frf in ordered if frf.draws is not None]
+    # Draws of one index belong together: all bands of one file were drawn at once.
+    stacked["draws"] = (np.concatenate(drawn, axis=1) if len(drawn) == len(ordered) and len({len(part) for part in drawn}) == 1
+                        else None)
     return [replace(first, frequency=np.concatenate(lines), values=np.concatenate([frf.values for frf in ordered]), **stacked,
                     notes=tuple(dict.fromkeys(note for frf in ordered for note in frf.notes)))]
 
@@ -121,7 +125,8 @@ def by_reciprocity(frf: Frf) -> Frf:
     Frf(3 outputs, 1 inputs, 10..20 Hz, 2 lines, receptance m/N)
     """
     return replace(frf, values=np.swapaxes(frf.values, -1, -2), outputs=frf.inputs, inputs=frf.outputs,
-                   coherence=_transpose(frf.coherence), variance=_transpose(frf.variance))
+                   coherence=_transpose(frf.coherence), variance=_transpose(frf.variance),
+                   draws=None if frf.draws is None else np.swapaxes(frf.draws, -1, -2))
 
 
 def _transpose(array: FloatArray | None) -> FloatArray | None:

@@ -60,7 +60,7 @@ def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, complia
     variance = None
     if generator is not None and uncoupled.variance is not None:
         variance = _draw_variance(uncoupled, rows, columns, link_compliance, generator=generator, draws=draws)
-    return replace(uncoupled, values=values, variance=variance)
+    return replace(uncoupled, values=values, variance=variance, draws=None)
 
 
 def decouple_responses(assembly: Frf, part: Frf, shared: Iterable[Dof | str], *,

@@ -38,7 +38,8 @@ class _Pairs:
 
 
 def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibration: float = 0.0,
-                  draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None) -> PlaneReceptance:
+                  draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None,
+                  common: np.random.Generator | None = None) -> PlaneReceptance:
     """Identify the receptance of a spindle at the base plane of a gauge, without the gauge.
 
     Parameters
@@ -56,6 +57,8 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
         How many equally likely bases to draw from the variance and the gauge's deviations; 0 for none.
     generator : numpy Generator, optional
         Needed for draws.
+    common : numpy Generator, optional
+        For gain and gauge, which the planes of a test share: one of the same seed for each plane. `generator` where left out.
 
     Raises
     ------
@@ -71,7 +74,10 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
         if generator is None:
             fail("generator", "None", "draws need a numpy Generator",
                  remedy="for example numpy.random.default_rng(1); or draws=0")
-        drawn = _drawn_bases(pairs, gauge, lines.frequency, np.exp(calibration * generator.normal(size=draws)), generator)
+        shared = generator if common is None else common
+        noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
+        gains = np.exp(calibration * shared.normal(size=draws))
+        drawn = _drawn_bases(pairs, gauge, lines.frequency, gains[:, None, None] * (pairs.values + noise), shared)
     elif draws:
         notes.append("the measured responses state no variance: no interval of the tool-point response can be given")
     return PlaneReceptance(lines.frequency, values, plane, drawn, tuple(dict.fromkeys(notes)))
@@ -206,11 +212,8 @@ def _check_geometry(design: ComplexArray, length: float) -> None:
              remedy="spread them over its length")
 
 
-def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, gains: FloatArray,
+def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measured: ComplexArray,
                  generator: np.random.Generator) -> ComplexArray:
-    draws = len(gains)
-    noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
-    measured: ComplexArray = gains[:, None, None] * (pairs.values + noise)
     if not _is_uncertain(gauge):
         return _base(pairs, gauge, frequency, measured)[0]
     return np.stack([_base(pairs, gauge.drawn(generator), frequency, part)[0] for part in measured])

@@ -107,7 +107,9 @@ def reduce_to_points(frf: Frf, points: Sequence[VirtualPoint]) -> Frf:
     values = left @ lines.values @ right.T
     notes = [*lines.notes, *(_consistency(lines, point) for point in points)]
     variance = None if lines.variance is None else (left**2) @ lines.variance @ (right**2).T
-    return replace(lines, values=values, outputs=outputs, inputs=inputs, notes=tuple(notes), variance=variance, coherence=None)
+    draws = None if lines.draws is None else left @ lines.draws @ right.T
+    return replace(lines, values=values, outputs=outputs, inputs=inputs, notes=tuple(notes), variance=variance, coherence=None,
+                   draws=draws)
 
 
 def _transformation(labels: Sequence[Dof], points: Sequence[VirtualPoint], is_output: bool

@@ -47,6 +47,9 @@ class Frf(NotebookText):
         0 .. 1.
     variance : like `values`, real, optional
         Variance E|e|^2 of each line, in the unit of the values squared.
+    draws : (n_draws, *values.shape) complex, optional
+        Equally likely responses, in the unit of the values. They keep what lines have in common, a stiffness that is known to
+        5 % say; the variance alone would take every line as independent of the others.
     decay : float
         Decay rate (1/s) that an exponential window added to the ring-down; identified poles are corrected by it.
     notes : sequence of str
@@ -74,6 +77,7 @@ class Frf(NotebookText):
     variance: FloatArray | None = None
     decay: float = 0.0
     notes: tuple[str, ...] = ()
+    draws: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -88,6 +92,8 @@ class Frf(NotebookText):
         put(self, "variance", _check_like_values("Frf.variance", self.variance, values))
         if self.coherence is not None and self.coherence.max(initial=0.0) > 1 + 1e-9:
             fail("Frf.coherence", f"value {self.coherence.max():g}", "must be within 0 .. 1")
+        if self.draws is not None:
+            put(self, "draws", complexes("Frf.draws", self.draws, (None, *values.shape)))
         put(self, "decay", scalar("Frf.decay", self.decay))
         put(self, "notes", tuple(self.notes))
 
@@ -115,7 +121,8 @@ class Frf(NotebookText):
                  remedy="cut the line away first, for example frf.between(0.1, ...)")
         factor = ((1j * self.omega) ** power)[:, None, None]
         variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
-        return replace(self, values=self.values * factor, quantity=quantity, variance=variance)
+        draws = None if self.draws is None else self.draws * factor
+        return replace(self, values=self.values * factor, quantity=quantity, variance=variance, draws=draws)
 
     def between(self, frequency_min: float, frequency_max: float) -> Frf:
         """Return the lines with low <= frequency <= high (Hz)."""
@@ -145,6 +152,7 @@ class Frf(NotebookText):
             self, frequency=self.frequency[lines], values=part(self.values),
             coherence=None if self.coherence is None else part(self.coherence),
             variance=None if self.variance is None else part(self.variance),
+            draws=None if self.draws is None else part(self.draws),
             outputs=labels(self.outputs, rows), inputs=labels(self.inputs, columns),
         )
 
@@ -153,10 +161,18 @@ class Frf(NotebookText):
         if self.values.ndim == 3:
             fail("at_pose", "a single pose", "must be a batch")
         select = (lambda a: None if a is None else a[index])
-        return replace(self, values=self.values[index], coherence=select(self.coherence), variance=select(self.variance))
+        draws = None if self.draws is None else self.draws[:, index]
+        return replace(self, values=self.values[index], coherence=select(self.coherence), variance=select(self.variance),
+                       draws=draws)
+
+    def at_draw(self, index: int) -> Frf:
+        """Return one of the equally likely responses, without an uncertainty of its own."""
+        if self.draws is None:
+            fail("at_draw", "no draws", "must be responses with draws")
+        return replace(self, values=self.draws[index], draws=None, coherence=None, variance=None)
 
     def interpolated(self, frequency: FloatArray) -> Frf:
-        """Return the values at other frequencies inside the measured range (linear in real and imaginary part)."""
+        """Return values and draws at other frequencies inside the measured range (linear in real and imaginary part)."""
         lines = increasing("frequency", floats("frequency", frequency))
         if lines[0] < self.frequency[0] or lines[-1] > self.frequency[-1]:
             fail("frequency", f"{lines[0]:g} .. {lines[-1]:g} Hz",
@@ -165,8 +181,12 @@ class Frf(NotebookText):
         upper = np.minimum(lower + 1, self.frequency.size - 1)
         span = np.where(upper > lower, self.frequency[upper] - self.frequency[lower], 1.0)
         fraction = ((lines - self.frequency[lower]) / span)[:, None, None]
-        values = self.values[..., lower, :, :] * (1 - fraction) + self.values[..., upper, :, :] * fraction
-        return replace(self, frequency=lines, values=values, coherence=None, variance=None)
+
+        def between(array: ComplexArray) -> ComplexArray:
+            return np.asarray(array[..., lower, :, :] * (1 - fraction) + array[..., upper, :, :] * fraction)
+
+        draws = None if self.draws is None else between(self.draws)
+        return replace(self, frequency=lines, values=between(self.values), coherence=None, variance=None, draws=draws)
 
     def noted(self, note: str) -> Frf:
         """Return the same responses with one more remark."""
@@ -214,10 +234,19 @@ def join_frfs(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
         else np.concatenate([getattr(frf, name) for frf in frfs], axis=array_axis)
         for name in ("values", "coherence", "variance")
     }
+    stacked["draws"] = _join_draws(frfs, array_axis)
     labels = tuple(label for frf in frfs for label in getattr(frf, axis))
     notes = tuple(dict.fromkeys(note for frf in frfs for note in frf.notes))
     changes: dict[str, Any] = {**stacked, axis: labels, "notes": notes}
     return replace(reference, **changes)
+
+
+def _join_draws(frfs: list[Frf], axis: int) -> ComplexArray | None:
+    """Return the draws of several parts side by side, as many as the part with the fewest has; None where a part has none."""
+    draws = [frf.draws for frf in frfs if frf.draws is not None]
+    if len(draws) < len(frfs):
+        return None
+    return np.concatenate([part[:min(map(len, draws))] for part in draws], axis=axis)
 
 
 def relative(frf: Frf, plus: str | int, minus: str | int, *, directions: Iterable[str] = ("x", "y", "z")) -> Frf:
@@ -234,5 +263,7 @@ def relative(frf: Frf, plus: str | int, minus: str | int, *, directions: Iterabl
         raise ToolpointError(f"relative: both points are needed among outputs and inputs ({error})") from None
     sign = np.concatenate([np.eye(len(axes)), -np.eye(len(axes))], axis=1)
     values = sign @ pair.values @ sign.T
+    draws = None if pair.draws is None else sign @ pair.draws @ sign.T
     labels_of_pair = dofs([Dof(f"{plus}-{minus}", way) for way in axes])
-    return Frf(pair.frequency, values, labels_of_pair, labels_of_pair, pair.quantity, decay=pair.decay, notes=pair.notes)
+    return Frf(pair.frequency, values, labels_of_pair, labels_of_pair, pair.quantity, decay=pair.decay, notes=pair.notes,
+               draws=draws)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
@@ -14,11 +14,12 @@ from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_numbered_file, read_stock
+from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_stock
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+    from toolpoint.studies.machining.result import MachiningStudy
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
     read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
@@ -61,8 +62,33 @@ class ToolAbove:
     taper: Annotated[float, Help("Half angle of a tapered mill, degrees.", scale=0.017453292519943295, minimum=0)] = 0.0
     spindle_power: Annotated[float, Help("Power of the spindle, kW.", scale=1e3, above=0)] = float("inf")
     spindle_torque: Annotated[float, Help("Torque of the spindle, N m.", above=0)] = float("inf")
+    spindle_curve: Annotated[tuple[tuple[float, float], ...], Reading(read_curve, "RPM:NM,..., for example 1500:60,12000:8"),
+                             Help("Torque of the spindle over its speed.", metavar="RPM:NM,...")] = ()
     spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
+
+
+@dataclass(frozen=True)
+class MachineRecord:
+    """Record of the machine beside the program."""
+
+    record: Annotated[SourceFile | None, Help("Record of the spindle's power, torque or current while the program ran: a table "
+                                              "with time, or a controller's trace.")] = None
+    signal: Annotated[str, Help("Its signal, by name, where it holds several.", needs="--record")] = ""
+    efficiency: Annotated[float, Help("Power at the tool over the recorded one, above the idle load.", needs="--record",
+                                      above=0, maximum=1)] = 1.0
+
+    def read(self) -> Any:
+        """Read the record; nothing where none is given."""
+        return None if self.record is None else io.read_servo_data(self.record)
+
+    def compare(self, result: MachiningStudy, record: Any) -> MachiningStudy:
+        """Return the result with the record beside it, as it is without one."""
+        if record is None:
+            return result
+        signal = studies.spindle_signal(record, self.signal)
+        return studies.compare_record(result, signal.time, signal.values, unit=signal.unit, name=signal.name,
+                                      efficiency=self.efficiency)
 
 
 @command(steps=3, replace=True)
@@ -74,20 +100,23 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
-              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's within its limits.")] = None,
+              drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
+                                                      "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
                                                 name="--advice")] = False,
+              lobes: Annotated[int, Help("Of how many engagements, those nearest to their limit, the page shows lobes.",
+                                         minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              folder: Folder = None, above: ToolAbove, cut: CutValues) -> None:
+              folder: Folder = None, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
-    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes. The tool and its coefficients are those of the machine file
-    or the options below; the arcs of cut come from the stock.
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, or of tilted planes (G68.2, CYCLE800, PLANE SPATIAL). The tool
+    and its coefficients are those of the machine file or the options below; the arcs of cut come from the stock.
     """
-    source = dynamics.read()
+    source, record = dynamics.read(), recorded.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
     cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
@@ -96,15 +125,24 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     material = studies.stock_of(*stock, stock_faces)
     parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
     text = program.read_text(encoding="utf-8-sig", errors="replace")
-    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed)
+    limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
+                                   above.spindle_curve)
     setup = studies.describe_machining(
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        planned=None if servo is None else studies.limits_of_drives(servo))
+        drives=servo)
+    if parsed.is_tilted:
+        excluded = {"--advice": with_advice, "--write": write, "--record": record, "--folder": folder}
+        studies.refuse_in_tilted_planes([name for name, value in excluded.items() if value])
+        staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes,
+                                    progress=run.progress_of_parts())
+        run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
+        return
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
-                                 folder=folder,
+                                 lobes=lobes, folder=folder,
                                  progress=run.progress_of_parts())
+    result = recorded.compare(result, record)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
         run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))

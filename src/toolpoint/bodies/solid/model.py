@@ -71,6 +71,8 @@ class SolidModel(NotebookText):
     materials : mapping of set name to Material
     node_sets : mapping of name to node numbers
         Places for interfaces.
+    surfaces : mapping of name to arrays (f, 8) or (f, 6) of node numbers
+        Outer faces, in the order of `outer_faces`: places for interfaces.
 
     Raises
     ------
@@ -89,6 +91,7 @@ class SolidModel(NotebookText):
     blocks: tuple[ElementBlock, ...]
     materials: Mapping[str, Material]
     node_sets: Mapping[str, IndexArray] = field(default_factory=dict)
+    surfaces: Mapping[str, tuple[IndexArray, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         put = object.__setattr__

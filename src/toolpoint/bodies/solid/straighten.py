@@ -34,12 +34,15 @@ def straighten(nodes: FloatArray, elements: IndexArray) -> tuple[FloatArray, int
 def _volume_ratio(places: FloatArray) -> FloatArray:
     """Return the smallest over the largest Jacobian determinant of each element, (e,), negative where it is inside out.
 
-    places : (e, n, 3). It is taken at the points of the integration rule, where matrices feel it; corners and middles of sides
-    are not among them.
+    places : (e, n, 3). The ratio is that at the points of the integration rule, where matrices feel it. Corners and middles of
+    sides count where they are inside out: there stresses and neighbours feel it, though curved sides make it small in good
+    elements too.
     """
     kind = kind_of(places.shape[1])
-    determinant = np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(kind.points), places, optimize=True))
-    return determinant.min(axis=1) / np.maximum(np.abs(determinant).max(axis=1), 1e-300)
+    inside, at_nodes = (np.linalg.det(np.einsum("pna,enb->epab", kind.slopes(points), places, optimize=True))
+                        for points in (kind.points, kind.nodes))
+    largest = np.maximum(np.abs(inside).max(axis=1), 1e-300)
+    return np.minimum(inside.min(axis=1), np.where(at_nodes.min(axis=1) < 0, at_nodes.min(axis=1), np.inf)) / largest
 
 
 def _has_straight_sides(places: FloatArray) -> np.ndarray:

@@ -12,12 +12,14 @@ from toolpoint._check import Array, FloatArray, count, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.compute import chart
+from toolpoint.cutting.stability.drawn_response import rough_limits
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
 
 RATIO_STEP = 0.04  # of the stated K_n/K_t: between charted ratios; half of it moves a limit by less than a step of its depths
 OUTCOME_RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
+MAX_SAMPLE_STRETCH = 4.0  # of the depths of a sample by a draw of the response: beyond, the deepest charted one stands
 Perturb = Callable[[MillingProblem, float], MillingProblem]
 
 
@@ -186,7 +188,7 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
 
 def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, *, depths: FloatArray,
                 rng: np.random.Generator, samples: int = 200, method: StabilityMethod | None = None,
-                progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
+                limit_draws: FloatArray | None = None, progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
     """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).
 
     Parameters
@@ -197,6 +199,9 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     speeds, depths : (n,), (d,) floats
     rng : numpy.random.Generator
     samples : int
+    limit_draws : (n_draws, n) floats, optional
+        Limits of equally likely responses over those of the problem's (`StabilityChart.limit_draws`) at the speeds: each
+        sample takes one of them, and its depths are stretched by it.
     progress : callable, optional
         Called with (done, all) after every chart.
 
@@ -204,25 +209,32 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     -----
     Where nothing but the coefficients is uncertain and the cut has the same shape at every depth, the force is K_t times the
     depth times a function of K_n/K_t: samples share charts of few ratios (`RATIO_STEP` apart, taken at the nearest), whose
-    depths are stretched by their K_t.
+    depths are stretched by their K_t. On measured lines a cut whose shape depends on depth (helix, rounded edge) takes seconds
+    a speed: all samples share the chart of the cut itself, its depths stretched by the ratio of single-frequency limits.
     """
     w = floats("depths", np.atleast_1d(depths))
     n = floats("speeds", np.atleast_1d(speeds))
     deviation = np.array([p.deviation for p in parameters])
     factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
     names = tuple(p.name for p in parameters)
+    moved_limits = _picked_draws(limit_draws, samples, n.size, rng)
     stable = np.empty((samples, n.size, w.size), bool)
     frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
-    groups = _equal_ratios(factors) if names == ("kt", "kn") and _is_scaled(problem) else [
-        (row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
+    groups = _groups(problem, names, factors)
+    if names == ("kt", "kn") and is_slow(problem):
+        moved_limits = moved_limits * _rough_ratios(problem, parameters, factors, speeds=n, depth=float(w.max()))
+    is_by_speed = bool((moved_limits != 1).any())
     for number, (row, members, stretches) in enumerate(groups, start=1):
         varied = problem
         for parameter, factor in zip(parameters, row):
             varied = parameter.change(varied, float(factor))
-        sample: StabilityChart = chart(varied, n, method, depth_max=float(w.max() * stretches.max()))
+        speed_stretches = stretches[:, None] / moved_limits[members]  # (members, n)
+        depth_max = float(min(w.max() * speed_stretches.max(), MAX_SAMPLE_STRETCH * w.max() * stretches.max()))
+        sample: StabilityChart = chart(varied, n, method, depth_max=depth_max)
         first = sample.limit_points()
-        for s, stretch in zip(members.tolist(), stretches.tolist()):
-            stable[s] = sample.stable(w * stretch)
+        for s, stretch in zip(members.tolist(), speed_stretches):
+            stable[s] = [sample.stable(np.minimum(w * part, depth_max))[i] for i, part in enumerate(stretch)] \
+                if is_by_speed else sample.stable(w * stretch[0])
             limit[s] = np.minimum(sample.limit / stretch, w.max())
             reached = (first >= 0) & (sample.limit / stretch <= w.max())
             frequency[s, reached] = sample.frequency[first[reached]]
@@ -230,6 +242,41 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
             progress(number, len(groups))
     return ProbabilityChart(n, w, stable, factors, names, frequency, limit,
                             np.full(samples, 1 / samples))
+
+
+def is_slow(problem: MillingProblem) -> bool:
+    """Whether every sample would need a chart of its own on measured lines, seconds a speed."""
+    return not problem.plane.is_modal and not _is_scaled(problem)
+
+
+def _groups(problem: MillingProblem, names: tuple[str, ...], factors: FloatArray) -> list[tuple[FloatArray, Array, FloatArray]]:
+    """Return the factors that are charted, the samples that share each chart, and what stretches their depths."""
+    if names == ("kt", "kn") and is_slow(problem):
+        return [(np.ones(2), np.arange(len(factors)), np.ones(len(factors)))]
+    if names == ("kt", "kn") and _is_scaled(problem):
+        return _equal_ratios(factors)
+    return [(row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
+
+
+def _rough_ratios(problem: MillingProblem, parameters: Sequence[Uncertain], factors: FloatArray, *, speeds: FloatArray,
+                  depth: float) -> FloatArray:
+    """Return single-frequency limits of every sample over those of the problem itself, (samples, speeds)."""
+    deepest = MAX_SAMPLE_STRETCH * depth
+    middle = rough_limits(problem, speeds, deepest)
+    rows = []
+    for row in factors:
+        varied = problem
+        for parameter, factor in zip(parameters, row, strict=True):
+            varied = parameter.change(varied, float(factor))
+        rows.append(rough_limits(varied, speeds, deepest) / middle)
+    return np.array(rows)
+
+
+def _picked_draws(limit_draws: FloatArray | None, samples: int, speeds: int, rng: np.random.Generator) -> FloatArray:
+    """Return the factor of the limit at every speed for each sample (samples, speeds); ones where the response is exact."""
+    if limit_draws is None:
+        return np.ones((samples, speeds))
+    return np.asarray(limit_draws[rng.integers(len(limit_draws), size=samples)])
 
 
 def _is_scaled(problem: MillingProblem) -> bool:

@@ -44,6 +44,8 @@ class PlaneDynamics(NotebookText):
         Hz and m/N of a measured FRF.
     variance : (n_f, d, d) floats, optional
         E|noise|^2 of the lines, (m/N)^2, where the measurement states it.
+    draws : (n_draws, n_f, d, d) complex, optional
+        Equally likely lines, m/N: they keep what the lines of an uncertain response have in common.
     notes : sequence of str
     structural : (n,) bools, optional
         Poles whose damping is structural.
@@ -60,6 +62,7 @@ class PlaneDynamics(NotebookText):
     variance: FloatArray | None = None
     structural: BoolArray | None = None
     deviation: tuple[FloatArray, ComplexArray] | None = None
+    draws: ComplexArray | None = None
 
     @property
     def is_modal(self) -> bool:
@@ -132,8 +135,15 @@ class PlaneDynamics(NotebookText):
         values = None if self.values is None else turn @ self.values @ turn.T
         variance = None if self.variance is None else turn**2 @ self.variance @ turn.T**2
         deviation = None if self.deviation is None else (self.deviation[0], turn @ self.deviation[1] @ turn.T)
+        draws = None if self.draws is None else turn @ self.draws @ turn.T
         return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values,
-                       variance=variance, deviation=deviation)
+                       variance=variance, deviation=deviation, draws=draws)
+
+    def at_draw(self, index: int) -> PlaneDynamics:
+        """Return one of the equally likely responses, without an uncertainty of its own."""
+        if self.draws is None:
+            fail("at_draw", "no draws", "must be a response with draws")
+        return replace(self, values=self.draws[index], variance=None, draws=None)
 
     def with_modal_residual(self) -> PlaneDynamics:
         r"""Return the response with its static part (upper residual) given by heavily damped modes far above the others.
@@ -323,59 +333,15 @@ def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
     labels = (x, y) if z is None else (x, y, z)
     d = len(labels)
     if len(frf.outputs) == 1 == len(frf.inputs) and d == 2:  # one measurement between two points is taken as it is labelled
-        values = np.zeros((frf.frequency.size, 2, 2), complex)
-        values[:, 0, 0] = frf.values[:, 0, 0]
-        variance = None if frf.variance is None else frf.variance * np.eye(2)[0] * np.eye(2)[:, :1]
+        def place(array: Array) -> Array:
+            return array * np.eye(2)[0] * np.eye(2)[:, :1]
     else:
-        values = _signed(_signed(frf.values, frf.outputs, labels, 1), frf.inputs, labels, 2)
-        variance = None if frf.variance is None else np.abs(
-            _signed(_signed(frf.variance, frf.outputs, labels, 1), frf.inputs, labels, 2))
+        def place(array: Array) -> Array:
+            return _signed(_signed(array, frf.outputs, labels, -2), frf.inputs, labels, -1)
+    values, variance, draws = (None if array is None else place(array) for array in (frf.values, frf.variance, frf.draws))
+    variance = None if variance is None else np.abs(variance)
     if y == "same":
-        values, variance = _copy_x_to_y(values), None if variance is None else _copy_x_to_y(variance)
+        values, variance, draws = (None if array is None else _copy_x_to_y(array) for array in (values, variance, draws))
     empty = np.zeros((0, d, d), complex)
     return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((d, d)), floats("frequency", frf.frequency), values,
-                         (*frf.notes, *notes, *choice_notes), variance)
-
-
-def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
-    """Return the response of the tool against the work when each has its own (their compliances add up)."""
-    if not (tool.is_modal and work.is_modal):
-        fail("dynamics", "a measured FRF for tool or work", "must be modes for both", remedy="add the FRFs before the call")
-    return PlaneDynamics(np.concatenate([tool.poles, work.poles]), np.concatenate([tool.residues, work.residues]),
-                         tool.static + work.static, notes=(*tool.notes, *work.notes),
-                         structural=_structural_of(tool, work))
-
-
-def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
-    """Return the response of two directions measured separately (their first component each), without cross response."""
-    if along_x.is_modal != along_y.is_modal:
-        fail("dynamics", "Modes for one direction and an Frf for the other", "must be the same kind",
-             remedy="turn the modes into an Frf with frequency_response.modal")
-    if not along_x.is_modal:
-        (f, values), (f_of_y, values_of_y) = along_x.lines, along_y.lines
-        if f.shape != f_of_y.shape or not np.allclose(f, f_of_y):
-            fail("dynamics", "two FRFs with different lines", "must be the same lines", remedy="use frf.interpolated")
-        values = values.copy()
-        values[:, 1, 1] = values_of_y[:, 0, 0]
-        variances = [along.variance for along in (along_x, along_y)]
-        variance = None
-        if variances[0] is not None and variances[1] is not None:
-            variance = variances[0].copy()
-            variance[:, 1, 1] = variances[1][:, 0, 0]
-        return replace(along_x, values=values, notes=along_x.notes[:-1], variance=variance)
-    second = _move_x_to_y(along_y.residues)
-    static = along_x.static + _move_x_to_y(along_y.static)
-    return PlaneDynamics(np.concatenate([along_x.poles, along_y.poles]), np.concatenate([along_x.residues, second]),
-                         static, notes=along_x.notes[:-1], structural=_structural_of(along_x, along_y))
-
-
-def _structural_of(*planes: PlaneDynamics) -> BoolArray:
-    """Return the flags of structural damping of several planes one after the other."""
-    return np.concatenate([np.zeros(plane.poles.size, bool) if plane.structural is None else plane.structural
-                           for plane in planes])
-
-
-def _move_x_to_y(matrix: Array) -> Array:
-    out = np.zeros_like(matrix)
-    out[..., 1, 1] = matrix[..., 0, 0]
-    return out
+                         (*frf.notes, *notes, *choice_notes), variance, draws=draws)

@@ -13,7 +13,8 @@ from toolpoint._check import FloatArray, ToolpointWarning, count, fail, floats, 
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients, mean_matrix
-from toolpoint.cutting.cut.plane import Label, PlaneDynamics, from_frf, from_modes, from_pair
+from toolpoint.cutting.cut.plane import Label, PlaneDynamics, from_frf, from_modes
+from toolpoint.cutting.cut.plane_pairs import from_pair
 from toolpoint.cutting.cut.tool import Engagement, Tool
 from toolpoint.vibration import Frf, Modes
 

@@ -20,6 +20,7 @@ from toolpoint.cutting.cut.tool import Tool
 
 _ANGLES_PER_TOOTH = 30  # of the rotation, of a tool whose teeth are alike
 _ANGLES_PER_TURN = 180  # of one whose teeth differ
+_PEAK_PARTS = 6  # of a step, beside the largest force
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,7 @@ def _loads(arcs, edges, teeth, law, feed, direction, turn, out):  # type: ignore
     for i in range(arcs.shape[0]):
         if feed[i] <= 0.0 or math.isnan(np.nanmin(arcs[i, :, 0, 0])):
             continue
+        largest = 0
         for step in range(number):
             x, y, z, torque, mx, my = _at_angle(arcs[i], edges[i], teeth, law, (feed[i], direction[i, 0], direction[i, 1]),
                                                 angle * step / number, lever, out[i])
@@ -86,11 +88,24 @@ def _loads(arcs, edges, teeth, law, feed, direction, turn, out):  # type: ignore
             out[i, 1] += y / number
             out[i, 2] += z / number
             out[i, 5] += torque / number
-            out[i, 3] = max(out[i, 3], math.hypot(x, y))
-            if abs(z) > abs(out[i, 4]):
-                out[i, 4] = z
-            out[i, 6] = max(out[i, 6], torque)
-            out[i, 7] = max(out[i, 7], math.hypot(mx, my))
+            if math.hypot(x, y) > out[i, 3]:
+                largest = step
+            _keep_peaks((x, y, z, torque, mx, my), out[i])
+        # In a short arc the force falls from its peak within a step: the steps on both sides are looked at once more.
+        for part in range(1, 2 * _PEAK_PARTS):
+            turned = angle * (largest + part / _PEAK_PARTS - 1.0) / number
+            _keep_peaks(_at_angle(arcs[i], edges[i], teeth, law, (feed[i], direction[i, 0], direction[i, 1]), turned, lever,
+                                  out[i]), out[i])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _keep_peaks(loads, out):  # type: ignore[no-untyped-def]
+    """Keep the largest lateral and axial force, torque and bending moment of a place."""
+    out[3] = max(out[3], math.hypot(loads[0], loads[1]))
+    if abs(loads[2]) > abs(out[4]):
+        out[4] = loads[2]
+    out[6] = max(out[6], loads[3])
+    out[7] = max(out[7], math.hypot(loads[4], loads[5]))
 
 
 @njit(cache=True, nogil=True)

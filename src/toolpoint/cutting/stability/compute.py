@@ -7,7 +7,8 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, check_speeds, coverage
-from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.automatic import Automatic, default_method
+from toolpoint.cutting.stability.drawn_response import with_drawn_limits
 from toolpoint.cutting.stability.hill.hysteresis import lead_to_response
 from toolpoint.cutting.stability.method import Problem, StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
@@ -79,4 +80,6 @@ def chart(
         result = lead_to_response(result, problem)
     if end < depth_max and isinstance(problem, MillingProblem):
         result = end_at(result, problem, end, depth_max=depth_max)
+    if problem.plane.draws is not None:
+        result = with_drawn_limits(result, problem, default_method(problem) if method is None else method)
     return result.noted(*remarks, *([] if result.search == "complete" else [result.search]), *result.doubts)

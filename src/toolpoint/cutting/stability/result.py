@@ -37,10 +37,12 @@ class StabilityChart(NotebookText):
     change : (m,) ints
         Number of multipliers that leave the unit circle when the depth grows through the point (negative: come back).
     error : (m,) floats
-        Estimated numerical error of `depth`, m.
+        Stated error of `depth`, m: numerical, and of what the response states of its own uncertainty (noise, draws).
     unstable_at_zero : (n,) ints
         Number of unstable multipliers at depth zero (0 for a stable structure).
     method, notes : str, sequence of str
+    limit_draws : (n_draws, n) floats, optional
+        Limits of equally likely responses over those of the chart, where the response came with draws. `error` holds them.
     search : str
         What became of the search for boundary points: ``complete``, or what it could not do. `status` says this and what the
         stated errors leave in doubt.
@@ -58,6 +60,7 @@ class StabilityChart(NotebookText):
     method: str = ""
     notes: tuple[str, ...] = ()
     search: str = "complete"
+    limit_draws: FloatArray | None = None
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
@@ -71,9 +74,10 @@ class StabilityChart(NotebookText):
         if rough.size > 1:
             where += (f", and more than {100 * DOUBTFUL_ERROR_FRACTION:g} % at {rough.size} of {self.speeds.size} speeds from "
                       f"{self.speeds[rough].min():.0f} to {self.speeds[rough].max():.0f} rev/min")
+        remedy = ("more averages or finer lines where the dynamics are measured, more intervals or another method where they "
+                  "are modes" if self.limit_draws is None else "what the response rests on must be known better")
         return (Doubt("limits", f"the stated error is {100 * share[largest]:.0f} % of the limit {where}",
-                      "take the lower end, and make the error smaller: more averages or finer lines where the dynamics are "
-                      "measured, more intervals or another method where they are modes", figure=float(share[largest])),)
+                      f"take the lower end, and make the error smaller: {remedy}", figure=float(share[largest])),)
 
     @property
     def status(self) -> str:
@@ -103,9 +107,41 @@ class StabilityChart(NotebookText):
         return np.array([self.error[p] if p >= 0 else 0.0 for p in self.limit_points()])
 
     @property
+    def ratio_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Ends of the 95 % interval of `limit_draws` at each speed, (n,) each; ones where there are no draws."""
+        if self.limit_draws is None:
+            return np.ones(self.speeds.size), np.ones(self.speeds.size)
+        # Plotting positions k/(n + 1): quantiles by linear interpolation of so few draws are too narrow.
+        lower, upper = np.quantile(self.limit_draws, [0.025, 0.975], axis=0, method="weibull")
+        return np.asarray(lower), np.asarray(upper)
+
+    @property
+    def least_limit_ends(self) -> tuple[float, float]:
+        """Ends of the 95 % interval of the least charted limit, m, by draws of the response and the numerical error there."""
+        limit = np.minimum(self.limit, self.depth_max)
+        index = int(np.argmin(limit))
+        if self.limit_draws is None:
+            return float(limit[index] - self.limit_error[index]), float(limit[index] + self.limit_error[index])
+        lower, upper = np.quantile((self.limit_draws * limit).min(axis=1), [0.025, 0.975], method="weibull")
+        # What of the stated error is not of the draws.
+        remainder = float(self.limit_error[index] - limit[index] * (self.ratio_ends[1] - self.ratio_ends[0])[index] / 2)
+        return float(lower - max(remainder, 0.0)), float(upper + max(remainder, 0.0))
+
+    def interval_rows(self) -> list[list[float] | None] | None:
+        """Return both ends (m) of the 95 % interval of every limit by the draws, None where no limit is; None without draws."""
+        if self.limit_draws is None:
+            return None
+        lower, upper = (self.limit * end for end in self.ratio_ends)
+        return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(lower, upper, strict=True)]
+
+    @property
     def sure_limit(self) -> FloatArray:
-        """Depth that is stable whatever the stated error: the limit (at most `depth_max`) less its error, m."""
-        return np.maximum(np.minimum(self.limit, self.depth_max) - self.limit_error, 0.0)
+        """Depth that is stable whatever the stated error: the limit (at most `depth_max`) less its error, m.
+
+        Where no limit was found, equally likely responses may have one: the end of the search is lowered by them.
+        """
+        ended = np.where(np.isfinite(self.limit), 1.0, np.minimum(self.ratio_ends[0], 1.0))
+        return np.maximum(np.minimum(self.limit, self.depth_max) * ended - self.limit_error, 0.0)
 
     def _first(self, i: int) -> float:
         spans = self.intervals(i)

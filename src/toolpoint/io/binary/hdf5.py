@@ -65,7 +65,10 @@ def _put(group: h5py.Group, noun: Any) -> None:
             value = [[name, *map(float, place)] for name, place in noun.points.items()]
         if value is None:
             continue
-        if isinstance(value, np.ndarray):
+        if isinstance(noun, Frf) and field.name == "draws":
+            # Single precision and no zeros: a hundred draws of a long response are then some megabytes.
+            group.create_dataset(field.name, data=value.astype(np.complex64), compression="gzip", shuffle=True)
+        elif isinstance(value, np.ndarray):
             group.create_dataset(field.name, data=value)
         else:
             group.create_dataset(field.name, data=json.dumps(value, default=_label), dtype=h5py.string_dtype())

@@ -29,7 +29,7 @@ def check_writable(path: str | Path, kinds: tuple[str, ...] = KINDS) -> None:
 def write(frf: Frf, path: str | Path) -> None:
     """Write responses of one pose: HDF5 (all of it), universal, MATLAB, NumPy, or CSV (Hz, then real and imaginary parts).
 
-    A window's decay is kept in HDF5 alone; elsewhere a warning says that damping identified from the file is too large.
+    A window's decay, variances and draws are kept in HDF5 alone; elsewhere a warning says what is lost.
     """
     path = Path(path)
     check_writable(path)
@@ -40,6 +40,10 @@ def write(frf: Frf, path: str | Path) -> None:
         warnings.warn(f"{path.name}: this format does not hold the decay of the exponential window, {frf.decay:.4g} 1/s; modes "
                       "identified from it have too much damping by it over their angular frequency; save as .h5 to keep it",
                       ToolpointWarning, stacklevel=2)
+    if (frf.draws is not None or frf.variance is not None) and kind not in HDF5:
+        warnings.warn(f"{path.name}: this format does not hold how uncertain the responses are; limits and modes from it take "
+                      "them as exact but for the scatter from line to line; save as .h5 to keep it", ToolpointWarning,
+                      stacklevel=2)
     if kind in HDF5:
         hdf5.write(frf, path)
     elif kind in UNIVERSAL:

@@ -9,7 +9,8 @@ from pathlib import Path
 from toolpoint._check import fail
 from toolpoint.bodies.solid import Material, SolidModel
 from toolpoint.bodies.solid.checks import check_solid
-from toolpoint.io.meshes.mesh_files import read_mesh
+from toolpoint.io.meshes.mesh_files import build_model, read_content
+from toolpoint.io.meshes.mesh_material import material_of_file
 from toolpoint.io.meshes.step_file import SUFFIXES
 from toolpoint.io.meshes.step_part import read_step
 from toolpoint.machine.description.elastic import CAST_IRON, ElasticMaterial, SolidBody, SolidContent, SolidDescription
@@ -24,7 +25,8 @@ def read_solid(described: SolidDescription, folder: Path) -> SolidBody:
     if not path.is_file():
         fail("solid.file", repr(described.file), f"must be a file in {folder}", remedy="paths are relative to the machine file")
     model, notes, materials = _step(path, described) if path.suffix.lower() in SUFFIXES else _mesh(path, described)
-    arrays = [model.nodes, *(block.nodes for block in model.blocks)]
+    arrays = [model.nodes, *(block.nodes for block in model.blocks), *model.node_sets.values(),
+              *(faces for group in model.surfaces.values() for faces in group)]
     digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:32]
     numbers = {field.name: getattr(described, field.name) for field in fields(described)} | {"materials": materials}
     return SolidBody(**numbers, digest=digest, content=SolidContent(model, notes))
@@ -47,10 +49,21 @@ def _mesh(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[st
              remedy="remove it: this file is a mesh")
     if not described.unit:
         fail("solid.unit", "missing", "must be m, mm, cm or in", remedy="no mesh file says in which unit its lengths are")
-    model = read_mesh(path, {name: _material(part) for name, part in described.materials.items()}, unit=described.unit)
+    content = read_content(path)
+    materials, notes = {}, list(content.notes)
+    for name in content.elements:
+        if name in described.materials:
+            materials[name] = described.materials[name]
+        else:
+            materials[name], note = material_of_file(path, content, name, unit=described.unit)
+            notes.append(note)
+    unknown_sets = [name for name in described.materials if name not in materials]
+    if unknown_sets:
+        fail(f"solid.materials.{unknown_sets[0]}", f"no such set in {path.name}", f"must be of {', '.join(materials)}")
+    model = build_model(content, {name: _material(part) for name, part in materials.items()}, unit=described.unit)
     check = check_solid(model)
     note = f"{path.name}: {check.mass:.5g} kg, {model.element_count} elements, worst Jacobian ratio {check.jacobian_ratio:.2g}"
-    return model, (note, *check.notes), {name: described.materials[name] for name in model.set_names}
+    return model, (note, *notes, *check.notes), materials
 
 
 def _material(part: ElasticMaterial) -> Material:

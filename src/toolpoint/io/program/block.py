@@ -20,7 +20,7 @@ _GROUPS: dict[float, str] = {
     99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
-    **dict.fromkeys(CYCLES, "motion")}
+    68.2: "frame", 53.1: "frame", **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
 _CODES_WITHOUT_MOTION = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
@@ -107,6 +107,8 @@ class BlockReader:
         if numbers.keys() & _ROTARY:
             cuts = groups.get("motion", self.state.motion) and places.keys() & AXES.keys()
             (self.turned if cuts else self.rotary).add(number)
+            if any(numbers.get(letter, 0.0) != 0.0 for letter in _ROTARY):
+                self.state.segments.rotary.add(number)
         self._check_letters(number, groups, numbers, words, column)
         return groups, numbers, places
 
@@ -220,6 +222,8 @@ class BlockReader:
             state.wait(number, duration)
         elif action in (28, 30):
             self._reference(number, places)
+        elif action in (10, 52, 92) and state.tilted.matrix is not None:
+            state.remarks.fault(number, 1, f"G{action:g} in a tilted plane is not computed; set the zero before it is tilted")
         elif action == 92 and not state.frame.is_identity:
             state.remarks.fault(number, 1, "G92 where the program's axes are turned or mirrored is not computed")
         elif action == 92 and places and not state.turning:

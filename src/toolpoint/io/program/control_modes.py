@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
+from toolpoint.io.program.tilted_planes import TiltedPlane
 
 CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]
@@ -41,6 +42,7 @@ class ControlModes:
     system: float = 54
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     frame: ProgramFrame = field(default_factory=ProgramFrame)
+    tilted: TiltedPlane = field(default_factory=TiltedPlane)
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -48,7 +50,8 @@ class ControlModes:
     def origin(self) -> list[float]:
         """Origin of the program's coordinates, m."""
         offset = self.offsets.get(self.system, [0.0, 0.0, 0.0])
-        return [a + b + c for a, b, c in zip(offset, self.shift, self.frame.shift, strict=True)]
+        place = self.tilted.into([a + b + c for a, b, c in zip(offset, self.shift, self.tilted.origin, strict=True)])
+        return [a + b for a, b in zip(place, self.frame.shift, strict=True)]
 
     @property
     def programmed(self) -> list[float]:
@@ -111,10 +114,15 @@ class ControlModes:
 
     def cut(self, number: int, end: list[float], *, stop: bool = False) -> None:
         """Move to a point in a straight cut."""
+        self._check_tool_axis(number)
         if self._has_feed(number):
             feed = self.speed_for(number, end, math.dist(self.position, end))
             self._line(number, end, feed, rapid=False, stop=stop or self.exact)
         self.position = end
+
+    def _check_tool_axis(self, number: int) -> None:
+        if not self.tilted.is_reached:
+            self.remarks.fault(number, 1, "a cut under G68.2 before G53.1: the tool is not turned to the plane; program G53.1")
 
     def _has_feed(self, number: int) -> bool:
         if self.feed_word > 0 or self.feed > 0:
@@ -133,6 +141,8 @@ class ControlModes:
 
     def move(self, number: int, places: Places, *, once: bool, machine: bool) -> None:
         """Add the segment of a block of motion."""
+        if machine and self.tilted.matrix is not None:
+            self.remarks.note(number, "a move in machine coordinates in a tilted plane is taken along the axes of the plane")
         end = self.target(places, machine=machine)
         if self.motion >= 2:
             self._arc(number, places, end, once)
@@ -146,6 +156,7 @@ class ControlModes:
 
     def _arc(self, number: int, places: Places, end: list[float], once: bool) -> None:
         start = self.position
+        self._check_tool_axis(number)
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
             center, sweep = geometry

@@ -1,4 +1,4 @@
-"""Rotation and mirror of Fanuc controls: G68 X Y R and G69, G51.1 and G50.1."""
+"""Rotation, mirror and tilted plane of Fanuc controls: G68 X Y R, G68.2 and G69, G51.1 and G50.1."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.control_modes import ControlModes, Places
 from toolpoint.io.program.program_frame import AXES, PLANES, diagonal, rotation
+from toolpoint.io.program.tilted_planes import cancel, tilt_by_euler
 
 
 @dataclass
@@ -18,8 +19,17 @@ class FanucFrames:
     mirrors: dict[int, float] = field(default_factory=dict)
 
     def take(self, number: int, word: float, places: Places) -> bool:
-        """Carry out G68, G69, G51.1 or G50.1; return whether the places of the block belong to it."""
+        """Carry out G68, G68.2, G53.1, G69, G51.1 or G50.1; return whether the places of the block belong to it."""
         axes = {i: self.state.length(i, places[letter][1]) for letter, i in AXES.items() if letter in places}
+        if word == 68.2:
+            tilt_by_euler(self.state, number, places)
+            return True
+        if word == 53.1:
+            self.state.tilted.is_reached = True
+            return False
+        if word == 69 and self.state.tilted.matrix is not None:
+            cancel(self.state)
+            return False
         if word == 68 and "CR" in places:
             self._turn(number, axes, places["CR"][1])
         elif word == 51.1:

@@ -13,9 +13,10 @@ from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
 from toolpoint.io.program.program_frame import AXES
 from toolpoint.io.program.segments import Program
+from toolpoint.io.program.tilted_planes import tilt_by_plane_function
 
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
-_WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN "
+_WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|FN "
                                    r"?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
 _FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
@@ -38,6 +39,7 @@ class _Klartext:
     center: dict[int, float] = field(default_factory=dict)
     rounding: float = 0.0
     words: list[tuple[int, str, float]] = field(default_factory=list)
+    number: int = 1  # of the line that is read
 
 
 @dataclass
@@ -134,7 +136,7 @@ def _value(reader: _Klartext, text: str) -> float:
 
 def _line(reader: _Klartext, number: int, line: str) -> None:
     """Carry out one line."""
-    state = reader.state
+    state, reader.number = reader.state, number
     if re.search(r"\bR[LR]\b|^(?:APPR|DEP)\b", line):
         raise ExpressionFault("RL, RR, APPR, DEP: radius compensation is not computed; post the program with the path of the "
                               "tool's centre")
@@ -155,8 +157,13 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
         if match := re.search(r"(?:V\.?ZEIT|DWELL|V)\s*([\d.]+)\s*$", line):
             state.wait(number, float(match[1]))
     elif re.match(r"CYCL DEF 7\.[1-9]", line):
+        if state.tilted.matrix is not None:
+            raise ExpressionFault("CYCL DEF 7 in a tilted plane is not computed; shift the datum before PLANE")
         for i, value in _axes(reader, re.sub(r"CYCL DEF 7\.\d", "", line))[0].items():
             state.shift[i] = value if f"I{'XYZ'[i]}" not in line else state.shift[i] + value
+    elif line.startswith("PLANE"):
+        if refused := tilt_by_plane_function(state, number, line):
+            raise ExpressionFault(refused)
     elif match := _WORDS_WITHOUT_MOTION.match(line):
         if call := re.match(r"TOOL CALL\s+(\d+)?(?:.*?\bS\s*([\d.]+))?", line):
             state.segments.call_tool(float(call[1]) if call[1] else None, change=True)
@@ -206,6 +213,8 @@ def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
             ends[i] = length + (state.position[i] if match[1] else state.origin[i])
         else:
             state.remarks.note(1, "rotary words (A, B, C) are passed over: the path is that of X, Y, Z")
+            if length != 0.0:
+                state.segments.rotary.add(reader.number)
     return ends, "".join(remainder)
 
 

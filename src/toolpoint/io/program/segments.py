@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
@@ -23,7 +24,9 @@ class Program(NotebookText):
     second axis; `plane` (n, 2) axis indices; `feed` (n,) m/s; `rapid`, `stop` (n,) bools; `line` (n,) program lines;
     `dwell` (n,) s, waited after each. `words` holds the auxiliary words (line, letter, value) that do not move; `notes` what
     was assumed or left out, the most important first. `speed` (n,) rev/min, 0 before the first S; `tool` (n,) the number of the
-    tool in the spindle, 0 before the first.
+    tool in the spindle, 0 before the first. `plane_index` (n,) says in the axes of which of `rotations` (k, 3, 3) a segment is
+    written: columns are the axes of a tilted plane in the work, the first are the work's own. `rotary` holds the lines whose
+    words turn A, B or C: these are not followed.
     """
 
     kind: np.ndarray
@@ -41,12 +44,35 @@ class Program(NotebookText):
     notes: tuple[str, ...] = ()
     speed: FloatArray = field(default_factory=lambda: np.zeros(0))
     tool: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    plane_index: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    rotations: FloatArray = field(default_factory=lambda: np.eye(3)[None])
+    rotary: tuple[int, ...] = ()
 
     @property
     def path(self) -> DrivePath:
-        """The segments as a path of lines and arcs."""
+        """The segments as a path of lines and arcs; refused where planes are tilted (see `stages`)."""
+        if self.is_tilted:
+            line = int(self.line[int(np.argmax(self.plane_index > 0))])
+            raise ToolpointError(f"program: line {line} is in a tilted plane; only `toolpoint machining` takes tilted planes")
         return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line,
                          self.rapid, self.dwell)
+
+    @property
+    def is_tilted(self) -> bool:
+        """Whether any segment is in a tilted plane."""
+        return bool(self.plane_index.size and (self.plane_index > 0).any())
+
+    def stages(self) -> tuple[tuple[FloatArray, Program], ...]:
+        """Return the runs of segments in one plane: its rotation (3, 3), and their program in its axes."""
+        plane = self.plane_index if self.plane_index.size else np.zeros(self.kind.size, int)
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(plane)) + 1, [plane.size]])
+        columns = ("kind", "start", "end", "center", "sweep", "plane", "feed", "rapid", "stop", "line", "dwell", "speed",
+                   "tool")
+        stages = []
+        for first, last in pairwise(edges.tolist()):
+            parts = {name: getattr(self, name)[first:last] for name in columns if len(getattr(self, name))}
+            stages.append((self.rotations[plane[first]], replace(self, **parts, plane_index=np.zeros(last - first, int))))
+        return tuple(stages)
 
     def __repr__(self) -> str:
         return f"Program({self.kind.size} segments, {int((self.kind == 1).sum())} arcs, {int(self.rapid.sum())} rapid)"
@@ -108,6 +134,15 @@ class Segments:
     speed: float = 0.0
     called_tool: int = 0
     changed_tool: int = -1  # by the last M6; below zero before the first
+    rotations: list[list[list[float]]] = field(default_factory=lambda: [[[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]])
+    plane: int = 0  # in which of them segments are written
+    rotary: set[int] = field(default_factory=set)
+
+    def enter_plane(self, matrix: list[list[float]]) -> None:
+        """Write the following segments in the axes of a plane."""
+        if matrix not in self.rotations:
+            self.rotations.append(matrix)
+        self.plane = self.rotations.index(matrix)
 
     def call_tool(self, number: float | None, *, change: bool = False) -> None:
         """Keep a word T, and whether the tool is changed in this block (M6): a T before it only brings the tool near."""
@@ -126,8 +161,8 @@ class Segments:
         self.rows.append((1, *start, *end, *center, sweep, *plane, feed, False, stop, number, *self._spindle))
 
     @property
-    def _spindle(self) -> tuple[float, float, float]:
-        return self.speed, self.called_tool, self.changed_tool
+    def _spindle(self) -> tuple[float, float, float, float]:
+        return self.speed, self.called_tool, self.changed_tool, self.plane
 
     def wait(self, duration: float) -> bool:
         """Wait after the last segment, s; False where there is none."""
@@ -148,4 +183,5 @@ class Segments:
         tool = t[:, 19] if (t[:, 19] >= 0).any() else t[:, 18]  # without an M6 a T changes at once, as on a turret
         return Program(t[:, 0].astype(int), t[:, 1:4], t[:, 4:7], t[:, 7:10], t[:, 10], t[:, 11:13].astype(int), t[:, 13],
                        t[:, 14] > 0, (t[:, 15] > 0) | (dwell > 0), t[:, 16].astype(int), dwell, tuple(words),
-                       remarks.note_list(), t[:, 17], np.maximum(tool, 0).astype(int))
+                       remarks.note_list(), t[:, 17], np.maximum(tool, 0).astype(int), t[:, 20].astype(int),
+                       np.array(self.rotations), tuple(sorted(self.rotary)))

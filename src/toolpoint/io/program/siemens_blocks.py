@@ -19,9 +19,11 @@ from toolpoint.io.program.siemens_cycles import (
     is_pattern,
     pattern_places,
 )
+from toolpoint.io.program.tilted_planes import tilt_by_swivel_cycle
 from toolpoint.io.program.words import WordFault
 
 _FRAME = re.compile(r"(A?(?:TRANS|ROT|SCALE|MIRROR))\b(.*)$", re.DOTALL)
+_SWIVEL = re.compile(r"CYCLE800\s*\((.*)\)\s*$", re.DOTALL)
 _WORD = re.compile(r"\s*(RPL|[XYZ])\s*=?\s*")
 
 
@@ -40,6 +42,8 @@ class SiemensBlocks:
             self._frame(number, match[1], match[2], match.start(2))
         elif CALL_END.match(text):
             self.modal = None
+        elif match := _SWIVEL.match(text):
+            tilt_by_swivel_cycle(self.state, number, [self._value(part, match.start(1)) for part in _split(match[1])])
         elif match := CALL.match(text):
             self._call(number, match)
         else:

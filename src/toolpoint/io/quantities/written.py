@@ -50,6 +50,11 @@ def read_band(text: str) -> tuple[float, float]:
     return lower, upper
 
 
+def read_curve(text: str) -> tuple[tuple[float, float], ...]:
+    """Return the points of a curve such as ``1500:60,12000:8`` in the order written."""
+    return tuple((x, y) for x, y in (read_numbers(part, 2, sign=":") for part in text.split(",")))
+
+
 def read_lines(text: str) -> FloatArray:
     """Return the lines of ``LOW:HIGH:NUMBER``, Hz, shape (NUMBER,)."""
     lower, upper, number = _first_last_number(text)

@@ -24,7 +24,8 @@ _UNITS: dict[str, tuple[str, float]] = {
     "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", np.pi / 180), "°/s": ("rad/s", np.pi / 180), "rpm": ("rad/s", np.pi / 30),
     "rev/min": ("rad/s", np.pi / 30), "1/min": ("rad/s", np.pi / 30), "u/min": ("rad/s", np.pi / 30), "m/s2": ("m/s^2", 1.0),
     "m/s^2": ("m/s^2", 1.0), "m/s²": ("m/s^2", 1.0), "mm/s2": ("m/s^2", 1e-3), "mm/s^2": ("m/s^2", 1e-3), "a": ("A", 1.0),
-    "ampere": ("A", 1.0), "ma": ("A", 1e-3), "v": ("V", 1.0), "volt": ("V", 1.0), "n": ("N", 1.0), "kn": ("N", 1e3),
+    "ampere": ("A", 1.0), "ma": ("A", 1e-3), "v": ("V", 1.0), "volt": ("V", 1.0),
+    "w": ("W", 1.0), "kw": ("W", 1e3), "n": ("N", 1.0), "kn": ("N", 1e3),
     "n m": ("N m", 1.0), "n*m": ("N m", 1.0), "%": ("%", 1.0), "counts": ("counts", 1.0),
     "inc": ("counts", 1.0), "hz": ("Hz", 1.0)}
 _COLUMN = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
@@ -46,7 +47,7 @@ def read(path: Path, text: str, units: Mapping[str, str] | None = None, *, sampl
     column without either is kept with the unit "" and a note. Empty cells hold the value before.
     """
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(("#", "%"))]
-    first = next((k for k, line in enumerate(lines) if _is_numbers(line)), None)
+    first = next((k for k, line in enumerate(lines) if _is_numbers(line) or (k and _is_comma_row(lines[k - 1], line))), None)
     if first is None or first == 0:
         raise FileFaults(str(path), text, [Fault(1, 1, "", "no line of column names above lines of numbers")])
     mark = _separator(lines[first])
@@ -145,6 +146,13 @@ def _axis_of(name: str) -> str:
 def _is_numbers(line: str) -> bool:
     parts = [p for p in re.split(r"[;\t]|,(?!\d)| +", line.strip().strip(";")) if p]
     return bool(parts) and all(_number(p) is not None or not p.strip() for p in parts)
+
+
+def _is_comma_row(head: str, line: str) -> bool:
+    """Whether a line holds numbers between commas, as many as the line above it holds names: no decimal commas then."""
+    if any(mark in line for mark in ";\t") or head.count(",") != line.count(",") or "," not in line:
+        return False
+    return all(_number(part) is not None for part in line.split(","))
 
 
 def _separator(line: str) -> str:

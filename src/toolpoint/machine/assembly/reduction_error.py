@@ -70,7 +70,7 @@ def doubt_modes_above_bands(machine: Machine, frequency: FloatArray) -> tuple[Do
 
 def _enriched(elastic: Described) -> Described:
     """Return a description with a wider band and closer stations, whose own error is of a higher order."""
-    places = {name: replace(part, stations=(part.stations or part.length / 2) / 2) if part.slide else part
+    places = {name: replace(part, stations=(part.stations or part.length / 2) / 2) if part.slide and part.length else part
               for name, part in elastic.interfaces.items()}
     return replace(elastic, band=RICHER_BAND_RATIO * elastic.band, size=None, interfaces=places)
 

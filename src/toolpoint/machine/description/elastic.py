@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from toolpoint._check import fail
+from toolpoint._check import FloatArray, fail, within
 from toolpoint._quantity import Quantity
 
 if TYPE_CHECKING:  # finite elements load where a body has them, not with every machine file
     from toolpoint.bodies.reduced import ElasticNumbers
     from toolpoint.bodies.solid import Casting, Material, Patch, RoundCasting, SolidModel
+    from toolpoint.bodies.solid.region import SolidPlace
 
 Length = Annotated[float, Quantity("length", "m")]
 Place = tuple[Length, ...]
@@ -29,6 +31,7 @@ class ElasticMaterial:
     loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
 
 
+HELD_INTERFACE = "held"  # name of the interface of a node set that moves as one rigid piece
 CAST_IRON = ElasticMaterial(110e9, 7200.0, 0.26, 2e-3)  # as `bodies.solid.CAST_IRON`
 
 
@@ -47,36 +50,136 @@ class CastingBox:
     round: Literal["", "x", "y", "z"] = ""
 
 
+_RECTANGLE_KEYS = ("centre", "along", "across", "length", "width")
+_WAYS_OF_PLACE = ("surface", "nodes", "cylinder", "ring", "plane")
+
+
 @dataclass(frozen=True)
-class PatchDescription:
-    """A rectangle on a flat outer face where a joint, a load or a sensor holds on.
+class CylinderDescription:
+    """The wall of a bore or a journal about `axis` through `at`; half of `length` lies on each side of `at`."""
 
-    `along` and `across` are directions of its sides; with `slide` (first and last position along `along`, 0 where it is drawn)
-    a joint may move over the body: a carriage on its rail, a limb through its frame. Responses are kept at `stations` so far
-    apart, half its length where left out.
-    """
-
-    centre: Place
-    along: tuple[float, ...]
-    across: tuple[float, ...]
+    at: Place
+    axis: tuple[float, ...]
+    diameter: Annotated[float, Quantity("length", "m", above=0)]
     length: Annotated[float, Quantity("length", "m", above=0)]
-    width: Annotated[float, Quantity("length", "m", above=0)]
-    slide: tuple[Length, ...] = ()
-    stations: Annotated[float, Quantity("length", "m", above=0)] | None = None
+
+
+@dataclass(frozen=True)
+class RingDescription:
+    """A ring on a flat outer face about `normal` through `at`, between two diameters; a disc where `inner` is left out."""
+
+    at: Place
+    normal: tuple[float, ...]
+    outer: Annotated[float, Quantity("length", "m", above=0)]
+    inner: Annotated[float, Quantity("length", "m", least=0)] = 0.0
+
+
+@dataclass(frozen=True)
+class PlaneDescription:
+    """All outer faces in the plane through `at` at right angles to `normal`."""
+
+    at: Place
+    normal: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class PatchPartDescription:
+    """A place on outer faces: a rectangle by its centre, directions and sides, or one of `surface` and `nodes` (names in the
+    mesh file), `cylinder`, `ring` and `plane`."""
+
+    centre: Place = ()
+    along: tuple[float, ...] = ()
+    across: tuple[float, ...] = ()
+    length: Annotated[float, Quantity("length", "m", above=0)] | None = None
+    width: Annotated[float, Quantity("length", "m", above=0)] | None = None
+    surface: str = ""
+    nodes: str = ""
+    cylinder: CylinderDescription | None = None
+    ring: RingDescription | None = None
+    plane: PlaneDescription | None = None
 
     @property
-    def patch(self) -> Patch:
-        """The patch at position 0."""
-        for name in ("centre", "along", "across"):
-            if len(getattr(self, name)) != 3:
-                fail(name, f"{len(getattr(self, name))} numbers", "must be three")
+    def place(self) -> SolidPlace:
+        """The place, where a rectangle is drawn at position 0. Raises ToolpointError for none and for several at once."""
+        kinds = [key for key in (*_WAYS_OF_PLACE, "together") if getattr(self, key, None)]
+        is_rectangle = any(_is_given(getattr(self, key)) for key in _RECTANGLE_KEYS)
+        if len(kinds) + is_rectangle != 1:
+            fail("interface", f"{' and '.join([*kinds, *['a rectangle'] * is_rectangle]) or 'no place'}",
+                 f"must be one of {', '.join(_WAYS_OF_PLACE)}, together, or a rectangle ({', '.join(_RECTANGLE_KEYS)})",
+                 remedy="several places that hold on as one stand under together" if kinds else "")
+        return self._rectangle if is_rectangle else self._region(kinds[0])
+
+    @property
+    def _rectangle(self) -> Patch:
+        for name in _RECTANGLE_KEYS:
+            if not _is_given(getattr(self, name)):
+                fail(name, "missing", f"must be given: a rectangle has {', '.join(_RECTANGLE_KEYS)}")
+        assert self.length is not None and self.width is not None
+        from toolpoint.bodies.solid import Patch
+
+        return Patch(_three("centre", self.centre), _three("along", self.along), _three("across", self.across), self.length,
+                     self.width)
+
+    def _region(self, kind: str) -> SolidPlace:
+        from toolpoint.bodies.solid import CylinderFaces, NamedNodes, NamedSurface, PlaneFaces, RingFaces
+
+        if kind == "surface":
+            return NamedSurface(self.surface)
+        if kind == "nodes":
+            return NamedNodes(self.nodes)
+        if self.cylinder is not None:
+            part = self.cylinder
+            return CylinderFaces(_three("cylinder.at", part.at), _three("cylinder.axis", part.axis), part.diameter, part.length)
+        if self.ring is not None:
+            return RingFaces(_three("ring.at", self.ring.at), _three("ring.normal", self.ring.normal), self.ring.outer,
+                             self.ring.inner)
+        assert self.plane is not None
+        return PlaneFaces(_three("plane.at", self.plane.at), _three("plane.normal", self.plane.normal))
+
+
+@dataclass(frozen=True)
+class PatchDescription(PatchPartDescription):
+    """A place where a joint, a load or a sensor holds on: one, or several `together`.
+
+    Of a rectangle, `along` and `across` are directions of its sides; with `slide` (first and last position along `along`, 0
+    where it is drawn) a joint may move over the body: a carriage on its rail, a limb through its frame. Responses are kept at
+    `stations` so far apart, half its length where left out.
+    """
+
+    slide: tuple[Length, ...] = ()
+    stations: Annotated[float, Quantity("length", "m", above=0)] | None = None
+    together: tuple[PatchPartDescription, ...] = ()
+
+    @property
+    def place(self) -> SolidPlace:
+        """The place at position 0. Raises ToolpointError for a slide that is no pair, or of what is no rectangle."""
+        place = super().place
         if len(self.slide) not in (0, 2):
             fail("slide", f"{len(self.slide)} positions", "must be two: first and last")
         if self.slide and not self.slide[0] < self.slide[1]:
             fail("slide", f"{self.slide[0]:g} .. {self.slide[1]:g} m", "must run from the lower position to the higher one")
-        from toolpoint.bodies.solid import Patch
+        if self.slide and not _is_given(self.centre):
+            fail("slide", "on a place that is no rectangle", "must be of a rectangle",
+                 remedy="give centre, along, across, length and width of the carriage's footprint")
+        return place
 
-        return Patch(np.array(self.centre), np.array(self.along), np.array(self.across), self.length, self.width)
+    def _region(self, kind: str) -> SolidPlace:
+        if kind != "together":
+            return super()._region(kind)
+        from toolpoint.bodies.solid import JoinedPlaces
+
+        return JoinedPlaces(tuple(within(f"together[{i}]", attrgetter("place"), part)
+                                  for i, part in enumerate(self.together)))
+
+
+def _is_given(value: tuple[float, ...] | float | None) -> bool:
+    return value is not None and np.size(value) > 0
+
+
+def _three(name: str, values: tuple[float, ...]) -> FloatArray:
+    if len(values) != 3:
+        fail(name, f"{len(values)} numbers", "must be three")
+    return np.array(values, dtype=float)
 
 
 @dataclass(frozen=True)
@@ -154,10 +257,11 @@ def _round_casting(boxes: tuple[CastingBox, ...], materials: dict[str, Material]
 @dataclass(frozen=True)
 class SolidDescription:
     """A body by finite elements from a `file` beside the machine file: a STEP solid, meshed with elements of at most
-    `mesh_size`, or a mesh (.inp, .cdb, .bdf, .nas, .dat) of 10-node tetrahedra or 20-node hexahedra.
+    `mesh_size`, or a mesh (.inp, .cdb, .bdf, .nas, .dat) of tetrahedra or hexahedra.
 
     `unit` is that of the file's lengths: a mesh does not say it, so it must be given; a STEP file says it. `materials` are by
-    set; `body` is that of a STEP solid, cast iron where left out. `band` and `size` as of a casting.
+    set, the file's own where left out; `body` is that of a STEP solid, cast iron where left out. `band` and `size` as of a
+    casting. `held` names a node set of a mesh whose nodes move as one rigid piece: it is an interface too, ``held``.
     """
 
     file: str
@@ -167,6 +271,7 @@ class SolidDescription:
     unit: Literal["", "m", "mm", "cm", "in"] = ""
     materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
     size: int | None = None
+    held: str = ""
 
 
 @dataclass(frozen=True)

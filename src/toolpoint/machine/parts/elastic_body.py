@@ -12,11 +12,12 @@ from scipy.sparse import csc_array, hstack
 from toolpoint._check import FloatArray, fail, floats, within
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
-from toolpoint.bodies.solid import Patch, SolidModel
+from toolpoint.bodies.solid import NamedNodes, Patch, SolidModel
 from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
 from toolpoint.bodies.solid.mesh_energy import mesh_energy
+from toolpoint.bodies.solid.region import SolidPlace
 from toolpoint.bodies.surface import BodySurface
-from toolpoint.machine.description.elastic import ElasticDescription, PatchDescription, SolidBody
+from toolpoint.machine.description.elastic import HELD_INTERFACE, ElasticDescription, PatchDescription, SolidBody
 from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form, split_sliding
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
@@ -54,14 +55,14 @@ class SlidingPatch:
         return np.linspace(self.low, self.high, count)
 
 
-def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float, size: int | None = None,
-                 method: ReductionMethod | None = None) -> Body:
+def reduce_solid(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], *, band: float,
+                 size: int | None = None, method: ReductionMethod | None = None) -> Body:
     """Return a free solid as a body of a machine, in the frame of its model, with the loss factors of its materials.
 
     Parameters
     ----------
     model : SolidModel
-    interfaces : mapping of name to Patch or SlidingPatch
+    interfaces : mapping of name to a place (Patch, NamedSurface, CylinderFaces ...) or SlidingPatch
         Places where joints, loads and points hold on; every place that carries force must be there.
     band : float
         Hz, up to which the machine is asked for.
@@ -74,25 +75,84 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     return reduced.at({name: _numbers(model, name) for name in model.set_names})
 
 
-def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float,
-                    size: int | None = None, method: ReductionMethod | None = None, notes: tuple[str, ...] = ()) -> ReducedBody:
-    """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
+def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], *, band: float,
+                    size: int | None = None, method: ReductionMethod | None = None, notes: tuple[str, ...] = (),
+                    held: NamedNodes | None = None) -> ReducedBody:
+    """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets.
+
+    held : nodes that move as one rigid piece with the body's frame, an interface of the name `HELD_INTERFACE`.
+    """
+    if held is not None:
+        return _reduce_held(model, interfaces, held, method=method or ActingLoads(band), size=size, notes=notes)
     if not interfaces:
         fail("interfaces", "none", "must be at least one", remedy="a body is held by its interfaces")
-    places = {name: within(f"interfaces.{name}", partial(_loads_of, model), place) for name, place in interfaces.items()}
-    repeats = [np.full(columns, columns / 6) for columns in (place.columns.shape[1] for place in places.values())]
-    rigid = model.rigid_motion()
+    places, rigid = _places(model, interfaces), model.rigid_motion()
     body = LargeBody(*model.node_matrices(), csc_array(hstack([place.columns for place in places.values()])), rigid,
-                     repeats=np.concatenate(repeats), coordinates=model.dof_places,
+                     repeats=np.concatenate(_repeats(places)), coordinates=model.dof_places,
                      estimate_loads=csc_array(hstack([place.further_columns for place in places.values()])))
     reduction = reduce(body, method or ActingLoads(band), size)
-    held = {name: Interface(place.centre, places[name].columns.T @ reduction.vectors) if isinstance(place, Patch)
-            else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
-    nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, interfaces=held, places=places,
-                        surface=_surface(model, reduction))
-    energies = mesh_energy(model, reduction.vectors)
+    nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), (*notes, *_place_notes(model, interfaces)), places=places,
+                        interfaces=_interfaces(model, interfaces, places, vectors=reduction.vectors),
+                        surface=_surface(model, reduction.vectors))
+    return _in_parts(model, nominal, reduction.vectors)
+
+
+def _reduce_held(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], held: NamedNodes, *,
+                 method: ReductionMethod, size: int | None, notes: tuple[str, ...]) -> ReducedBody:
+    """Return a solid whose held nodes move with the body's frame: shapes are relative to it, and zero at these nodes.
+
+    What the frame's acceleration does to the body acts as six loads more. The error is not kept with it: a machine's modes are
+    compared with those of a richer body.
+    """
+    nodes = np.unique(held.nodes(model))
+    if len(nodes) < 3:
+        fail("held", f"{len(nodes)} nodes of {held.name}", "must be three at least", remedy="a point or a line holds no body")
+    free, rigid, places = model.free_coordinates(nodes), model.rigid_motion(), _places(model, interfaces)
+    stiffness, mass = model.assembled()
+    inertia = mass @ rigid
+    columns = csc_array(hstack([*(place.columns for place in places.values()), csc_array(inertia)]))
+    body = LargeBody(csc_array(stiffness[free][:, free]), csc_array(mass[free][:, free]), csc_array(columns[free]),
+                     repeats=np.concatenate([*_repeats(places), np.ones(6)]), coordinates=model.dof_places[free])
+    reduction = reduce(body, method, size)
+    vectors = np.zeros((model.size, reduction.size))
+    vectors[free] = reduction.vectors
+    moving = np.hstack([rigid, vectors])
+    coupled = _symmetric_part(moving.T @ (mass @ moving))
+    held_on = _interfaces(model, interfaces, places, vectors=vectors) | {
+        HELD_INTERFACE: Interface(held.centre_on(model), np.zeros((6, reduction.size)))}
+    notes = (*notes, *_place_notes(model, interfaces), f"{len(nodes)} nodes of {held.name} are held as one rigid piece",
+             _note(reduction, model.size))
+    nominal = Body(coupled, np.diag(reduction.squares), notes=notes, interfaces=held_on, surface=_surface(model, vectors))
+    return _in_parts(model, nominal, vectors)
+
+
+def _places(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch]) -> dict[str, PlaceLoads]:
+    """Return the loads of every interface; an error begins with its name."""
+    return {name: within(f"interfaces.{name}", partial(_loads_of, model), place) for name, place in interfaces.items()}
+
+
+def _repeats(places: Mapping[str, PlaceLoads]) -> list[FloatArray]:
+    """Return how many columns of every place stand for the same motion."""
+    return [np.full(columns, columns / 6) for columns in (place.columns.shape[1] for place in places.values())]
+
+
+def _interfaces(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch], places: Mapping[str, PlaceLoads], *,
+                vectors: FloatArray) -> dict[str, Interface]:
+    """Return the interfaces with the motion that the shapes (size, m) give them."""
+    return {name: _sliding(place, model, vectors, name) if isinstance(place, SlidingPatch)
+            else Interface(place.centre_on(model), places[name].columns.T @ vectors) for name, place in interfaces.items()}
+
+
+def _place_notes(model: SolidModel, interfaces: Mapping[str, SolidPlace | SlidingPatch]) -> tuple[str, ...]:
+    return tuple(f"interface {name}: {note}" for name, place in interfaces.items()
+                 if not isinstance(place, SlidingPatch) and (note := place.note(model)))
+
+
+def _in_parts(model: SolidModel, nominal: Body, vectors: FloatArray) -> ReducedBody:
+    """Return a body with the energy of its mesh's error and its parts by sets."""
+    energies = mesh_energy(model, vectors)
     nominal = replace(nominal, mesh_energy=_symmetric_part(np.sum(list(energies.values()), axis=0)))
-    return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors]), energies))
+    return ReducedBody(nominal, _parts(model, nominal, np.hstack([model.rigid_motion(), vectors]), energies))
 
 
 def _parts(model: SolidModel, nominal: Body, motion: FloatArray, energies: Mapping[str, FloatArray]) -> dict[str, ReducedPart]:
@@ -117,11 +177,11 @@ def _numbers(model: SolidModel, name: str) -> ElasticNumbers:
     return ElasticNumbers(material.modulus, material.density, material.loss_factor)
 
 
-def _surface(model: SolidModel, reduction: Reduction) -> BodySurface:
+def _surface(model: SolidModel, vectors: FloatArray) -> BodySurface:
     used, triangles = outer_triangles(model)
     chosen, triangles = thin_triangles(model.nodes[used], triangles, MAX_SURFACE_NODES)
     nodes = used[chosen]
-    return BodySurface(model.nodes[nodes], triangles, reduction.vectors[model.coordinates_of(nodes)].reshape(len(nodes), 3, -1))
+    return BodySurface(model.nodes[nodes], triangles, vectors[model.coordinates_of(nodes)].reshape(len(nodes), 3, -1))
 
 
 def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], *, interfaces: Mapping[str, Interface],
@@ -135,8 +195,8 @@ def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ..
                 interfaces=interfaces, surface=surface, residual=form)
 
 
-def _loads_of(model: SolidModel, place: Patch | SlidingPatch) -> PlaceLoads:
-    return PlaceLoads.fixed(place.averages(model)) if isinstance(place, Patch) else _sliding_loads(place, model)
+def _loads_of(model: SolidModel, place: SolidPlace | SlidingPatch) -> PlaceLoads:
+    return _sliding_loads(place, model) if isinstance(place, SlidingPatch) else PlaceLoads.fixed(place.averages(model))
 
 
 def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
@@ -146,8 +206,8 @@ def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
                          [place.weights(model, float(z)) for z in entries], entries)
 
 
-def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
-    table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, position_max=place.high,
+def _sliding(place: SlidingPatch, model: SolidModel, vectors: FloatArray, name: str) -> Interface:
+    table: MotionTable = tabulate(vectors, lambda z: place.weights(model, z), place.low, position_max=place.high,
                                   step=place.step, name=name)
     return Interface(place.patch.centre, None, table, place.along)
 
@@ -162,13 +222,17 @@ def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody
     """Return the reduced body of a described casting or solid."""
     notes = description.content.notes if isinstance(description, SolidBody) and description.content is not None else ()
     places = {name: within(f"interfaces.{name}", _described_place, part) for name, part in description.interfaces.items()}
-    return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes)
+    held = NamedNodes(description.held) if isinstance(description, SolidBody) and description.held else None
+    if held is not None and HELD_INTERFACE in places:
+        fail(f"interfaces.{HELD_INTERFACE}", "given", "must have another name: it is that of the held nodes")
+    return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes, held=held)
 
 
-def _described_place(part: PatchDescription) -> Patch | SlidingPatch:
-    if not part.slide:
-        return part.patch
-    return SlidingPatch(part.patch, np.array(part.along), part.slide[0], part.slide[1], part.stations)
+def _described_place(part: PatchDescription) -> SolidPlace | SlidingPatch:
+    place = part.place
+    if not isinstance(place, Patch) or not part.slide:
+        return place
+    return SlidingPatch(place, np.array(part.along), part.slide[0], part.slide[1], part.stations)
 
 
 def reliable_to(description: ElasticDescription | SolidBody) -> float:

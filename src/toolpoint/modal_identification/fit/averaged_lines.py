@@ -26,7 +26,8 @@ def average_lines(frf: Frf, poles: ComplexArray) -> tuple[Frf, FloatArray]:
         return np.add.reduceat(values, starts, axis=0) / counts.reshape(-1, *([1] * (values.ndim - 1)))
 
     variance = None if frf.variance is None else mean(frf.variance) / counts[:, None, None]
-    return replace(frf, frequency=mean(frf.frequency), values=mean(frf.values), coherence=None, variance=variance), counts
+    return replace(frf, frequency=mean(frf.frequency), values=mean(frf.values), coherence=None, variance=variance,
+                   draws=None), counts
 
 
 def _starts(frf: Frf, poles: ComplexArray) -> Array:

@@ -20,5 +20,5 @@ def without_window(frf: Frf, modes: Modes) -> Frf:
     bare = replace(frf, decay=0.0)
     all_lines = slice(0, frf.frequency.size)
     change = modal_part(bare, modes, all_lines) - modal_part(frf, modes, all_lines)
-    return replace(bare, values=frf.values + change.reshape(frf.values.shape),
+    return replace(bare, values=frf.values + change.reshape(frf.values.shape), draws=None,
                    notes=(*frf.notes, "the damping of the exponential window is taken out by the identified modes"))

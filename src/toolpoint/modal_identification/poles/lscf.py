@@ -41,4 +41,4 @@ def as_one_reference(frf: Frf) -> Frf:
     """Return all responses as outputs of one nameless reference."""
     outputs = tuple(Dof(i + 1, "+x") for i in range(len(frf.outputs) * len(frf.inputs)))
     return replace(frf, values=frf.values.reshape(frf.frequency.size, -1, 1), outputs=outputs, inputs=(Dof(0, "+x"),),
-                   coherence=None, variance=None)
+                   coherence=None, variance=None, draws=None)

@@ -68,7 +68,7 @@ def _rests(result: LobesStudy) -> list[str]:
 
 def _with_chart(report: Report, result: LobesStudy) -> Report:
     chart, runs = result.chart, result.runs
-    words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
+    words = "Hover shows the stable interval, the chatter frequency at its end, and the stated error."
     best = from_chart(chart)
     depth_top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
     if result.withheld:

@@ -122,7 +122,8 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
     depth_top = None if finite else max(chart.depth_max for chart in result.charts)
     return [words, Chart(stability_chart(curves, max_depth=depth_top)),
             Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
-                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error alone")]
+                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error and "
+                  "that of reduced elastic bodies, printed as a thousandth of the depth where it is less")]
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:

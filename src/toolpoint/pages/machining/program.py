@@ -1,4 +1,4 @@
-"""The page of a program on a machine: the answer, the path in space by its load, the worst blocks with their lines."""
+"""The page of a program on a machine: the answer, worst blocks, the program in space with its text, errors, the record."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint.pages.machining.path_view import path_view
+from toolpoint._check import FloatArray
+from toolpoint.pages.machining.program_part import program_part
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Cell, Chart, Listing, Report, ShapeView, Table
-from toolpoint.plot.figures.machining import course_over_time
+from toolpoint.plot import Cell, Chart, Report, Table
+from toolpoint.plot.figures.machining import course_over_time, record_over_time
+from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER
+from toolpoint.studies.machining.recorded.record_comparison import UNEXPECTED_HEADER, RecordComparison
 from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
+from toolpoint.studies.machining.tilted_stages import StagedStudy, tilt_words
 
 LISTED_BLOCKS = 40  # worst ones, with their lines
-MAX_LISTED_LINES = 3000  # of the program's text
+ERROR_KEY = "Total: normal to the wall, positive where material is left. Location: of the forced vibration. \
+Contour: of the tables from the path. Push: of the servo by the mean cutting force"
 MARK_OF_VERDICT = {"chatters": "doubtful", "stable": "good"}
-MAX_SHOWN_RATIO = 4.0  # of limit over depth: more in hand is one colour
 
 
 def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Report:
@@ -25,9 +29,29 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
     cutting = np.flatnonzero(result.blocks.verdict > 0)
     if cutting.size:
         report = report.with_section("Blocks, worst first", _worst(result), *_advice(result))
-        report = report.with_section("The path in space", *_views(result))
+        report = report.with_section("The program in space", program_part(result))
+        errors = result.error_rows(LISTED_BLOCKS)
+        if errors:
+            report = report.with_section("Errors of blocks, largest first", Table(list(ERROR_HEADER), errors, ERROR_KEY))
+        if result.record is not None:
+            report = report.with_section("Against the record", *_record(result.record))
         report = report.with_section("Over the time of the program", *_course(result))
-    report = report.with_section("The whole program", Table(["quantity", "value"], result.figures), *_text(result))
+    report = report.with_section("The whole program", Table(["quantity", "value"], result.figures))
+    recorded = [] if result.record is None else result.record.doubts
+    return with_remarks(report.with_doubts(*recorded, *result.doubts), result.notes, warnings)
+
+
+def stages_page(result: StagedStudy, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a program in tilted planes, a section for every stage in the axes of its plane."""
+    report = Report(f"Program in tilted planes: {result.name}", result.answer.replace("\n", "\n\n"),
+                    subtitle=f"{len(result.stages)} stages; each over the work that the stage before has left")
+    for k, (rotation, stage) in enumerate(zip(result.rotations, result.stages, strict=True), 1):
+        figures = Table(["quantity", "value"], stage.figures)
+        title = f"Stage {k}: {tilt_words(rotation)}"
+        if (stage.blocks.verdict > 0).any():
+            report = report.with_section(title, _worst(stage), program_part(stage, f"stage-{k}"), figures)
+        else:
+            report = report.with_section(title, figures)
     return with_remarks(report.with_doubts(*result.doubts), result.notes, warnings)
 
 
@@ -46,15 +70,28 @@ def _advice(result: MachiningStudy) -> list[str]:
     return [] if result.advice is None else result.advice.words.split("\n")
 
 
-def _views(result: MachiningStudy) -> list[ShapeView]:
-    """Return the path coloured by what it has in hand, where that is known, and by force."""
-    blocks, views = result.blocks, list[ShapeView]()
-    if (blocks.verdict == 1).any() or (blocks.verdict == 2).any():
-        ratio = np.where(np.isfinite(blocks.ratio) & (blocks.ratio > 0), blocks.ratio, MAX_SHOWN_RATIO)
-        demand = np.where(blocks.verdict > 0, 1 / np.clip(ratio, 1 / MAX_SHOWN_RATIO, MAX_SHOWN_RATIO), 0.0)
-        views.append(path_view(result, demand, name="margin", title="Depth over stable depth: above 1 it chatters", unit=""))
-    views.append(path_view(result, blocks.loads["lateral"], name="force", title="Largest force across the tool, N", unit="N"))
-    return views
+def _record(record: RecordComparison) -> list[Chart | Table | str]:
+    """Return what the record says: its answer, the course beside the computed one, lines that differ."""
+    parts: list[Chart | Table | str] = [record.answer, Chart(record_over_time(
+        record.alignment.time, record.values, expected=_expected(record),
+        quantity=f"Load of the spindle, {record.unit or 'as recorded'}"), name="record-course")]
+    if record.is_placed and record.unexpected.size:
+        parts.append(Table(list(UNEXPECTED_HEADER), [list(row) for row in record.rows()],
+                           "Means of blocks; deviations of what noise and the scatter of blocks leave"))
+    return parts
+
+
+def _expected(record: RecordComparison) -> FloatArray:
+    """Return the computed load at the samples of the record, with the factors that the record tells."""
+    load, fit = record.load, record.fit
+    idle = float(np.median(fit.expected - fit.factor * record.windows.shearing - _edge(record) * record.windows.edges))
+    shearing, edges = (np.interp(record.alignment.time, load.time, part, left=0.0, right=0.0)
+                       for part in (load.shearing, load.edges))
+    return np.asarray(idle + fit.factor * record.alignment.pace * shearing + _edge(record) * edges)
+
+
+def _edge(record: RecordComparison) -> float:
+    return record.fit.edge_factor if np.isfinite(record.fit.edge_factor) else record.fit.factor
 
 
 def _course(result: MachiningStudy) -> list[Chart]:
@@ -63,16 +100,3 @@ def _course(result: MachiningStudy) -> list[Chart]:
     force = course_over_time(time, {"force, N": blocks.loads["lateral"]}, labels=labels, quantity="Force across the tool, N")
     power = course_over_time(time, {"power, W": blocks.loads["power"]}, labels=labels, quantity="Mean power, W")
     return [Chart(force, name="force-course"), Chart(power, name="power-course")]
-
-
-def _text(result: MachiningStudy) -> list[Listing]:
-    """Return the text of the program with the verdict beside the lines that cut."""
-    if not result.text:
-        return []
-    verdict = dict[int, str]()
-    for k in result.blocks.order[::-1].tolist():
-        verdict[int(result.blocks.line[k])] = VERDICTS[result.blocks.verdict[k]]
-    lines = [f"{number:6d}  {verdict.get(number, ''):10s} {line}" for number, line in enumerate(result.text[:MAX_LISTED_LINES],
-            1)]
-    left_out = [] if len(result.text) <= MAX_LISTED_LINES else [f"... {len(result.text) - MAX_LISTED_LINES} more lines"]
-    return [Listing("The program, with its verdicts", "\n".join([*lines, *left_out]))]

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import ComplexArray, FloatArray, IndexArray
 from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vision.displacement.result import DisplacementField
 
 POINT_TRACE = "measured points"  # trace of `picture_points`, by which `point_spectra` finds a clicked point
-# Points that can be clicked; a quarter of the spectral lines that each keeps. The page holds the spectra of all points.
-MAX_CLICKED_POINTS, MAX_SPECTRUM_LINES = 80, 220
+# Points that can be clicked; spectral lines that each keeps. The page holds the spectra of all points.
+MAX_CLICKED_POINTS, MAX_SPECTRUM_LINES = 80, 880
 
 
 def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:
@@ -57,21 +57,31 @@ def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str,
                   name: str = "spectra") -> ClickedSeries:
     """Return the amplitude spectrum of every chosen point, pixels to the right and down, shown when the point is clicked.
 
-    follows : name of the chart that is clicked; first : frame at which the spectrum begins, from 0; highest : Hz. At most four
-    times `MAX_SPECTRUM_LINES` lines are kept, the lowest: a longer record ends below `highest`.
+    follows : name of the chart that is clicked; first : frame at which the spectrum begins, from 0; highest : Hz. Of more than
+    `MAX_SPECTRUM_LINES` lines the largest of every few neighbours is kept, which the caption says: peaks stay, up to `highest`.
     """
     values = field.values[first:, list(chosen)]
     spectra = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) / len(values)
     frequency = np.fft.rfftfreq(len(values), 1 / field.frame_rate)
-    keep = np.flatnonzero((frequency > 0) & (frequency <= highest))[:MAX_SPECTRUM_LINES * 4]
+    keep = np.flatnonzero((frequency > 0) & (frequency <= highest))
+    neighbours = -(-keep.size // MAX_SPECTRUM_LINES)
     chart = figure("", 340)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text="Amplitude, px", type="log")
-    sets = [(f"point {k + 1} ({field.quality[k]})", frequency[keep], [np.maximum(spectra[keep, n, i], 1e-6) for i in range(2)])
-            for n, k in enumerate(chosen)]
+    sets = []
+    for n, k in enumerate(chosen):
+        lines = largest_of_neighbours(spectra[keep, n].max(axis=1), neighbours)
+        sets.append((f"point {k + 1} ({field.quality[k]})", frequency[keep][lines],
+                     [np.maximum(spectra[keep, n, i][lines], 1e-6) for i in range(2)]))
+    pooled = f" The largest of every {neighbours} lines is drawn." if neighbours > 1 else ""
     return ClickedSeries(chart, follows, POINT_TRACE, ("right", "down"), COLOURS[:2], sets,
-                         "Spectrum of the point last clicked.",
-                         name)
+                         "Spectrum of the point last clicked." + pooled, name)
+
+
+def largest_of_neighbours(values: FloatArray, neighbours: int) -> IndexArray:
+    """Return the places of the largest of every `neighbours` values (n,), in rising order; all places where that is 1."""
+    starts = np.arange(0, values.size, max(neighbours, 1))
+    return np.array([start + int(np.argmax(values[start:start + neighbours])) for start in starts.tolist()], dtype=np.int64)
 
 
 def spread_points(field: DisplacementField, max_points: int = MAX_CLICKED_POINTS) -> list[int]:

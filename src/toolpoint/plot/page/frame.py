@@ -68,7 +68,7 @@ def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False,
     hashes = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     policy = (f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
               "base-uri 'none'; form-action 'none'")
-    style = asset("page.css") + asset("shape_view.css")
+    style = asset("page.css") + asset("shape_view.css") + asset("program_view.css")
     return (
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
         f"<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n"

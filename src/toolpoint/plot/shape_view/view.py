@@ -115,9 +115,9 @@ def _pane_data(scene: Scene, shapes: AnimatedShapes, title: str) -> dict[str, An
     assert shapes.has_data is not None and scene.node_body is not None  # filled when made
     return {
         "title": title, "wide": has_long_indices, "bodies": list(scene.body_names),
-        "nodes": _pack(scene.nodes, "<f4"), "triangles": _pack(scene.triangles, index),
-        "lines": _pack(scene.lines, index), "body": _pack(scene.node_body, "<u2"),
-        "known": _pack(shapes.has_data, "u1"), "dots": scene.triangles.shape[0] == 0 and count <= _MAX_DOTTED_NODES,
+        "nodes": pack_array(scene.nodes, "<f4"), "triangles": pack_array(scene.triangles, index),
+        "lines": pack_array(scene.lines, index), "body": pack_array(scene.node_body, "<u2"),
+        "known": pack_array(shapes.has_data, "u1"), "dots": scene.triangles.shape[0] == 0 and count <= _MAX_DOTTED_NODES,
         "shapes": [
             {"label": label, "frequency": float(f), "damping": float(z), **_shape_data(u)}
             for label, f, z, u in zip(shapes.labels, shapes.frequency, shapes.damping_ratio, shapes.displacement)],
@@ -126,12 +126,12 @@ def _pane_data(scene: Scene, shapes: AnimatedShapes, title: str) -> dict[str, An
 
 def _shape_data(displacement: ComplexArray) -> dict[str, Any]:
     unit = float(max(np.abs(displacement.real).max(), np.abs(displacement.imag).max()))
-    real, imaginary = (_pack(np.rint(part / unit * 32767), "<i2") if unit and np.any(part) else None
+    real, imaginary = (pack_array(np.rint(part / unit * 32767), "<i2") if unit and np.any(part) else None
                        for part in (displacement.real, displacement.imag))
     return {"unit": unit, "real": real, "imaginary": imaginary}
 
 
-def _pack(values: Any, kind: str) -> dict[str, Any]:
+def pack_array(values: Any, kind: str) -> dict[str, Any]:
     """Return an array as deflated base64, as it is or as differences down its columns, whichever is shorter."""
     array = np.ascontiguousarray(values).astype(kind)
     columns = int(np.prod(array.shape[1:], dtype=int))

@@ -23,6 +23,7 @@ from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
+from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
@@ -92,7 +93,7 @@ class LobesStudy(NotebookText):
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
                 "lowest_limit": None if self.withheld else _lowest_numbers(self.lowest),
                 "withheld": list(self.withheld),
-                "limit_interval_m": None if self.spread is None else self.spread.rows(chart.limit),
+                "limit_interval_m": chart.interval_rows() if self.spread is None else self.spread.rows(chart.limit),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions), "status": chart.status}
 
@@ -130,6 +131,10 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     if problem.plane.is_modal:
         progress("the lowest limit between these speeds", 0, 1)
         lowest = stability.lowest_limit(problem, chart, method)
+    reduced = question_reduction(dynamics.machine, dynamics.pose, problem, chart=chart)
+    if reduced is not None:
+        chart, notes = reduced.widen(chart), [*reduced.notes, *notes]
+        lowest = None if lowest is None else reduced.widen_lowest(lowest)
     runs = _simulate_grid(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
@@ -146,10 +151,19 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     if needs_long_edges(problem, best.depth) and not dynamics.withheld:
         notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
                  "tool's diameter: only for edges that are so long", *notes]
+    if chart.limit_draws is not None and np.isfinite(chart.limit).any():
+        notes = [drawn_words(chart), *notes]
     ended = end_words(chart, end, why)
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *ended, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
+
+
+def drawn_words(chart: StabilityChart) -> str:
+    """Return the 95 % interval of the least charted limit by the draws of the response, in words."""
+    lower, upper = chart.least_limit_ends
+    return (f"95 % interval of the least charted limit from what is uncertain in the response: {1e3 * lower:.4g} .. "
+            f"{1e3 * upper:.4g} mm ({len(chart.limit_draws if chart.limit_draws is not None else ())} draws)")
 
 
 def needs_long_edges(problem: MillingProblem, depth: float) -> bool:

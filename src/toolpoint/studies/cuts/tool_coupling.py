@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from toolpoint.studies.cuts.coupling.line_smoothing import smooth_tip
 from toolpoint.studies.cuts.coupling.peaks import TipPeak, peaks_of, question_peaks
 from toolpoint.studies.cuts.lobes_study import END_OF_SEARCH, LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
+from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, machine_uncertainty
 from toolpoint.studies.text_table import text_table
 from toolpoint.substructuring.gauge import identify_base
 from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, SLOPES, PlaneReceptance, couple_tool, plane_receptance
@@ -26,6 +27,7 @@ from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Dof, Frf, frequency_response
 
 DEFAULT_GAIN_DEVIATION = 0.01  # of hammer and sensor, one standard deviation, where nothing is stated
+MAX_FRF_DRAWS = 100  # draws of the tips that a response keeps
 NamedProgress = Callable[[str, int, int], None]
 HEADER = ("", "Hz", "95 %", "|G| µm/N", "95 %")
 STICK_OUT_HEADER = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm",
@@ -59,7 +61,7 @@ class ToolCoupling(NotebookText):
 
     @property
     def frf(self) -> Frf:
-        """The tool-point receptance along x and y (or x alone), with the variance of the draws."""
+        """The tool-point receptance along x and y (or x alone), with draws and their variance."""
         return tip_frf(self.tips, self.notes)
 
     def rows(self) -> list[list[str]]:
@@ -130,7 +132,10 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
         said.append("two stations: they check labels and signs, but not the gauge's length, diameter, material and stations, "
                     "which are taken as described (a third station does; deviations in the gauge's file carry what is not "
                     "known)")
-    bases = [identify_base(frf, gauge, plane, calibration=calibration, draws=draws, generator=generator) for plane in planes]
+    # One hammer and one gauge for both planes: their draws are the same in each.
+    seed = None if generator is None else int(generator.integers(2**63))
+    bases = [identify_base(frf, gauge, plane, calibration=calibration, draws=draws, generator=generator,
+                           common=_seeded(seed)) for plane in planes]
     return [replace(base, notes=tuple(dict.fromkeys([*said, *base.notes]))) for base in bases]
 
 
@@ -161,8 +166,24 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
     lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
     frf = frequency_response.direct(assemble(machine, pose, labels), lines)
-    note = f"the spindle is computed: point {point} of {machine.name}, whose numbers are taken as exact"
-    return [plane_receptance(frf.noted(note), point, plane) for plane in SLOPES]
+    drawn = [frequency_response.direct(assemble(sample, pose, labels), lines) for sample in _drawn_machines(machine)]
+    knowledge = (f"whose identified numbers are drawn from their covariance ({len(drawn)} machines)" if drawn
+                 else "whose numbers are taken as exact")
+    note = f"the spindle is computed: point {point} of {machine.name}, {knowledge}"
+    return [_computed_base(frf.noted(note), drawn, point, plane) for plane in SLOPES]
+
+
+def _drawn_machines(machine: Machine) -> Iterator[Machine]:
+    uncertainty = machine_uncertainty(machine)
+    return iter(()) if uncertainty is None else uncertainty.samples(MACHINE_DRAW_COUNT, np.random.default_rng(0))
+
+
+def _computed_base(frf: Frf, drawn: Sequence[Frf], point: str, plane: str) -> PlaneReceptance:
+    """Return the receptance of a computed point with that of drawn machines."""
+    base = plane_receptance(frf, point, plane)
+    if not drawn:
+        return base
+    return replace(base, draws=np.stack([plane_receptance(each, point, plane).values for each in drawn]))
 
 
 def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None
@@ -196,18 +217,24 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     lengths = () if stick_out is None else tuple(float(v) for v in stick_out[1])
     tools = [] if stick_out is None else [tool.with_length(stick_out[0], length) for length in lengths]
     progress("tool", 0, 1)
-    tips = tuple(smooth_tip(couple_tool(base, tool, generator=generator)) for base in bases)
+    # One tool in one collet for both planes and all lengths: its draws are the same in each.
+    seed = None if generator is None else int(generator.integers(2**63))
+    tips = tuple(smooth_tip(couple_tool(base, tool, generator=_seeded(seed))) for base in bases)
     notes = tuple(dict.fromkeys([*_doubts(tips), *_assumptions(tool, tips), *(n for tip in tips for n in tip.notes)]))
     grave = grave_among(notes)
     lobes = None if cut is None else _lobes(tips, cut, speeds, grave)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
         # The spindle stays as it is: another length changes the tool alone.
-        held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
+        held = tuple(smooth_tip(couple_tool(base, changed, generator=_seeded(seed))) for base in bases)
         parts.append(_stick_out(length, held, cut, speeds))
         progress("stick-outs", k + 1, len(lengths))
     ended = [words for part in parts for words in part.end_words]
     return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *ended, *notes))
+
+
+def _seeded(seed: int | None) -> np.random.Generator | None:
+    return None if seed is None else np.random.default_rng(seed)
 
 
 def _stick_out(length: float, tips: tuple[PlaneReceptance, ...], cut: Mapping[str, Any] | None, speeds: FloatArray | None
@@ -235,13 +262,16 @@ def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
     n = len(tips)
     values = np.zeros((tips[0].frequency.size, n, n), complex)
     variance = np.zeros(values.shape)
+    draws = np.zeros((min([MAX_FRF_DRAWS, *(len(tip.draws) for tip in tips if tip.draws is not None)]), *values.shape), complex)
     for k, tip in enumerate(tips):
         values[:, k, k] = tip.values[:, 0, 0]
         if tip.draws is not None:
             variance[:, k, k] = tip.draws[:, :, 0, 0].var(axis=0)
+            draws[:, :, k, k] = tip.draws[:len(draws), :, 0, 0]
     # One plane without draws leaves the whole matrix without a variance: its zeros would say that the response is exact.
     has_variance = all(tip.draws is not None for tip in tips)
-    return Frf(tips[0].frequency, values, labels, labels, variance=variance if has_variance else None, notes=tuple(notes))
+    return Frf(tips[0].frequency, values, labels, labels, variance=variance if has_variance else None,
+               draws=draws if has_variance else None, notes=tuple(notes))
 
 
 def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None, grave: Sequence[Doubt] = ()

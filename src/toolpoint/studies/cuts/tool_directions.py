@@ -107,7 +107,8 @@ def along_positive_axes(frf: Frf) -> Frf:
     A hammer from the other side gives the opposite sign. Where both senses of a direction were measured, each keeps its label.
     """
     (rows, signs), (columns, turns) = _positive_directions(frf.outputs), _positive_directions(frf.inputs)
-    return replace(frf, values=frf.values * np.outer(signs, turns), outputs=tuple(rows), inputs=tuple(columns))
+    draws = None if frf.draws is None else frf.draws * np.outer(signs, turns)
+    return replace(frf, values=frf.values * np.outer(signs, turns), outputs=tuple(rows), inputs=tuple(columns), draws=draws)
 
 
 def _positive_directions(labels: tuple[Dof, ...]) -> tuple[list[Dof], list[int]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._check import ComplexArray, ToolpointError, ToolpointWarning
 from toolpoint._doubt import Doubt, grave_among
 from toolpoint.machine import Machine
 from toolpoint.signals.usable_band import usable_band
@@ -22,6 +22,7 @@ from toolpoint.vibration import Dof, Frf, Modes
 MIN_LINE_FIT = 0.9  # of a response that its modes explain, where they replace its lines
 JUDGED_FRACTION_MIN = 0.02  # of the highest line: below, responses are not judged for such slips
 DRIFT_FRACTION_MAX = 0.02  # of the highest line: above, no line is left out as drift
+ENTRIES_BY_WAY = {"x": ((0, 0),), "y": ((1, 1),), "xy": ((0, 1), (1, 0))}  # of the response between x and y
 WORDS_BY_WAY = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
 
 
@@ -166,8 +167,20 @@ def _two_directions(parts: dict[str, Frf], notes: list[str], what: str) -> ToolD
     values = np.stack([np.stack([x, cross], -1), np.stack([cross, y], -1)], -2)
     labels = (Dof("tool", "+x"), Dof("tool", "+y"))
     notes += [note for part in parts.values() for note in part.notes]
-    frf = Frf(parts["x"].frequency, values, labels, labels, "receptance")
+    frf = Frf(parts["x"].frequency, values, labels, labels, "receptance", draws=_joined_draws(parts, values))
     return ToolDynamics(frf, "tool:+x", "tool:+y", None, tuple(dict.fromkeys(notes)), what)
+
+
+def _joined_draws(parts: Mapping[str, Frf], values: ComplexArray) -> ComplexArray | None:
+    """Return draws (n, n_f, 2, 2) of separate measurements, one of each in turn; None where none has any."""
+    drawn = {way: part.draws for way, part in parts.items() if part.draws is not None}
+    if not drawn:
+        return None
+    result = np.repeat(values[None], min(map(len, drawn.values())), axis=0)
+    for way, draws in drawn.items():
+        for row, column in ENTRIES_BY_WAY[way]:
+            result[:, :, row, column] = draws[:len(result), :, 0, 0]
+    return result
 
 
 def _one_direction(frf: Frf, across: str | None, notes: list[str], what: str) -> ToolDynamics:

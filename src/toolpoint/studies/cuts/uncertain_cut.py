@@ -20,10 +20,12 @@ from toolpoint.cutting.advice.probability import (
     Uncertain,
     coefficient_parameters,
     deviations_of,
+    is_slow,
     modal_parameters,
     probability,
 )
 from toolpoint.cutting.cut.problem import MISSING_BAND_WORDS
+from toolpoint.cutting.stability.drawn_response import response_alone
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.tip_doubts import withheld_words
 from toolpoint.studies.execute import Progress
@@ -71,11 +73,15 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
     # Every sample needs a chart of its own: fewer speeds than that of the cut itself.
     speed_indices = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MAX_PROBABILITY_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
+    draws = None if chart.limit_draws is None else chart.limit_draws[:, speed_indices]
     with _remarks_of_samples() as remarks:
-        sampled = probability(problem, parameters, chart.speeds[speed_indices],
+        sampled = probability(response_alone(problem), parameters, chart.speeds[speed_indices],
                               depths=np.linspace(depth_max / PROBABILITY_DEPTHS, depth_max, PROBABILITY_DEPTHS),
                               rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
-                              progress=progress)
+                              limit_draws=draws, progress=progress)
+    if is_slow(problem):
+        notes.append("P(stable): all samples share the chart of the cut itself, moved as single-frequency limits are, "
+                     "which is within about 5 % of a limit")
     return sampled, [*notes, *remarks, *contradictions(sampled, uncertainty.cuts)]
 
 
@@ -109,6 +115,8 @@ def contradictions(sampled: ProbabilityChart | None, cuts: Sequence[tuple[float,
 def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list[Uncertain], list[str]]:
     parameters = coefficient_parameters(uncertainty.coefficients)
     notes = [f"Standard deviation of the cutting coefficients: {100 * uncertainty.coefficients:g} %."]
+    if problem.plane.draws is not None:
+        return parameters, [*notes, f"The response is uncertain by its {len(problem.plane.draws)} draws, all lines together."]
     if not isinstance(problem.dynamics, Modes):
         return parameters, [*notes, Doubt(
             "probability", "the dynamics are measured lines and are taken as exact: what noise and the scatter of hits do to "

@@ -268,4 +268,4 @@ def _scale_part(part: str, model: SolidModel, modulus: Mapping[str, float], dens
 
     materials = {name: replace(model.materials[name], modulus=model.materials[name].modulus * factor(modulus, name),
                                density=model.materials[name].density * factor(density, name)) for name in model.set_names}
-    return SolidModel(model.nodes, model.blocks, materials, model.node_sets)
+    return replace(model, materials=materials)

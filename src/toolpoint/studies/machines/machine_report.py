@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +13,7 @@ from toolpoint._doubt import doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import text_below, with_uncertainty
 from toolpoint.cutting import StabilityChart
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
@@ -24,7 +25,8 @@ from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.description.origins import origin_of
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, tool_point
+from toolpoint.studies.machines.reduced_limits import question_reduction
+from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, pose_problem, tool_point
 from toolpoint.studies.machines.tool_yielding import compliance_shares, yielding_sentence
 from toolpoint.studies.text_table import text_table
 
@@ -138,10 +140,24 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     if study is not None and description.cutting is not None:
         charts = lobes(study, method=method)
         lowest = lowest_limits(study, charts, method=method)
+        charts, lowest, reduction_notes = _with_reduction(study, description.cutting, charts, lowest=lowest)
+        notes += reduction_notes
     elif study is not None:
         gaps.append("No stability lobes: the machine file describes no 'cutting'.")
     return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes),
                          compliance_shares(machine))
+
+
+def _with_reduction(study: ToolPoint, cut: CuttingDescription, charts: Sequence[StabilityChart], *,
+                    lowest: Sequence[LowestLimit]) -> tuple[tuple[StabilityChart, ...], tuple[LowestLimit, ...], list[str]]:
+    """Return charts and lowest limits of all poses whose errors hold the reduction of elastic bodies, and remarks on it."""
+    widened, widened_lowest, notes = [], [], list[str]()
+    for i, (pose, chart, limit) in enumerate(zip(study.poses, charts, lowest, strict=True)):
+        reduced = question_reduction(study.machine, pose, pose_problem(study, cut, i), chart=chart)
+        widened.append(chart if reduced is None else reduced.widen(chart))
+        widened_lowest.append(limit if reduced is None else reduced.widen_lowest(limit))
+        notes += [] if reduced is None else [place_note(note, pose_words(study.machine, pose)) for note in reduced.notes]
+    return tuple(widened), tuple(widened_lowest), notes
 
 
 def has_damping(machine: Machine) -> bool:

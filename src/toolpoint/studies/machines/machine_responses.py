@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts.model import Machine
-from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
+from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import rotate_to_axes, tool_axes
 from toolpoint.studies.text_table import text_table
@@ -85,7 +85,8 @@ class MachineResponses(NotebookText):
 
 def study_responses_of_machine(
     machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, outputs: Sequence[Dof | str] | None = None,
-    *, inputs: Sequence[Dof | str] | None = None, frequency: ArrayLike | None = None, progress: Progress | None = None,
+    *, inputs: Sequence[Dof | str] | None = None, frequency: ArrayLike | None = None, keep_draws: bool = False,
+    progress: Progress | None = None,
 ) -> MachineResponses:
     """Return the receptances of a machine by direct solution, exact for damping of any kind.
 
@@ -99,6 +100,9 @@ def study_responses_of_machine(
         and z where left out; inputs where left out are the outputs.
     frequency : (n_f,) floats, optional
         Hz; 400 lines over the lowest twelve modes where left out.
+    keep_draws : bool
+        Let the Frfs keep the responses of machines drawn from the covariance of the identified numbers, for limits and for
+        files: there what lines have in common counts. None are drawn of a machine without such numbers.
     progress : function of done and total, optional
         Of the slopes to the identified numbers, which the intervals come from.
 
@@ -135,10 +139,18 @@ def study_responses_of_machine(
     spread = None if uncertainty is None else uncertainty.spread(
         lambda sample: np.log(np.maximum(np.abs([frf.values for frf in responses(sample)]), 1e-300)), progress)
     frfs = responses(machine)
+    if uncertainty is not None and keep_draws:
+        drawn = [responses(sample) for sample in uncertainty.samples(MACHINE_DRAW_COUNT, np.random.default_rng(0))]
+        frfs = [_with_draws(frf, [sample[k] for sample in drawn]) for k, frf in enumerate(frfs)]
     notes = () if spread is not None else (
         "no intervals: the machine file holds no identified numbers with their covariance (section identified)",)
     return MachineResponses(machine, chosen, tuple(frfs), spread,
                             (*notes, *dict.fromkeys(n for frf in frfs for n in frf.notes)))
+
+
+def _with_draws(frf: Frf, drawn: Sequence[Frf]) -> Frf:
+    draws = np.stack([each.values for each in drawn])
+    return replace(frf, draws=draws, variance=draws.var(axis=0))
 
 
 def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof | str] | None,

@@ -19,6 +19,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 
 STANDARD_NORMAL_95 = 1.959964  # half width of a 95 % interval, in standard deviations
+MACHINE_DRAW_COUNT = 40  # machines drawn where responses keep draws
 _SLOPE_STEP_DEVIATIONS = 0.1  # step of the central differences, in standard deviations of the number
 
 

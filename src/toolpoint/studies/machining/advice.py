@@ -149,18 +149,23 @@ def advise(case: AdviceCase, speed_lines: dict[int, list[int]], progress: Callab
     by_line = {line: t.speed / t.programmed for t in tools for line in speed_lines.get(t.tool, []) if t.speed != t.programmed}
     return ProgramAdvice(tuple(tools), by_line, of_line, float(laid.time.sum()), float(new_time.sum()),
                          float(loads.power.max(initial=0.0)),
-                         float(loads.lateral.max(initial=0.0)), _unmet(case, loads))
+                         float(loads.lateral.max(initial=0.0)), _unmet(case, loads, speed))
 
 
-def _unmet(case: AdviceCase, loads: CutLoads) -> tuple[str, ...]:
+def _unmet(case: AdviceCase, loads: CutLoads, speed: FloatArray) -> tuple[str, ...]:
     """Return the limits that no feed keeps: edge forces do not fall with it."""
     limits = case.setup.limits
-    return tuple(f"No feed keeps the limit of {what}: {getattr(loads, column).max():.4g} {unit} stay of {limit:.4g} "
-                 f"{unit}; take less depth."
-                 for what, column, limit, unit in (("power", "power", limits.power, "W"), ("torque", "peak_torque",
-                         limits.torque, "N m"),
-                                                   ("bending", "bending", limits.bending, "N m"))
-                 if getattr(loads, column).max(initial=0.0) > limit)
+    place_speed = speed[case.laid.moves.block[case.removed.piece]]
+    lines = []
+    for what, values, limit, unit in (("power", loads.power, limits.power_at(place_speed), "W"),
+                                      ("torque", loads.peak_torque, limits.torque_at(place_speed), "N m"),
+                                      ("bending", loads.bending, np.full(place_speed.size, limits.bending), "N m")):
+        excess = values / np.where(values > 0, limit, 1.0)
+        if excess.max(initial=0.0) > 1:
+            k = int(excess.argmax())
+            lines.append(f"No feed keeps the limit of {what}: {values[k]:.4g} {unit} stay of {limit[k]:.4g} {unit}; "
+                         "take less depth.")
+    return tuple(lines)
 
 
 def _advise_tool(case: AdviceCase, number: int) -> tuple[ToolAdvice, float]:
@@ -223,7 +228,8 @@ def _feed_factors(case: AdviceCase, laid: ProgramPath, speed_factor: FloatArray)
     """
     n, block, limits = laid.path.count, laid.moves.block[case.removed.piece], case.setup.limits
     # No block is loaded more than the worst of the program as it is.
-    bounds = (("power", LIMIT_FRACTION * limits.power), ("peak_torque", LIMIT_FRACTION * limits.torque),
+    bounds = (("power", LIMIT_FRACTION * limits.power_at(laid.speed)),
+              ("peak_torque", LIMIT_FRACTION * limits.torque_at(laid.speed)),
               ("bending", LIMIT_FRACTION * limits.bending), ("lateral", float(case.loads.lateral.max(initial=0.0))))
     chip = largest_of_blocks(case.loads.chip, block, n)
     factor = speed_factor.copy()
@@ -234,7 +240,8 @@ def _feed_factors(case: AdviceCase, laid: ProgramPath, speed_factor: FloatArray)
         loads = place_loads(case.removed, replace(laid, feed=case.laid.feed * factor), case.setup)
         over = np.ones(n)
         for column, bound in bounds:
-            over = np.maximum(over, largest_of_blocks(getattr(loads, column), block, n) / bound)
+            values = largest_of_blocks(getattr(loads, column), block, n)
+            over = np.maximum(over, values / np.where(values > 0, bound, 1.0))
         if over.max() <= 1 + 1e-3:
             break
         factor = np.maximum(factor / over, MIN_FEED_FACTOR * speed_factor)

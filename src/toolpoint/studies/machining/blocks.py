@@ -8,7 +8,7 @@ from toolpoint._check import FloatArray
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads, largest_of_blocks
-from toolpoint.studies.machining.margins import PlaceMargins
+from toolpoint.studies.machining.margins import PlaceMargins, limit_over_depth
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.result import AIR, CHATTERS, STABLE, UNKNOWN_VERDICT, BlockTable
 
@@ -36,12 +36,6 @@ def table_blocks(laid: ProgramPath, removed: RemovedMaterial, loads: CutLoads, *
     return BlockTable(laid.path.line, volume, depth, longest, columns, limit,
                       error,
                       frequency, ratio, verdict)
-
-
-def limit_over_depth(margins: PlaceMargins, arcs: PlaceArcs) -> FloatArray:
-    """Return the limit over the depth of every place: below 1 where it chatters, also in a stable band above a first limit."""
-    ratio = margins.limit / arcs.depth
-    return np.asarray(np.where(margins.stable, np.maximum(ratio, 1.0), np.minimum(ratio, 1.0)))
 
 
 def _worst_places(hand: FloatArray, block: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -80,16 +80,17 @@ def _part_top(removed: RemovedMaterial, setup: MachiningSetup) -> np.ndarray:
 def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
     """Return doubts about loads beyond the stated limits, cuts above the edges, thick chips and plunges of flat ends."""
     doubts = []
-    for what, column, limit, unit in (("spindle power", "power", setup.limits.power, "W"), ("spindle torque", "peak_torque",
-            setup.limits.torque, "N m"),
-                                      ("bending of the tool", "bending", setup.limits.bending, "N m")):
+    limits, bending = setup.limits, np.full(laid.speed.size, setup.limits.bending)
+    for what, column, limit, unit in (("spindle power", "power", limits.power_at(laid.speed), "W"),
+                                      ("spindle torque", "peak_torque", limits.torque_at(laid.speed), "N m"),
+                                      ("bending of the tool", "bending", bending, "N m")):
         values = blocks.loads[column]
-        if values.max(initial=0.0) > limit:
-            k = int(values.argmax())
-            doubts.append(Doubt(what, f"{values[k]:.4g} {unit} in line {blocks.line[k]}, the limit is {limit:.4g} {unit} "
-                                f"({int((values > limit).sum())} blocks beyond it)", "a lower feed, or less depth",
-                                figure=values[k] / limit - 1,
-                                grave=True))
+        ratio = values / np.where(values > 0, limit, 1.0)
+        if ratio.max(initial=0.0) > 1:
+            k = int(ratio.argmax())
+            doubts.append(Doubt(what, f"{values[k]:.4g} {unit} in line {blocks.line[k]}, the limit is {limit[k]:.4g} {unit} "
+                                f"at {laid.speed[k]:.0f} rev/min ({int((ratio > 1).sum())} blocks beyond it)",
+                                "a lower feed, or less depth", figure=float(ratio[k]) - 1, grave=True))
     fast = laid.speed[blocks.verdict > 0]
     if fast.size and fast.max() > setup.limits.speed:
         k = int(np.argmax(np.where(blocks.verdict > 0, laid.speed, 0.0)))

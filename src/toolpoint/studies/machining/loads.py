@@ -19,7 +19,7 @@ LOAD_COLUMNS = ("lateral", "axial", "torque", "peak_torque", "power", "bending",
 @dataclass(frozen=True, eq=False)
 class CutLoads:
     """Loads at every place, (n,): lateral and axial force (N), mean and largest torque (N m), power (W), bending moment at the
-    holder (N m), largest chip (m); feed per tooth (m)."""
+    holder (N m), largest chip (m); feed per tooth (m); force : (n, 3) mean force on the tool along the program's axes, N."""
 
     lateral: FloatArray
     axial: FloatArray
@@ -29,12 +29,14 @@ class CutLoads:
     bending: FloatArray
     chip: FloatArray
     feed_per_tooth: FloatArray
+    force: FloatArray
 
 
 def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> CutLoads:
     """Return the loads at every place of a removal."""
     block = laid.moves.block[removed.piece]
     columns: dict[str, FloatArray] = {name: np.zeros(removed.piece.size) for name in (*LOAD_COLUMNS, "feed_per_tooth")}
+    columns["force"] = np.zeros((removed.piece.size, 3))
     shape_index = laid.moves.rows[removed.piece, 12].astype(int)
     for k, number in enumerate(laid.numbers):
         places = np.flatnonzero((shape_index == k) & (removed.reach > 0))
@@ -50,6 +52,7 @@ def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSet
         forces = arc_forces(tool, coefficients_of(cut), removed.arcs[places], slice_edges(shape, removed.reach[places],
                             removed.arcs.shape[1]), feed=feed, direction=direction, lever=lever)
         _put(columns, places, forces, speed, feed)
+        columns["force"][places] = _along_axes(forces.mean, way)
     return CutLoads(**columns)
 
 
@@ -58,6 +61,14 @@ def _put(columns: dict[str, FloatArray], places: np.ndarray, forces: ArcForces, 
         columns[name][places] = getattr(forces, name)
     columns["power"][places] = forces.torque * speed * np.pi / 30
     columns["feed_per_tooth"][places] = feed
+
+
+def _along_axes(force: FloatArray, way: FloatArray) -> FloatArray:
+    """Return forces (n, 3) of the frames of unit feeds (n, 3) along the program's axes; of a plunge that of a feed in x."""
+    level = np.hypot(way[:, 0], way[:, 1])
+    safe = np.where(level > 1e-9, level, 1.0)
+    x, y = np.where(level > 1e-9, way[:, 0] / safe, 1.0), np.where(level > 1e-9, way[:, 1] / safe, 0.0)
+    return np.stack([force[:, 0] * x - force[:, 1] * y, force[:, 0] * y + force[:, 1] * x, force[:, 2]], axis=1)
 
 
 def slice_edges(shape: MillShape, reach: FloatArray, slices: int) -> FloatArray:

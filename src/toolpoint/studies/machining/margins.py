@@ -76,6 +76,12 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
                         int(doubtful.size - chosen.size))
 
 
+def limit_over_depth(margins: PlaceMargins, arcs: PlaceArcs) -> FloatArray:
+    """Return the limit over the depth of every place: below 1 where it chatters, also in a stable band above a first limit."""
+    ratio = margins.limit / arcs.depth
+    return np.asarray(np.where(margins.stable, np.maximum(ratio, 1.0), np.minimum(ratio, 1.0)))
+
+
 def _judge_members(depth: FloatArray, group: np.ndarray, groups: Sequence[Outcome]) -> tuple[np.ndarray, FloatArray]:
     """Return whether places are stable by the solution of their group, and how far (of their depth) its nearest boundary is.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -63,6 +64,7 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
 
     Raises ToolpointError for a cutting segment without a spindle speed, with its line.
     """
+    _check_rotary(program)
     path = _raised(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
     remarks = list(program.notes)
     tool = np.asarray(program.tool) if len(program.tool) else np.zeros(path.count, int)
@@ -85,6 +87,16 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
     pieces = split_moves(path.start, path.end, step, kind=path.kind, center=path.center, sweep=path.sweep, plane=path.plane,
                         rapid=path.rapid, shape=np.minimum(index, len(numbers) - 1))
     return ProgramPath(path, pieces, speed, tool, numbers, feed, time, (*remarks, words))
+
+
+def _check_rotary(program: ParsedProgram) -> None:
+    """Refuse a program whose words turn A, B or C: its engagement is another than that of X, Y and Z alone."""
+    lines: Sequence[int] = getattr(program, "rotary", ())
+    if len(lines):
+        number = "" if len(lines) == 1 else f" and {len(lines) - 1} more"
+        raise ToolpointError(f"program: line {lines[0]}{number} turn A, B or C by words of their own; five axes (G43.4, "
+                             "TRAORI, M128) and indexed positions are not computed; tilt the plane by G68.2, CYCLE800 "
+                             "or PLANE SPATIAL")
 
 
 def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tuple[int, ...], setup: MachiningSetup) -> None:

@@ -12,10 +12,13 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.advice import ProgramAdvice
+from toolpoint.studies.machining.block_lobes import EngagementLobes
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
-from toolpoint.studies.machining.loads import LOAD_COLUMNS
+from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
+from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
+from toolpoint.studies.machining.recorded.record_comparison import RecordComparison
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.text_table import text_table
 
@@ -75,6 +78,10 @@ class MachiningStudy(NotebookText):
     advice: ProgramAdvice | None = None
     arcs: PlaceArcs | None = None
     margins: PlaceMargins | None = None
+    errors: BlockErrors | None = None
+    loads: CutLoads | None = None
+    record: RecordComparison | None = None
+    lobes: tuple[EngagementLobes, ...] = ()
 
     @property
     def chatter_blocks(self) -> np.ndarray:
@@ -129,6 +136,10 @@ class MachiningStudy(NotebookText):
                 break
         return rows
 
+    def error_rows(self, count: int = WORST_ROWS) -> list[list[str]]:
+        """Return the cells of the cutting blocks with the largest errors, see `block_errors.ERROR_HEADER`."""
+        return [] if self.errors is None else self.errors.rows(self.blocks.line, self.blocks.verdict > 0, count=count)
+
     @property
     def figures(self) -> list[tuple[str, str]]:
         """Main figures of the whole program."""
@@ -143,6 +154,9 @@ class MachiningStudy(NotebookText):
         """Return answer, doubts, figures and the worst blocks as text."""
         lines = [*mark_notes(self.doubts), self.answer, *(f"{name:28s} {value}" for name, value in self.figures)]
         lines += [text_table("Blocks, worst first", HEADER, self.worst_rows())]
+        errors = self.error_rows()
+        lines += [text_table("Errors, largest first", ERROR_HEADER, errors)] if errors else []
+        lines += [self.record.table()] if self.record is not None else []
         lines += [self.advice.words] if self.advice is not None else []
         return "\n".join(lines)
 
@@ -153,14 +167,16 @@ class MachiningStudy(NotebookText):
                    "limit_m": _number(b.limit[k]), "limit_error_m": _number(b.error[k]),
                    "chatter_frequency_hz": _number(b.frequency[k]),
                    "arc_rad": float(b.arc[k]), "volume_m3": float(b.volume[k]), "speed_rpm": float(self.laid.speed[k]),
-                   "feed_m_s": float(self.laid.feed[k]), **{name: float(b.loads[name][k]) for name in LOAD_COLUMNS}}
+                   "feed_m_s": float(self.laid.feed[k]), **{name: float(b.loads[name][k]) for name in LOAD_COLUMNS},
+                   **({} if self.errors is None else self.errors.to_dict(int(k)))}
                   for k in np.flatnonzero(b.verdict > 0)]
         return {"answer": self.answer, "doubts": list(self.doubts), "time_s": float(self.laid.time.sum()),
                 "removed_m3": self.removed.total_volume, "arc_error_rad": self.error_angle, "engagements": self.classes,
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
                                 "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
+                "blocks": blocks, "record": None if self.record is None else self.record.to_dict(),
+                "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return f"MachiningStudy({self.name!r}, {self.blocks.line.size} blocks, {self.chatter_blocks.size} chatter)"

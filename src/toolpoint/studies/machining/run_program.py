@@ -8,15 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_material
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
+from toolpoint.studies.machining.block_lobes import EngagementLobes, JudgedPlaces, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.errors.servo_course import find_rounded_corners, follow_program
+from toolpoint.studies.machining.errors.wall_errors import wall_errors
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
@@ -24,6 +29,7 @@ from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath,
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.tilted_poses import tilted_poses
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -33,7 +39,8 @@ NamedProgress = Callable[..., None]
 
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
-                name: str = "program", text: str = "", with_advice: bool = False, folder: Path | None = None,
+                name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
+                folder: Path | None = None, rotation: FloatArray | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -48,6 +55,11 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         Of the program, for the result.
     with_advice : bool
         Also which speeds and feeds to change.
+    lobes : int
+        Of how many engagements, those nearest to their limit, the lobes are computed too.
+    rotation : (3, 3) floats, optional
+        Columns are the axes of the tilted plane in which program and stock are written, in those of the work; a machine then
+        stands as its chain brings the tool there.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
@@ -74,8 +86,13 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                               progress=lambda finished, total: progress("pieces cut", finished, total))
     loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
     margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
+    solver, pose, charts = None, None, tuple[EngagementLobes, ...]()
     if dynamics is not None and arcs.place.size:
-        pose, poses = _poses(dynamics, removed, setup)
+        if rotation is not None and isinstance(dynamics, Machine):
+            pose, poses, turns = tilted_poses(dynamics, removed, setup, rotation=rotation)
+            arcs = replace(arcs, angle=arcs.angle + turns[pose[arcs.place]])
+        else:
+            pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
         isotropic = poses[0].y == "same"
         groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
@@ -88,20 +105,32 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                                            setup=setup)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
+        if lobes:
+            judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
+            charts = lobes_of_blocks(judged, lobes, lambda finished, total: progress("lobes", finished, total))
         if with_advice:
             case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
             advice = advise(case, find_speed_lines(laid, text),
                             lambda finished, total: progress("advice for tools", finished, total))
-    if isinstance(dynamics, Machine):
+    if isinstance(dynamics, Machine) and rotation is None:
         axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
         doubts += travel_doubts(laid.path, axes, dict(setup.zero), setup.stick_out)
+    walls = wall_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
+    if setup.drives is not None:
+        progress("servo along the program", 0, 1)
+    course = follow_program(laid, removed, loads.force, setup=setup,
+                            machine=dynamics if isinstance(dynamics, Machine) else None)
+    errors = table_errors(walls, arcs, course, laid=laid, removed=removed)
+    doubts += errors.doubts
+    notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
     contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
             setup)]
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
-        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins)
+        0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads,
+        lobes=charts)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 
@@ -170,9 +199,11 @@ def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
 def _assumptions(study: MachiningStudy) -> list[str]:
     """Return what the result rests on."""
     settings = study.removed.settings
-    return [f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices of "
-            f"the tool; "
-            "rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner than the spacing, may be "
+    cutting = study.blocks.verdict > 0
+    errors = [] if study.errors is None else error_notes(study.errors, cutting)
+    return [*errors, f"Stock: {study.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm, {settings.slices} slices "
+            "of the tool; rapids go straight. Arcs of less than 6° between others, and ribs and steps thinner "
+            "than the spacing, may be "
             "missed.",
             "Forces are those of a rigid tool without run-out; a flat end that plunges has edge forces of its sides alone.",
             "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.cutting.build import coefficients_of, tool_of
 from toolpoint.cutting.description import CuttingDescription
+from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.program.jerk_profile import JerkLimits
 from toolpoint.material_removal import Holder, MillShape, Stock
 from toolpoint.material_removal.removed import DEFAULT_SLICES, SPACING_RATIO
@@ -22,21 +23,47 @@ MAX_DEXELS_WITHOUT_WORD = 2_000_000  # of a grid where no spacing is given: 60 M
 class CuttingLimits:
     """Limits, infinite where not given: spindle power (W), torque (N m), speed (rev/min); bending of the tool (N m).
 
+    curve : torque of the spindle over its speed, pairs of rev/min and N m in rising speed. Between two points the power is
+    linear in the speed, which is exact for constant torque and for constant power; below the first point the torque stays,
+    above the last point the power stays.
+
     Examples
     --------
-    >>> CuttingLimits(power=5e3).torque
-    inf
+    >>> limits = CuttingLimits(curve=((1500.0, 60.0), (6000.0, 15.0)))
+    >>> [round(float(torque), 6) for torque in limits.torque_at(np.array([500.0, 3000.0, 12000.0]))]
+    [60.0, 30.0, 7.5]
     """
 
     power: float = float("inf")
     torque: float = float("inf")
     bending: float = float("inf")
     speed: float = float("inf")
+    curve: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("power", "torque", "bending", "speed"):
             if not getattr(self, name) > 0:
                 fail(f"CuttingLimits.{name}", f"{getattr(self, name):g}", "must be above zero")
+        speeds = [speed for speed, _ in self.curve]
+        if any(speed <= 0 or torque <= 0 for speed, torque in self.curve) or sorted(set(speeds)) != speeds:
+            fail("CuttingLimits.curve", f"{self.curve}", "must be pairs of rev/min and N m above zero, in rising speed")
+
+    def power_at(self, speed: FloatArray) -> FloatArray:
+        """Return the limit of power (W) at spindle speeds (rev/min)."""
+        constant = np.full(np.shape(speed), self.power)
+        if not self.curve:
+            return constant
+        knots, torques = np.array(self.curve).T
+        rated = np.interp(speed, knots, knots * torques * np.pi / 30)
+        return np.minimum(constant, np.where(speed < knots[0], torques[0] * np.asarray(speed) * np.pi / 30, rated))
+
+    def torque_at(self, speed: FloatArray) -> FloatArray:
+        """Return the limit of torque (N m) at spindle speeds (rev/min)."""
+        constant = np.full(np.shape(speed), self.torque)
+        if not self.curve:
+            return constant
+        turning = np.maximum(np.asarray(speed, float), 1e-9)
+        return np.minimum(constant, replace(self, power=float("inf")).power_at(turning) * 30 / (np.pi * turning))
 
 
 @dataclass(frozen=True)
@@ -64,6 +91,9 @@ class MachiningSetup:
         Triangles of the part that must not be cut into, m; none where empty.
     planned : JerkLimits, optional
         Of the set points: speed, acceleration and jerk along the path; with them feeds are those of the planner.
+    drives : DriveDescription, optional
+        Servo of the axes: it follows the program under the cutting forces. Its limits are the planner's where `planned` is
+        left out.
 
     Examples
     --------
@@ -86,8 +116,12 @@ class MachiningSetup:
     limits: CuttingLimits = CuttingLimits()
     part: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     planned: JerkLimits | None = None
+    drives: DriveDescription | None = None
 
     def __post_init__(self) -> None:
+        if self.planned is None and self.drives is not None:
+            limits = self.drives.limits
+            object.__setattr__(self, "planned", JerkLimits(limits.speed, limits.acceleration, limits.jerk))
         if self.spacing:
             positive("spacing", self.spacing, 0.1)
         for number, cut in {0: self.cut, **self.cuts}.items():

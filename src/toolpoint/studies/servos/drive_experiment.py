@@ -180,12 +180,12 @@ def run_drives(
     route = path if path is not None else full_turns(*(circle or (0.0, 0.0)))
     driven = match_axes(route, tuple(drives.axes), ideal=ideal)
     say("set points")
-    command, place = _command(route, drives, servo)
+    command, place = set_points_of(route, drives, servo)
     chosen = list(driven.columns)
     driven_command = Command(command.position[:, chosen], command.sample_time, command.velocity[:, chosen],
                              command.acceleration[:, chosen])
     say(_simulation_words(drives, servo, driven_command))
-    result = _simulate(drives, servo, driven_command)
+    result = simulate_set_points(drives, servo, driven_command)
     places = np.interp(result.time, command.time, place)
     origin = command.position[0, chosen]
     errors = {name: measure_contour(route, result.time, places, actual=result.output(name) + origin, columns=chosen)
@@ -197,7 +197,7 @@ def run_drives(
                            (*question_structure(drives, machine, pose), *driven.notes, *remarks), turn)
 
 
-def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
+def set_points_of(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
     """Return the set points of X, Y, Z, and the arc length of each along the programmed path (m)."""
     limits = JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
     plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner)
@@ -222,19 +222,23 @@ def _simulation_words(drives: DriveDescription, servo: Servo, command: Command) 
     took = 0.0
     for _ in range(2):  # the first run compiles
         begin = time.perf_counter()
-        _simulate(drives, servo, piece)
+        simulate_set_points(drives, servo, piece)
         took = time.perf_counter() - begin
     total = (1 + CONTOUR_TIME_RATIO) * took * float(command.time[-1]) / TIMED_PIECE_TIME
     return f"simulation of {command.time[-1]:.0f} s of motion, about {total:.0f} s"
 
 
-def _simulate(drives: DriveDescription, servo: Servo, command: Command) -> ServoResult:
-    """Return the histories from rest at the first point; with moving nuts the screws follow them."""
+def simulate_set_points(drives: DriveDescription, servo: Servo, command: Command, load: FloatArray | None = None
+                        ) -> ServoResult:
+    """Return the histories from rest at the first point; with moving nuts the screws follow them.
+
+    load : (n_steps, n_axes) floats, optional; force on every table, N, held over each step of the plant (not with moving nuts).
+    """
     shifted = Command(command.position - command.position[0], command.sample_time, command.velocity, command.acceleration)
     substeps, interval = drives.substeps, 4 * drives.substeps
     moving = [axis.mechanics.nut_moves for axis in drives.axes.values()]
     if not any(moving):
-        return simulate(servo, shifted, substeps=substeps, record_interval=interval)
+        return simulate(servo, shifted, substeps=substeps, record_interval=interval, load=load)
     start = [axis.mechanics.nut_position or 0.0 for axis in drives.axes.values()]
     return simulate_moving_nut(lambda nuts: build_servo(drives, None, warn=False, nuts=nuts), start, shifted, moving=moving,
                                substeps=substeps, record_interval=interval)

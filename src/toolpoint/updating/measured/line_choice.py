@@ -58,4 +58,4 @@ def _at_lines(frf: Frf, positions: IndexArray) -> Frf:
         return None if array is None else array[positions]
 
     return replace(frf, frequency=frf.frequency[positions], values=frf.values[positions], coherence=part(frf.coherence),
-                   variance=part(frf.variance))
+                   variance=part(frf.variance), draws=None)

@@ -5,7 +5,10 @@ below the noise of a frame, they do not average out over a thousand of them. The
 residual :math:`r_c` of every channel and the change :math:`D_c` of its motion by the poles, free of its amplitudes, the step of
 Gauss and Newton is :math:`H^{-1} \sum_w g_w`, :math:`g_w = \sum_{c \in w} D_c^T r_c`, :math:`H = \sum_c D_c^T D_c`, and the
 covariance of the poles that holds for whatever the errors of a window are is :math:`H^{-1} \sum_w g_w g_w^T H^{-1}`.
-Source: Liang, Zeger, Biometrika 73 (1986) 13 (clusters).
+A window that decides a pole nearly alone pulls it towards its own error, and its residual is small for it: each sum is taken
+as it would be about the poles of the others, :math:`(1 - H_w H^{-1})^{-1} g_w`. Student's factor stands for few windows.
+Without both a weak mode that few windows see has too narrow an interval.
+Sources: Liang, Zeger, Biometrika 73 (1986) 13 (clusters); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (leverage).
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy  # its rooms load on first use
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.vibration import Modes
@@ -21,6 +25,8 @@ from toolpoint.vision.modes.projection import decay_basis
 
 MIN_SCATTER_WINDOWS = 4  # whose scatter has a variance that can be believed
 DAMPING_LOSS_FACTOR = 2.8  # relative error of the damping over the loss (`Quality.loss`), largest seen in compressed films
+MAX_WINDOW_LEVERAGE = 0.8  # share of one window in what decides a pole, above which it is not taken as known
+MIN_WINDOW_FREEDOM = 2.0  # degrees of freedom, windows less one, that are counted at least
 # Share of the damping to which windows follow a decay as it shrinks: fitted to random films (benchmarks/video_records.py).
 DAMPING_TRACKING_ERROR = 0.012
 
@@ -89,14 +95,47 @@ def pole_scatter(field: DisplacementField, poles: ComplexArray, *, first: int, c
     gram, moments = slope_waves.T @ slope_waves, slope_waves.T @ part
     slope_factors = _slope_factors(amplitude)
     scores = np.einsum("cij,ic->cj", slope_factors, moments)
-    inverse = np.linalg.pinv(np.einsum("cki,kl,clj->ij", slope_factors, gram, slope_factors), hermitian=True)
-    window_sums = np.zeros((int(window.max()) + 1, scores.shape[1]))
+    of_channels = np.einsum("cki,kl,clj->cij", slope_factors, gram, slope_factors)
+    inverse = np.linalg.pinv(of_channels.sum(axis=0), hermitian=True)
+    window_sums, window_weights = (np.zeros((int(window.max()) + 1, *each.shape[1:])) for each in (scores, of_channels))
     np.add.at(window_sums, window, scores)
-    window_scores = window_sums[windows] - window_sums[windows].mean(axis=0)
+    np.add.at(window_weights, window, of_channels)
+    window_scores = _without_leverage(window_sums[windows], window_weights[windows], inverse)
+    window_scores = window_scores - window_scores.mean(axis=0)
     small_sample_factor = windows.size / max(windows.size - 1, 1)
     pole_covariance = inverse @ (window_scores.T @ window_scores * small_sample_factor
                                  + _shared(slope_factors, gram, field)) @ inverse
-    return np.stack([pole_covariance[2 * r:2 * r + 2, 2 * r:2 * r + 2] for r in range(poles.size)])
+    factor = _student_factors(window_weights[windows], inverse)
+    return np.stack([pole_covariance[2 * r:2 * r + 2, 2 * r:2 * r + 2] * factor[r] ** 2 for r in range(poles.size)])
+
+
+def _without_leverage(scores: FloatArray, weights: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Return the scores (windows, p) about the poles of all other windows.
+
+    weights : H_w (windows, p, p); inverse : (p, p) of their sum. A window that decides a pole alone has no others to be
+    compared with: its leverage counts up to `MAX_WINDOW_LEVERAGE`.
+    """
+    # Symmetric form: the leverages H_w H^-1 and the roots R^T H_w R have the same eigenvalues.
+    values, vectors = np.linalg.eigh(inverse)
+    positive = values > 1e-12 * values.max(initial=0.0)
+    root = vectors[:, positive] * np.sqrt(values[positive])
+    inverse_root = vectors[:, positive] / np.sqrt(values[positive])
+    leverage, directions = np.linalg.eigh(np.einsum("pi,wpq,qj->wij", root, weights, root))
+    factor = 1 / (1 - np.clip(leverage, 0.0, MAX_WINDOW_LEVERAGE))
+    turned = np.einsum("wij,wi->wj", directions, scores @ root) * factor
+    return np.einsum("wij,wj->wi", directions, turned) @ inverse_root.T
+
+
+def _student_factors(weights: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Return Student's 95 % quantile over the normal one, (r,), for as many windows as in effect decide each pole.
+
+    With l_w the share of a window, these are :math:`1/\\sum_w l_w^2` windows.
+    """
+    leverage = np.einsum("wpq,qp->wp", weights, inverse)
+    shares = np.maximum(leverage.reshape(len(leverage), -1, 2).sum(axis=2), 0.0)
+    shares = shares / np.maximum(shares.sum(axis=0), 1e-300)
+    freedom = np.maximum(1 / np.maximum((shares**2).sum(axis=0), 1e-300) - 1, MIN_WINDOW_FREEDOM)
+    return np.asarray(scipy.special.stdtrit(freedom, 0.975) / scipy.special.ndtri(0.975))
 
 
 def _shared(slope_factors: FloatArray, gram: FloatArray, field: DisplacementField) -> FloatArray:

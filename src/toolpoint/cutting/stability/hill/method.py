@@ -123,8 +123,9 @@ class HillDeterminant:
     def _note(self, problem: MillingProblem, levels: FloatArray) -> str:
         """Return the sentence on method, errors and spacing of levels."""
         source = "harmonics beyond the matrix" if problem.plane.is_modal else (
-            "the ends of the band, the lines' spacing, and 95 % of the lines' noise "
-            f"({'by their scatter' if problem.plane.variance is None else 'as stated'})")
+            "the ends of the band, the lines' spacing, and 95 % of "
+            + ("the limits of drawn responses" if problem.plane.draws is not None else
+               f"the lines' noise ({'by their scatter' if problem.plane.variance is None else 'as stated'})"))
         return (f"count of multipliers from Hill's determinant; error of each point from {source}; "
                 f"{spacing_note(levels)}")
 

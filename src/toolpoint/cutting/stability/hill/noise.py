@@ -23,15 +23,19 @@ SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 FOURTH_DIFFERENCE = np.array([0.0, 1.0, -4.0, 6.0, -4.0, 1.0, 0.0])
 MAX_SCATTER_RATIO = 2.0  # variance by fourth over that by sixth differences: above, they see the curve and not its noise
 SCATTER_LINE_COUNT = 9  # lines over which the scatter is averaged
+MAX_SCATTER_DRAWS = 20  # draws of which the scatter from line to line is taken
 MIN_SCATTER_LINES = 2 * SCATTER_LINE_COUNT
 
 
 def line_variance(plane: PlaneDynamics) -> FloatArray:
     """Return the noise variance ``E|noise|^2`` of every line, (n_f, d, d) (m/N)^2: stated, else by scatter of neighbours.
 
+    Of a response with draws it is that part of their scatter which no two lines share: limits of the draws hold the rest.
     The scatter is that of sixth differences: noise that neighbouring lines share (a window) is not seen in it, and a resonance
     narrower than some four lines is taken for noise. With less than `MIN_SCATTER_LINES` lines it is zero.
     """
+    if plane.draws is not None:
+        return _unshared_variance(plane)
     if plane.variance is not None:
         return plane.variance
     _, values = plane.lines
@@ -41,6 +45,15 @@ def line_variance(plane: PlaneDynamics) -> FloatArray:
     certain = _scatter(values, FOURTH_DIFFERENCE) <= MAX_SCATTER_RATIO * variance
     # Where the two differ the curve itself is seen: lines too far apart. Noise there is at most that of the lines elsewhere.
     return np.where(certain, variance, np.minimum(variance, variance[certain].max(initial=0.0)))
+
+
+def _unshared_variance(plane: PlaneDynamics) -> FloatArray:
+    """Return what draws scatter from line to line, (n_f, d, d): a change that neighbouring lines share is not in it."""
+    _, values = plane.lines
+    if plane.draws is None or values.shape[0] < MIN_SCATTER_LINES:
+        return np.zeros(values.shape)
+    some = plane.draws[:MAX_SCATTER_DRAWS]
+    return np.asarray(np.mean([_scatter(draw - values, SIXTH_DIFFERENCE) for draw in some], axis=0))
 
 
 def _scatter(values: ComplexArray, difference: FloatArray) -> FloatArray:

@@ -27,3 +27,17 @@ def course_over_time(ends: FloatArray, curves: Mapping[str, FloatArray], *, labe
     chart.update_yaxes(title_text=plain(quantity), rangemode="tozero")
     chart.update_layout(showlegend=len(curves) > 1)
     return chart
+
+
+def record_over_time(time: FloatArray, values: FloatArray, *, expected: FloatArray, quantity: str) -> go.Figure:
+    """Return a record over the time of its program (s), and what was expected of it."""
+    chart = figure("", 360)
+    group = max(1, int(np.ceil(time.size / MAX_DRAWN_BLOCKS)))
+    count = time.size // group * group
+    for number, (name, curve) in enumerate((("recorded", values), ("expected", expected))):
+        x, y = (array[:count].reshape(-1, group).mean(axis=1) for array in (time, curve))
+        chart.add_scatter(x=x, y=y, mode="lines", line={"color": COLOURS[number], "width": 1.2}, name=name,
+                          hovertemplate="%{x:.4g} s: %{y:.4g}<extra></extra>")
+    chart.update_xaxes(title_text="Time of the program, s")
+    chart.update_yaxes(title_text=plain(quantity))
+    return chart

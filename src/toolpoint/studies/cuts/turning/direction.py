@@ -90,7 +90,9 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
     if plane.variance is not None:
         variance = np.zeros((*plane.variance.shape[:-2], 2, 2))
         variance[..., 0, 0] = np.einsum("i,...ij,j->...", left**2, plane.variance, right**2)
-    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=variance)
+    draws = None if plane.draws is None else along(plane.draws)
+    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=variance,
+                   draws=draws)
 
 
 def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> UnconditionalLimit:
@@ -109,7 +111,19 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
     width = -1 / (2 * problem.stiffness * g.real)
     lag = -np.angle(1 + 1 / (problem.stiffness * width * g)) % (2 * np.pi)
     return UnconditionalLimit(float(width), f, float(g.real), 60 * f / (np.arange(lobes) + lag / (2 * np.pi)),
-                              float(width) * real_part_error(problem.plane, f))
+                              float(width) * (real_part_error(problem.plane, f) + drawn_width_error(problem.plane, g.real)))
+
+
+def drawn_width_error(plane: PlaneDynamics, real: float) -> float:
+    """Return half the 95 % interval of the width over the width, by the draws of a response; zero without draws.
+
+    real : the least real part of the response itself, m/N, below zero.
+    """
+    if plane.draws is None or plane.frequency is None:
+        return 0.0
+    real_of_draws = plane.draws[:, plane.frequency > 0, 0, 0].real.min(axis=1)
+    lower, upper = np.quantile(real / np.minimum(real_of_draws, -1e-300), [0.025, 0.975], method="weibull")
+    return float(min((upper - lower) / 2, 1.0))
 
 
 def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
@@ -123,7 +137,8 @@ def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
     f, values = plane.lines
     k = int(np.argmin(np.abs(f - frequency)))
     real = values[:, 0, 0].real
-    noise = NORMAL_95 * float(np.sqrt(line_variance(plane)[k, 0, 0] / 2))
+    # Draws hold their noise.
+    noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(line_variance(plane)[k, 0, 0] / 2))
     bend = float(real[k - 1] + real[k + 1] - 2 * real[k]) / 8 if 0 < k < f.size - 1 else 0.0
     return float((noise + abs(bend)) / max(abs(float(real[k])), 1e-300))
 

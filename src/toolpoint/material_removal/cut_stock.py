@@ -1,0 +1,121 @@
+"""CutStock: work that a path has left, as stock of the next one along another direction of the tool."""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.material_removal.mesh_intervals import MAX_MESH_INTERVALS
+from toolpoint.material_removal.removed import RemovedMaterial
+from toolpoint.material_removal.stock import MAX_DEXELS, MESH, Dexels, Stock
+from toolpoint.material_removal.surface import has_material
+
+_LOOK_RATIO = 0.5  # of the spacing: between two looks along a line
+_END_BISECTIONS = 12  # of a step
+_LINE_SHIFT = 1e-4  # of the spacing: lines pass beside faces that lie in their plane
+
+
+@dataclass(frozen=True, eq=False)
+class CutStock(Stock):
+    """Work left by a removal, in the axes of another plane.
+
+    removed : of the stage before; rotation : (3, 3) columns are the axes of this plane in those of the plane before; corners :
+    (8, 3) of the box of the first stock, in the axes of this plane, m.
+
+    Ends of its dexels are found within 1/8000 of the spacing; what is thinner than half the spacing may be missed. Between
+    dexels its faces are straight: edges of earlier stages are known within the spacing.
+    """
+
+    removed: RemovedMaterial | None = None
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    corners: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @classmethod
+    def of(cls, removed: RemovedMaterial, rotation: FloatArray) -> CutStock:
+        """Return the work that a removal has left, by the axes of the next plane in those of its own."""
+        stock = removed.stock
+        # The box of the first stock, turned again: a box about a turned box would grow from stage to stage.
+        box = stock.corners if isinstance(stock, CutStock) else np.array(list(itertools.product(*zip(stock.lower, stock.upper,
+                                                                                                    strict=True))))
+        corners = box @ rotation
+        return cls(MESH, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), corners)
+
+    @property
+    def volume(self) -> float:
+        """Volume, m^3, as it was left."""
+        assert self.removed is not None
+        return self.removed.left_volume
+
+    @property
+    def words(self) -> str:
+        """Kind and size in words."""
+        size = 1e3 * (self.upper - self.lower)
+        return f"work as the stage before left it, within {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm of this plane's axes"
+
+    def laid_out(self, spacing: float) -> Dexels:
+        """Return the dexels at a spacing (m) along the axis of this plane, their intervals sorted upwards."""
+        assert self.removed is not None and self.removed.work is not None
+        h = positive("spacing", spacing)
+        count = np.maximum(np.ceil((self.upper[:2] - self.lower[:2]) / h - 1e-9).astype(int), 1)
+        if int(count.prod()) > MAX_DEXELS:
+            fail("spacing", f"{1e3 * h:g} mm: {count.prod() / 1e6:.0f} million dexels", f"must need at most "
+                 f"{MAX_DEXELS / 1e6:.0f} million", remedy="a larger spacing, or a smaller stock")
+        origin = self.lower[:2] + h / 2
+        intervals = np.full((*count.tolist(), MAX_MESH_INTERVALS, 2), np.nan)
+        number = _cross_work(self.removed.work, np.ascontiguousarray(self.rotation),
+                             (origin[0], origin[1], h), (self.lower[2], self.upper[2]), intervals)
+        if number > MAX_MESH_INTERVALS:
+            fail("stock", f"work that is crossed {number} times by one line", f"must be at most {MAX_MESH_INTERVALS}",
+                 remedy="a larger spacing")
+        return Dexels(float(origin[0]), float(origin[1]), h, intervals[:, :, :max(number, 1)].copy())
+
+
+@njit(cache=True, nogil=True)
+def _is_inside(work, rotation, x, y, z):
+    """Whether the work before holds a place of the new axes."""
+    return has_material(work, rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
+                        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
+                        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z, 0)
+
+
+@njit(cache=True, nogil=True)
+def _end(work, rotation, place, span, starts_inside):
+    """Return the z at which a line goes in or out, between two looks."""
+    lower, upper = span
+    for _ in range(_END_BISECTIONS):
+        middle = 0.5 * (lower + upper)
+        if _is_inside(work, rotation, place[0], place[1], middle) == starts_inside:
+            lower = middle
+        else:
+            upper = middle
+    return 0.5 * (lower + upper)
+
+
+@njit(cache=True, nogil=True)
+def _cross_work(work, rotation, grid, span, intervals):
+    """Write the intervals of every line of a grid (x0, y0, spacing); return the largest number of them on a line."""
+    x0, y0, h = grid
+    step, most = _LOOK_RATIO * h, 0
+    count = math.ceil((span[1] - span[0]) / step) + 2
+    for i in range(intervals.shape[0]):
+        for j in range(intervals.shape[1]):
+            place = (x0 + (i + _LINE_SHIFT) * h, y0 + (j + 1.7 * _LINE_SHIFT) * h)
+            was_inside, number, previous = False, 0, span[0] - step
+            for n in range(count):
+                z = span[0] - 0.5 * step + n * step
+                now = _is_inside(work, rotation, place[0], place[1], z)
+                if now != was_inside:
+                    end = _end(work, rotation, place, (previous, z), was_inside)
+                    if number < intervals.shape[2]:
+                        intervals[i, j, number, 0 if now else 1] = end
+                    number += 0 if now else 1
+                was_inside, previous = now, z
+            most = max(most, number)
+    return most

@@ -1,0 +1,1 @@
+"""A record of the machine against the program that was computed: alignment, blocks, coefficient, chatter."""

@@ -1,0 +1,81 @@
+"""Tilted planes: volumes of prisms, arcs of a ball on a tilted face by its closed form, and work handed from plane to plane."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from toolpoint import ToolpointError, studies
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.io.program.gcode import parse
+from toolpoint.studies.machining.tilted_stages import StagedStudy
+
+CUT = {"diameter": 0.01, "teeth": 4, "tangential": 8e8, "normal": 3e8}
+
+
+def _run(text: str, box: tuple[float, ...] = (0, 0, -0.02, 0.04, 0.02, 0), *, spacing: float = 4e-4,
+         **tool: float) -> StagedStudy:
+    setup = studies.describe_machining(studies.stock_of("box", box), CuttingDescription.of(**CUT, **tool), spacing=spacing)
+    return studies.run_stages(parse(text, start=(0, 0, 0.05)), setup)
+
+
+def _chamfer(leg: float, head: str = "G68.2 J45\nG53.1", end: str = "G69") -> str:
+    return (f"S9000\n{head}\nG0 X-7 Y0 Z9\nZ-{leg / np.sqrt(2):.6f}\nG1 X47 F1800\nG0 Z9\n{end}\n"
+            "G0 X-7 Y15 Z5\nG0 Z-1\nG1 X47\nG0 Z9")
+
+
+@pytest.mark.parametrize(("head", "end"), [
+    ("G68.2 J45\nG53.1", "G69"), ('CYCLE800(0,"HEAD",0,57,0,0,0,45,0,0,0,0,0,-1)', "CYCLE800()")])
+def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str) -> None:
+    """Leg^2/2 times the length, and the slot beside it upright, on the same work; the arc is that of the ridge's width."""
+    study = _run(_chamfer(3.0, head, end))
+    chamfer, slot = (1e9 * stage.removed.total_volume for stage in study.stages)
+    assert chamfer == pytest.approx(3.0**2 / 2 * 40, rel=0.005) and slot == pytest.approx(400, rel=0.005)
+    depth = 3 / np.sqrt(2)
+    width = 2 * (depth - depth / 20)  # at the middle of the lowest of ten slices
+    assert np.nanmax(study.stages[0].blocks.arc) == pytest.approx(2 * np.arcsin(width / 10), abs=np.radians(0.5))
+
+
+def test_what_one_plane_took_is_gone_in_the_next() -> None:
+    """The same chamfer twice: the second pass takes nothing; from upright again the slot is whole."""
+    text = _chamfer(3.0)
+    once, twice = _run(text), _run(text.replace("G0 X-7 Y15 Z5", "G0 X-7 Y0 Z30\nG68.2 J45\nG53.1\n"
+                                                "G0 X-7 Y0 Z9\nZ-2.121320\nG1 X47\nG0 Z9\n"
+                                                "G69\nG0 X-7 Y15 Z5"))
+    volumes = [stage.removed.total_volume for stage in twice.stages]
+    assert volumes[2] < 0.01 * volumes[0]
+    assert twice.removed_volume == pytest.approx(once.removed_volume, rel=0.01)
+
+
+@pytest.mark.parametrize("tilt", [20.0, pytest.param(50.0, marks=pytest.mark.slow)])
+def test_arcs_of_a_ball_on_a_face_at_tilt_are_closed(tilt: float) -> None:
+    """The ball's point at kappa and phi is below the face where cos(phi) n_y < (cos(kappa) n_z - 1 + a/R)/sin(kappa)."""
+    depth, radius, angle = 1e-3, 5e-3, np.radians(tilt)
+    # The centre runs R - a above the face z = 0; the tip is R below it along the tool's axis.
+    normal = np.array([np.sin(angle), np.cos(angle)])  # of the face along the plane's y and z
+    height, across = normal[1] * 1e3 * (radius - depth), normal[0] * 1e3 * (radius - depth)
+    text = (f"S9000\nG68.2 X0 Y10 Z0 J{tilt:g}\nG53.1\nG0 X-9 Y{across:.6f} Z20\nG0 Z{height - 5:.6f}\n"
+            "G1 X30 F1800\nG0 Z30\nG69\nG0 X0 Y0 Z40")
+    study = _run(text, (0, 0, -0.006, 0.03, 0.02, 0), spacing=3e-4, corner_radius=radius)
+    removed = study.stages[0].removed
+    middle = int(np.flatnonzero((np.abs(removed.tip[:, 0] - 20e-3) < 1.3e-3) & (removed.reach > 0))[0])
+    total = radius * np.arccos(1 - removed.reach[middle] / radius)
+    errors = []
+    for k in range(removed.arcs.shape[1]):
+        kappa = total * (k + 0.5) / removed.arcs.shape[1] / radius
+        limit = (np.cos(kappa) * normal[1] - 1 + depth / radius) / np.sin(kappa) / normal[0]
+        exact = np.pi - np.arccos(np.clip(limit, -1, 1))
+        errors.append(np.degrees(abs(float(removed.arc_length[middle, k]) - exact)))
+    assert max(errors) < 1.0 and np.median(errors) < 0.5
+
+
+def test_words_that_turn_axes_are_refused_with_their_line() -> None:
+    program = parse("S9000\nG0 X-7 Y0\nG43.4 H1\nG1 X47 B30 F1800", start=(0, 0, 0.05))
+    setup = studies.describe_machining(studies.stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), CuttingDescription.of(**CUT))
+    with pytest.raises(ToolpointError, match="line 4 turn A, B or C"):
+        studies.run_program(program, setup)
+
+
+def test_a_tilted_program_has_no_path_of_three_axes() -> None:
+    with pytest.raises(ToolpointError, match="line 4 is in a tilted plane"):
+        _ = parse(_chamfer(3.0), start=(0, 0, 0.05)).path
