@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -177,3 +180,12 @@ def test_pose_maps_put_x_across_and_mark_failures():
     assert len(lines.data) == 2 and lines.layout.xaxis.title.text == "Y, m"
     with pytest.raises(ToolpointError, match="frequency_curves"):
         frequency_map([0.0], y, values[:1])
+
+
+def test_every_light_of_a_table_has_its_own_colour():
+    """Amber is drawn amber: each light has a rule with a background and a text colour of its own, in light and in dark."""
+    style = (Path(__file__).resolve().parents[2] / "src/toolpoint/plot/web/page.css").read_text(encoding="utf-8")
+    rules = [re.search(rf"\.mark\.{light}\{{(.*?)\}}", style).group(1) for light in ("green", "amber", "red")]
+    assert len(set(rules)) == 3
+    for name in ("--amber:", "--amberbg:", "--red:", "--redbg:"):
+        assert style.count(name) == 2, name

@@ -422,3 +422,16 @@ def test_while_a_slider_moves_the_limit_is_called_rough_and_the_exact_one_follow
     words = page.evaluate("window.words")
     assert any("about" in text and "single-frequency" in text for text in words) and "would be" in words[-1]
     assert page.errors == []
+
+
+def test_on_paper_no_doubt_is_folded_away(demo, serve, tab):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    folded = "document.querySelectorAll('.wb-doubts details:not([open])').length"
+    assert page.evaluate(folded) > 0
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.evaluate(folded) == 0
+    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert page.evaluate(folded) > 0

@@ -46,13 +46,11 @@ def view_two_tests(desk: Desk, names: tuple[str, str], data: dict[str, Any]) -> 
     older, newer = (path_beneath(desk.folder, name) for name in names)
     states = io.read_two_states(older, newer)
     result, warned = collect_doubts(lambda: studies.compare_two_states(*states, rng=np.random.default_rng(COMPARISON_SEED)))
-    dates = Doubt("the dates", "are those at which the files of the records were last written: a copy can have another",
-                  "name the tests by their date in project.yaml")
-    same = Doubt("the interval of a change", "holds the noise of the two tests, and not how a test repeats",
-                 "test one state twice, and compare these first")
+    date_doubt = Doubt("the dates", "are those at which the files of the records were last written: a copy can have another",
+                       "name the tests by their date in project.yaml")
     content = {"test_rows": result.rows(), "test_lines": [*result.single_lines(), *result.point_lines()]}
     return WorkbenchView("compare", f"{data['labels'][names[1]]} beside {data['labels'][names[0]]}: {result.answer()}",
-                         (*result.doubts, *warned, same, dates), (command_line("compare", *names),),
+                         (*result.doubts, *warned, date_doubt), (command_line("compare", *names),),
                          (f"states = io.read_two_states({names[0]!r}, {names[1]!r})",
                           f"print(studies.compare_two_states(*states, rng=np.random.default_rng({COMPARISON_SEED})).table())"),
                          {**data, **content})

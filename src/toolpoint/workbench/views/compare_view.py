@@ -55,8 +55,8 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
     if names[0] in tests and names[1] in tests and names[0] != names[1]:
         return view_two_tests(desk, names, data)
     if (names[0] in tests) != (names[1] in tests):
-        words = ("A machine file and a test are two kinds: choose two machine files or two tests. Shapes of test and model stand side "
-                 "by side under Modes.")
+        words = ("A machine file and a test are two kinds: choose two machine files or two tests. Shapes of test and model "
+                 "stand side by side under Modes.")
         return WorkbenchView("compare", words, commands=(command_line("run", "."),), data=data)
     if names[0] in tests:
         return WorkbenchView("compare", "Choose another test as the second: one stands beside itself.",
