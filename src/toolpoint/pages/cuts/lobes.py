@@ -102,7 +102,7 @@ def _coefficient_field(problem: MillingProblem, chart: StabilityChart) -> Invers
     if np.abs(tool.helix).max() > 0 or tool.corner_radius > 0 or problem.process_damping > 0:
         return None
     k = problem.coefficients
-    ratio = f"K_n/K_t stays {k.kn / k.kt:.3g}".replace("_", "")
+    ratio = f"Kn/Kt stays {k.kn / k.kt:.3g}" + (f" and Ka/Kt {k.ka / k.kt:.3g}" if k.ka else "")
     return InverseField("K_t", "N/mm²", k.kt / 1e6, 1e3, "mm", chart.depth_max,
                         f"Exact for straight edges without process damping: the limit goes with 1/Kt, {ratio}.")
 

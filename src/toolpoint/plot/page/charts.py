@@ -136,9 +136,10 @@ class InverseField:
     def fragment(self, name: str) -> str:
         """Return the label and the field."""
         field_id = f"tp-inverse-{name}"
-        return (f' <label for="{field_id}">{mark_up(self.label)}</label> <input id="{field_id}" class="tp-inverse" '
+        return (f' <span class="tp-second"><label for="{field_id}">{mark_up(self.label)}</label> '
+                f'<input id="{field_id}" class="tp-inverse" '
                 f'type="number" inputmode="decimal" step="any" min="{self.start / 10:g}" max="{self.start * 10:g}" '
-                f'value="{self.start:.6g}"> <span>{html.escape(self.unit)}</span>')
+                f'value="{self.start:.6g}"> <span>{html.escape(self.unit)}</span></span>')
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the script of the page needs."""
