@@ -19,7 +19,6 @@ def main() -> None:
     """Print the difference of every servo and frequency, and the largest."""
     from drives.servo_cases import benchmark_servo, lugre, smooth
     from drives.test_drive_states import LOOPS, response, steady_motion
-
     from toolpoint.drives.controller.servo import Servo
 
     plant, worst = benchmark_servo(smooth(lugre())).plant, 0.0
