@@ -74,11 +74,12 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--cuts", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()
     outcomes: Counter[str] = Counter()
     seconds, memory, pages = [], [], []
     begun = time.perf_counter()
-    for seed in range(options.cuts):
+    for seed in range(options.first, options.first + options.cuts):
         with tempfile.TemporaryDirectory() as folder:
             arguments = random_call(seed, Path(folder))
             said = call(arguments, Path(folder))
@@ -94,6 +95,7 @@ def main() -> None:
         seconds.append(said["seconds"])
         memory.append(said["megabytes"])
         pages.append(said["page_megabytes"])
+        print(f"{seed}: {outcome}, {said['seconds']:.1f} s, {said['megabytes']:.0f} MB", file=sys.stderr, flush=True)
         if outcome != "right":
             print(f"  {outcome}: {seed} said {said['state']}, multiplier {said['multiplier']:.5f}, limit "
                   f"{said['stability_limit_m']}, {said['reason']}; {' '.join(arguments)}", flush=True)

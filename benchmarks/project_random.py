@@ -1,9 +1,10 @@
 """Random machines from measured responses to answers by a project, nobody choosing: limits at untested poses, slips, changes.
 
 The machines: benchmarks/joint_machines.py, by all laws of damping. The tester's masses are wrong by 5 % (told), the true K_t
-and K_n differ by 10 % (told; `--coefficients` takes another share: 0.02 is a calibration of one's own). Half of the tests have one slip: a turned channel, one 20 % off, two exchanged points, a wrong
-order, a mass 15 % off. Every machine: responses as a universal file, a project folder, `Project.run`, then `Project.limits` at
-six random poses beside the true machine's least limit over twelve speeds.
+and K_n differ by 10 % (told; `--coefficients` takes another share, 0.02 is a calibration of one's own). Half of the tests have
+one slip: a turned channel, one 20 % off, two exchanged points, a wrong order, a mass 15 % off. Every machine: responses as a
+universal file, a project folder, `Project.run`, then `Project.limits` at six random poses beside the true machine's least limit
+over twelve speeds.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/project_random.py [--first 0] [--seeds 20] [--draws 24]
         [--coefficients 0.1] [--results FILE] (resumes from it)

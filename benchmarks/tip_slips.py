@@ -208,6 +208,8 @@ def main() -> None:
                 counts[f"{'good' if name == 'good' else 'slips'} through {command}"][verdict] += name != "g for m/s^2"
                 if (verdict in ("withheld", "refused")) == (name == "good"):
                     print(f"  {name}, {command}, {seed}: {verdict}", flush=True)
+        print(f"{seed}: {sum(counter.total() for name, counter in counts.items() if name in SLIPS)} asked, "
+              f"{time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
     for name, count in counts.items():
         print(f"{name:28s} {dict(count)}")
     slips = sum((counts[name] for name in SLIPS if name not in ("good", "g for m/s^2")), Counter[str]())

@@ -1,7 +1,8 @@
 """Workbench in headless Chromium on the demo mill: first view from `serve`, its bytes, and 50 moves of each slider.
 
 A move ends when modes, responses and the limit of the cut have been drawn anew: the answer is in the page, and two frames have
-passed. The page animates the mode all the while, in software rendering. Usage: python benchmarks/workbench.py [--moves 50]
+passed. While a slider is on its way, as here, the limit is the single-frequency one; the exact one follows when it rests. The
+page animates the mode between moves, in software rendering. Usage: python benchmarks/workbench.py [--moves 50]
 """
 
 from __future__ import annotations

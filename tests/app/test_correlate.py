@@ -66,6 +66,7 @@ def test_the_right_machine_agrees_in_everything_and_the_frame_is_found(test_data
         assert words in page
 
 
+@pytest.mark.slow
 def test_the_wrong_machine_is_shown_beside_the_right_one(test_data, tmp_path, capsys):
     folder, names = test_data
     main(arguments(folder, names, "right.yaml", "--before", str(folder / "wrong.yaml"), "-o", str(tmp_path / "page")))

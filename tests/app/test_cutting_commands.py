@@ -237,6 +237,7 @@ def test_a_ball_end_mill_with_feed_has_lobes(folder, tmp_path):
     assert "Surface location error" not in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow
 def test_names_of_files_by_a_pattern_serve_lobes_and_report(folder, tmp_path, capsys):
     """The same file under a shop's own name gives the same limits, by --name, as under the name of its label."""
     odd = tmp_path / "Halter_Punkt_7_links.txt"

@@ -4,9 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 
+import toolpoint
 from toolpoint import ToolpointError
 from toolpoint.app.main import MODULE_OF_COMMAND, main
 from toolpoint.studies.environment import examine_environment
@@ -38,6 +41,7 @@ def test_shells_are_told_how_to_complete(shell, capsys):
     assert "_TOOLPOINT_COMPLETE" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_commands_and_options_are_completed():
     def completed(words, count):
         more = {"_TOOLPOINT_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(count)}
@@ -63,6 +67,7 @@ def test_a_part_that_fails_is_a_result(monkeypatch):
     assert not result.is_whole and "no case for this engine" in result.table()
 
 
+@pytest.mark.slow
 def test_parts_compile_in_processes_of_their_own(monkeypatch):
     from toolpoint import kernel_compilation
 
@@ -74,9 +79,18 @@ def test_parts_compile_in_processes_of_their_own(monkeypatch):
     assert steps[-1] == ("kernels", 2, 2) and set(result.to_dict()) == {"whole", "seconds", "parts"}
 
 
+@pytest.mark.slow
 def test_a_part_that_fails_in_its_process_says_why(monkeypatch):
     from toolpoint import kernel_compilation
 
     monkeypatch.setattr(kernel_compilation, "PARTS", {"castings": None, "no such part": None})
     result = kernel_compilation.compile_kernels(2)
     assert {part.name: bool(part.failure) for part in result.parts} == {"castings": False, "no such part": True}
+
+
+def test_the_citation_is_that_of_the_file_beside_the_package(capsys):
+    main(["doctor", "--cite", "--json"])
+    shown = json.loads(capsys.readouterr().out)
+    file = YAML(typ="safe").load((Path(__file__).resolve().parents[2] / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (shown["title"], shown["license"], shown["authors"]) == (file["title"], file["license"], file["authors"][0]["name"])
+    assert shown["version"] == toolpoint.__version__ == file["version"] and shown["bibtex"].startswith("@software{toolpoint,")

@@ -13,6 +13,7 @@ PROGRAM = "G90 G17 G64\nG1 X20 Y0 F4000\nG3 X20 Y30 I0 J15\nG1 X0 Y30\nM30\n"
 pytestmark = pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 
 
+@pytest.mark.slow
 def test_circle_shows_the_quadrant_glitches_of_the_published_servo(tmp_path, capsys):
     main(["drive", str(SERVO), "--circle", "50,4000", "-o", str(tmp_path), "--json"])
     found = json.loads(capsys.readouterr().out)

@@ -82,6 +82,7 @@ def test_different_files_for_x_and_y_give_the_chart_of_the_python_call(folder, t
     assert crossed[0] != pytest.approx(apart[0], rel=0.02)  # the cross response matters here
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [
     ["--frf", "{}/whole.h5"], ["--frf", "{}/whole.unv"], ["--frf", "{}/both.h5"],
     ["--frf", "{}/plane.mat", "--quantity", "receptance", "--x", "1:+x", "--y", "2:+x"],

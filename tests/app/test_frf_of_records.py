@@ -70,6 +70,7 @@ def test_responses_are_saved_in_every_format(tmp_path, kind, capsys):
         assert (tmp_path / "tip.csv").read_text().startswith("frequency [Hz],real 1:+x / 1:+x [m/s/N]")
 
 
+@pytest.mark.slow
 def test_wrong_uses_are_named_and_nothing_is_written_over(tmp_path, capsys):
     files = hits(tmp_path, 100, 90)
     (tmp_path / "mine.yaml").write_text("keep: this\n")

@@ -6,12 +6,14 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from toolpoint.modal_identification import Resonance, identify
 from toolpoint.pages.measured.identification import identification_page
 from toolpoint.vibration import Frf, Modes, frequency_response
 
 
+@pytest.mark.slow
 def test_page_names_modes_that_stand_out_and_doubtful_ones():
     rng = np.random.default_rng(0)
     modes = Modes([20.0, 45.0, 60.0], 0.02, [[1.0, 0.5, 1.0], [0.4, -0.6, 0.2]], ["1:+x", "2:+x"])

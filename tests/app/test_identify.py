@@ -114,6 +114,7 @@ def test_text_files_whose_names_tell_too_little_tell_the_rule(tmp_path, capsys):
     assert "OUTPUT__INPUT" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_path, capsys):
     modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "2:+x"])
     frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, inputs=["1:+x"])

@@ -73,6 +73,7 @@ def test_geometry_of_another_format_is_told_which_are_read(tmp_path, name, conte
     assert words in str(raised.value)
 
 
+@pytest.mark.slow
 def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_path, capsys, vertical):
     main(arguments(measured_machine, "--machine", str(tmp_path / "found.yaml"), "-o", str(tmp_path / "page")))
     shown = capsys.readouterr().out

@@ -73,6 +73,7 @@ def test_a_channel_that_the_device_has_not_is_named(tmp_path, capsys):
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.slow
 def test_records_of_another_program_are_taken_from_its_folder(tmp_path, capsys):
     (tmp_path / "out").mkdir()
     blow = tapping.stream((200.0,), lead=0.1, apart=0.5)
@@ -91,6 +92,7 @@ def test_records_of_another_program_are_taken_from_its_folder(tmp_path, capsys):
     assert len(list((tmp_path / "x").glob("blow_*.npz"))) == 2
 
 
+@pytest.mark.slow
 def test_files_in_units_of_their_own_are_kept_in_si(tmp_path, capsys):
     """A table in kN and g: what is kept reads back as the table itself."""
     volts = tapping.stream((200.0, 180.0, 190.0))

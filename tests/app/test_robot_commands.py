@@ -49,6 +49,7 @@ def test_screen_as_json(tmp_path, capsys):
     assert data["rankings"][0]["doubt"].startswith("order: no uncertain inputs")
 
 
+@pytest.mark.slow
 def test_accuracy_of_a_line(tmp_path, capsys):
     main(["accuracy", str(MACHINES / "milling_robot.yaml"), "--line", "690mm,-20mm,100mm", "--line", "690mm,20mm,100mm",
           "--law",

@@ -41,6 +41,7 @@ def limits(found):
     return [intervals[0][1] for intervals in found["stable_intervals_m"]]
 
 
+@pytest.mark.slow
 def test_modes_give_the_closed_form_at_its_worst_speeds(folder, tmp_path, capsys):
     """b = 2 k z (1 + z)/K_f at the lobes' tips (Tlusty), deeper between them."""
     tips = np.sort(lobe_tips(FREQUENCY, RATIO, 4)[2:])
@@ -72,6 +73,7 @@ def test_measured_lines_angle_and_vector_give_the_same_cut(folder, tmp_path, cap
     assert alone["unconditional"]["width_m"] == pytest.approx(least_width(STIFFNESS, RATIO, 1500e6), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_machine_at_a_pose_and_its_cross_response(tmp_path, capsys):
     """The chart of the Python problem whose receptance is n^T G (n + K_t/K_f c), of the machine's tool against its table."""
     found = turn(capsys, MACHINE, "--pose", "X=100mm", "--kf", 800, "--kt", 1600, "--direction", "z", "--speeds", "800:1600:3",
@@ -89,6 +91,7 @@ def test_a_machine_at_a_pose_and_its_cross_response(tmp_path, capsys):
     np.testing.assert_allclose(limits(along_z), chart.limit, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_process_damping_holds_low_speeds(folder, tmp_path, capsys):
     common = ["--modes", folder / "bar.h5", "--kf", 1500, "--speeds", "100:100:1", "-o", tmp_path]
     free = turn(capsys, *common)
@@ -116,6 +119,7 @@ def test_wrong_input(folder, more, words, capsys):
     assert words in shown and "Traceback" not in shown
 
 
+@pytest.mark.slow
 def test_limits_that_no_lathe_has_are_doubted(folder, tmp_path, capsys):
     ordinary = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500, "-o", tmp_path)
     assert not any("doubtful" in note for note in ordinary["notes"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cutting.cutting_cases import altintas, benchmark, random_problem
-from toolpoint import Modes
-from toolpoint.cutting import Engagement, FloquetDeterminant, stability
+from toolpoint import Frf, Modes
+from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.advice.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import coefficient_parameters, modal_parameters, probability
 from toolpoint.cutting.stability.chain import chart_poses, limits_of
@@ -143,3 +143,21 @@ def test_cuts_that_contradict_each_other_are_both_unlikely() -> None:
     assert max(prior.likelihoods([deep, shallow])) < 0.1
     impossible = prior.likelihoods([(10000.0, 0.1 * limit, False)] * 2)
     assert impossible.max() < 1e-12  # twice the same impossible outcome does not make it likely
+
+
+@pytest.mark.slow
+def test_samples_of_a_helix_on_measured_lines_share_its_chart_and_differ_little_from_their_own() -> None:
+    lines = np.arange(100.0, 2500.0, 4.0)
+    r = lines / 800.0
+    frf = Frf(lines, (5e-8 / (1 - r**2 + 0.06j * r))[:, None, None], ["tool:+x"], ["tool:+x"])
+    problem = MillingProblem(Tool(0.016, 4, helix=0.5), Engagement.down(0.5), CuttingCoefficients(8e8, 2.5e8), frf, "tool:+x",
+                             "same")
+    speeds, depths, charts = np.array([5000.0, 8000.0]), np.linspace(1e-4, 3e-3, 30), []
+    shared = probability(problem, coefficient_parameters(0.1), speeds, depths=depths, rng=np.random.default_rng(4), samples=4,
+                         progress=lambda done, total: charts.append(total))
+    assert charts == [1]
+    for s in range(4):
+        kt, kn = shared.factors[s]
+        k = problem.coefficients
+        alone = stability.chart(problem.changed(coefficients=replace(k, kt=kt * k.kt, kn=kn * k.kn)), speeds, depth_max=3e-3)
+        np.testing.assert_allclose(shared.limit[s], np.minimum(alone.limit, 3e-3), rtol=0.05)

@@ -21,6 +21,10 @@ def test_joint_to_stiffen():
     assert run("find_the_joint_to_stiffen.py").startswith("joints.foundation.stiffness.")
 
 
+def test_drives_on_damp_what_brakes_leave():
+    assert run("drives_on_and_off.py") > 0.3
+
+
 def test_lobes_of_one_mode():
     # The lowest converged depths of this slot over 5000 .. 25000 rev/min lie about 0.0475 mm.
     assert run("draw_stability_lobes_of_one_mode.py") == pytest.approx(0.0475, rel=0.1)

@@ -19,6 +19,7 @@ def test_a_loop_without_end_is_named(text, words):
         gcode.parse(text)
 
 
+@pytest.mark.slow
 def test_a_long_loop_that_ends_runs():
     program = gcode.parse(HEAD + "#1=0\nWHILE [#1 LT 5000] DO1\nG1 X#1 F500\n#1=[#1+1]\nEND1\nM30\n")
     assert program.end[-1][0] == pytest.approx(4.999)

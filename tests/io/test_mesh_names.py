@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 from test_mesh_files import WRITERS, write_cdb, write_inp, write_nastran
 
@@ -75,6 +76,8 @@ def test_linear_elements_become_those_with_middles(tmp_path, width, build):
     assert np.allclose(back.nodes[order[0]], model.nodes[order[1]], atol=1e-9)
     assert back.stiffness().trace() == pytest.approx(model.stiffness().trace(), rel=1e-9)
     assert abs(NamedNodes("TOP").averages(back) - TOP.averages(back)).max() < 1e-10
+    is_top = np.abs(back.nodes[:, 2] - 0.5) < 1e-9
+    assert sorted(back.node_sets["TOP"].tolist()) == np.flatnonzero(is_top).tolist()
     assert "were given mid-side nodes" in read_content(path).notes[0]
 
 
@@ -192,15 +195,24 @@ def test_held_nodes_hold_as_in_the_full_mesh(tmp_path):
     assert f"{len(held)} nodes of FIXED are held as one rigid piece" in machine.bodies[0].notes
 
 
-def test_held_nodes_on_springs_are_a_rigid_foot(tmp_path):
-    """A body whose held nodes stand on a soft spring moves as a rigid one: its first frequency is that of its mass on it."""
+def test_a_rigid_foot_on_springs_is_that_of_the_full_mesh(tmp_path):
+    """All finite elements with the held nodes as one rigid piece on a spring for each motion: the foot's inertia counts."""
     model = brick(SIZE, [3, 2, 5])
     write_inp(tmp_path / "a.inp", model)
-    held = np.flatnonzero(np.abs(model.nodes[:, 2]) < 1e-9) + 11
-    append(tmp_path / "a.inp", ELASTIC + "*NSET, NSET=FIXED\n" + ",\n".join(map(str, held)) + "\n")
+    held = np.flatnonzero(np.abs(model.nodes[:, 2]) < 1e-9)
+    append(tmp_path / "a.inp", ELASTIC + "*NSET, NSET=FIXED\n" + ",\n".join(map(str, held + 11)) + "\n")
     text = MACHINE.replace("foot: {FOOT}", "").replace("{HEAD}", "{plane: {at: [0, 0, 500 mm], normal: [0, 0, 1]}}")
-    text = text.replace("band: 2500 Hz", "band: 2500 Hz\n      held: FIXED").replace("interface: foot", "interface: held")
-    (tmp_path / "m.yaml").write_text(text.replace("x: 2e8, y: 2e8, z: 3e8, rx: 2e6, ry: 2e6, rz: 1e6", "z: 3e5"))
-    machine = read_machine(tmp_path / "m.yaml")
-    mass = 0.3 * 0.2 * 0.5 * 7100.0
-    assert solve_undamped(assemble(machine)).frequency[0] == pytest.approx(np.sqrt(3e5 / mass) / (2 * np.pi), rel=1e-4)
+    text = text.replace("band: 2500 Hz", "band: 900 Hz\n      held: FIXED").replace("interface: foot", "interface: held")
+    springs = [2e8, 2e8, 3e8, 2e6, 2e6, 1e6]
+    (tmp_path / "m.yaml").write_text(text)
+    frequency = solve_undamped(assemble(read_machine(tmp_path / "m.yaml"))).frequency
+    full = read_mesh(tmp_path / "a.inp", Material(120e9, 0.25, 7100.0), unit="mm")
+    free, size = full.free_coordinates(held), full.size
+    carried = np.zeros((size, len(free) + 6))
+    carried[free, np.arange(len(free))] = 1.0
+    fixed = np.setdiff1d(np.arange(size), free)
+    carried[fixed, -6:] = full.rigid_motion((0.15, 0.1, 0.0))[fixed]
+    stiffness, mass = (carried.T @ (matrix @ carried) for matrix in full.assembled())
+    stiffness[-6:, -6:] += np.diag(springs)
+    expected = np.sqrt(eigh(stiffness, mass, eigvals_only=True, subset_by_index=[0, 5])) / (2 * np.pi)
+    assert frequency[:6] == pytest.approx(expected, rel=1e-4)

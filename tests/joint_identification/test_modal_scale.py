@@ -78,6 +78,7 @@ def test_masses_that_are_exact_but_wrong_are_doubted(case, modes):
     assert told.joint("column").stiffness == pytest.approx(result.joint("column").stiffness, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_slopes_of_the_scales_are_those_of_differences(case, modes, monkeypatch):
     """Of complex modes, in every number of the machine; Kaufman leaves out what noise in the shapes adds (here 0.4 %)."""
     from toolpoint.joint_identification.machine import machine_fit

@@ -58,6 +58,7 @@ def test_modes_apart_and_real_shapes_do_not_mix():
     assert shape_mixing(modes(shape.real, given)) is None
 
 
+@pytest.mark.slow
 def test_data_are_set_right_by_the_poles_of_a_machine_and_stay_open_for_what_is_missed():
     shape, given = case(points=12)
     errors = np.array([0.02 - 0.01j, 0.01j, 0.0])

@@ -99,6 +99,7 @@ def test_two_axes_that_drive_one_direction_alike_are_refused():
         TreeChain((-1,), np.eye(4)[None], (Axis("A", (Drive(0, "rz"),)), Axis("B", (Drive(0, "-rz"),))))
 
 
+@pytest.mark.slow
 def test_numeric_inverse_finds_the_closed_form_solution_near_its_start():
     chain = arm_chain(rows(lower=-3.0, upper=3.0))
     reference = arm_frames(rows())[1][-1]

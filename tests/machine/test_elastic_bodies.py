@@ -79,6 +79,7 @@ def limb_through_frame(rail):
                                     {"end": PointDescription("beam", interface="foot")}), {"beam": rail})
 
 
+@pytest.mark.slow
 def test_carriage_on_an_elastic_rail_is_that_of_all_finite_elements(beam, rail):
     machine = carriage_on_rail(rail)
     for x in (-0.2766, 0.0567, 0.2789):

@@ -113,6 +113,7 @@ def test_faults_of_an_elastic_body_are_named(tmp_path, old, new, words):
         machine_file.read(tmp_path / "head.yaml")
 
 
+@pytest.mark.slow
 def test_a_limb_beyond_its_way_is_refused(tmp_path):
     (tmp_path / "head.yaml").write_text(TEXT.replace("slide: [-220 mm, 285 mm]", "slide: [-50 mm, 50 mm]").replace(
         "size: 36", "size: 30"))

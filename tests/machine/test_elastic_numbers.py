@@ -129,6 +129,7 @@ def test_derivatives_of_a_beam_are_its_differences(path):
     assert relative(slopes(machine, whole), differences(machine, whole)) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [*(pytest.param(path, marks=pytest.mark.slow) for path in ("rear.diameter", "front.bore")),
                                   "rotor.sleeve.diameter"])
 def test_derivatives_of_sections_are_those_of_beams_reduced_anew(path):

@@ -42,6 +42,7 @@ def machine(folder: Path, mesh: float):
     return read_machine(path)
 
 
+@pytest.mark.slow
 def test_a_coarse_mesh_is_doubted_beside_a_fine_reduction(tmp_path, monkeypatch):
     """Reduction within 1e-3, the mesh a quarter off: the user reads both. The finer mesh is still some per cent too stiff."""
     monkeypatch.setattr(factorisation, "_MIN_COMPILED_ROWS", 100_000)  # SciPy's solver: it is there without compiling

@@ -22,6 +22,7 @@ def _heavy_machine(name):
     return build(replace(machine.description, gravity=(0.0, 30.0, -9000.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_every_slope_is_the_difference_of_the_assembled_machine(name):
     machine, pose = _heavy_machine(name), FILES[name]

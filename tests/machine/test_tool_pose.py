@@ -62,6 +62,7 @@ def test_inverse_finds_both_ways_within_travel(trunnion):
         np.testing.assert_allclose(way, direction, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_targets_beyond_travel_say_what_is_left_and_which_axis_ends(trunnion):
     far = pose_for(trunnion, [0.9, 0.0, 0.1], [0.0, 0.0, 1.0])
     assert not far.is_reached

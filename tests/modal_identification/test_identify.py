@@ -88,6 +88,7 @@ def test_a_narrow_band_far_from_zero():
     assert worst[0] < 2e-4 and worst[1] < 1e-2 and worst[2] < 1e-3
 
 
+@pytest.mark.slow
 def test_heavy_damping():
     rng = np.random.default_rng(4)
     modes = structure(rng, 60, np.array([60.0, 80, 150, 160, 300, 700]), np.full(6, 0.08))
@@ -96,6 +97,7 @@ def test_heavy_damping():
     assert worst[0] < 1e-3 and worst[1] < 1e-2 and worst[2] < 2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edge", [pytest.param(20.5, marks=pytest.mark.slow), 488.0])
 def test_a_mode_at_the_edge_of_the_band_is_found_and_marked(edge):
     rng = np.random.default_rng(6)
@@ -127,6 +129,7 @@ def circular_plate(rng: np.random.Generator) -> Modes:
     return Modes(frequency, np.array([0.01, 0.01, 0.012, 0.008, 0.008]), shape, labels(24, "z"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_repeated_roots_of_a_circular_plate_need_and_get_several_references(noise):
     rng = np.random.default_rng(7)

@@ -154,6 +154,7 @@ def test_harmonics_are_found_and_taken_off(wander: float) -> None:
     assert left.std() < 0.15 * plain.std()
 
 
+@pytest.mark.slow
 def test_a_record_without_harmonics_has_none() -> None:
     for seed in range(3):
         plain = ringing(POLES, np.random.default_rng(seed).standard_normal((4, 3)), 300.0, seed)
@@ -231,6 +232,7 @@ def test_bands_share_the_range_without_gaps() -> None:
         plan_bands([600000], 1000.0, 40, blocks=40, band=(0.0, 450.0))
 
 
+@pytest.mark.slow
 def test_setups_of_roving_sensors_are_joined() -> None:
     shapes = np.random.default_rng(1).standard_normal((5, 3))
     names = ["ref:+x", "ref:+y", "1:+x", "2:+x", "3:+x"]

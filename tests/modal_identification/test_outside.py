@@ -69,6 +69,7 @@ def test_few_responses_keep_all_terms(monkeypatch):
     assert (now == identify(frf, band=BAND).modes.frequency_interval).all()
 
 
+@pytest.mark.slow
 def test_modes_outside_of_many_patterns_are_all_kept():
     """Twenty modes just outside the band: fewer terms than are there would bias the mode at the edge."""
     rng = np.random.default_rng(2)

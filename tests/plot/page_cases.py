@@ -437,6 +437,32 @@ def hammer_records() -> Report:
 
 
 @case
+def driven_responses() -> Report:
+    from toolpoint.io import read_drives, read_machine
+    from toolpoint.pages.machines.driven_responses import driven_responses_page
+    from toolpoint.studies import study_driven_responses
+
+    folder = ROOT / "src/toolpoint/app/machines"
+    machine = read_machine(folder / "three_axis_vertical_drives.yaml")
+    drives = read_drives(folder / "three_axis_vertical_servo_on_structure.yaml")
+    return driven_responses_page(study_driven_responses(machine, drives, frequency=np.linspace(2, 300, 150)))
+
+
+@case
+def shaker_records() -> Report:
+    from toolpoint.pages.measured.shaker_records import shaker_page
+    from toolpoint.signals import ShakerSettings
+    from toolpoint.studies import study_shaker_records
+    from toolpoint.vibration import Record
+
+    rng = np.random.default_rng(3)
+    force, gain = rng.standard_normal((20000, 2)), np.array([[2e-6, 1e-6], [1e-6, 3e-6]])
+    motion = force @ gain + 1e-7 * rng.standard_normal((20000, 2))
+    labels, kinds = ["1:+x", "2:+x", "1:+x", "2:+x"], ["force", "force", "displacement", "displacement"]
+    return shaker_page(study_shaker_records([Record(np.hstack([force, motion]), 1000.0, labels, kinds)], ShakerSettings(2.0)))
+
+
+@case
 def tap() -> Report:
     from toolpoint.pages.testing.tap import tap_page
     from toolpoint.studies import study_tap

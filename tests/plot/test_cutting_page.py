@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.simulation.milling import simulate
-from toolpoint.pages.cuts.lobes import lobes_page
+from toolpoint.pages.cuts.lobes import _coefficient_field, lobes_page
 from toolpoint.studies.cuts.lobes_study import LobesStudy
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, sample_charts
 from toolpoint.vibration import Modes
@@ -71,3 +71,33 @@ def test_depth_at_my_speed_is_the_lower_of_both_sides(opened):
         field.fill(value)
         assert place.locator("strong").inner_text().startswith(words)
     assert seen.errors == [] and len(seen.requests) == 1
+
+
+@pytest.mark.slow
+def test_the_field_of_the_coefficient_gives_the_limit_of_a_chart_with_that_coefficient(opened):
+    """Straight edges: b K_t stays, so the page's answer is that of the engine for twice and 0.8 times the coefficient."""
+    modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
+    problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes)
+    speeds = np.linspace(8000, 20000, 7)
+    page = lobes_page(LobesStudy(problem, stability.chart(problem, speeds, FloquetDeterminant(), depth_max=0.0006), ()))
+    seen = opened(page.html(), reduced_motion="reduce")
+    seen.page.locator("#tp-field-depth").fill("14000")
+    field, answer = seen.page.locator("#tp-inverse-depth"), seen.page.locator(".tp-lookup output strong")
+    for factor in (2.0, 0.8):
+        changed = problem.changed(coefficients=CuttingCoefficients(factor * 6e8, factor * 2e8))
+        limit = 1e3 * stability.chart(changed, speeds, FloquetDeterminant(), depth_max=0.0012).limit[3]
+        field.fill(str(600 * factor))
+        told = float(answer.inner_text().split("up to ")[1].split()[0])
+        assert limit * (1 - 1.1e-2) <= told <= limit * (1 + 1e-4), (factor, limit, told)
+    field.fill("0")
+    assert "above zero" in answer.inner_text()
+    assert seen.errors == []
+
+
+def test_a_helix_has_no_field_of_the_coefficient():
+    """A helix turns the teeth over the depth: the limit does not go inversely with K_t there."""
+    modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
+    problem = MillingProblem(Tool(0.012, 2, helix=0.5), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes)
+    straight = problem.changed(tool=Tool(0.012, 2))
+    chart = stability.chart(straight, np.linspace(8000, 20000, 3), FloquetDeterminant(), depth_max=0.0006)
+    assert _coefficient_field(problem, chart) is None and _coefficient_field(straight, chart) is not None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -166,9 +169,23 @@ def test_pose_maps_put_x_across_and_mark_failures():
     cross = made.data[4]
     assert (cross.x[0], cross.y[0]) == (0.1, 1.0)
     assert made.layout.updatemenus[0].buttons[1].args[0]["visible"] == [False, True, False, True, True]
+    small = frequency_map(x, y, 26 + 0.01 * np.arange(6.0).reshape(3, 2, 1))  # a difference of 0.2 %
+    assert small.data[0].zmax - small.data[0].zmin == pytest.approx(0.2 * 26.025)
+    assert small.data[0].text[0][0] == "26.00<br>▽" and made.data[0].zmin is None
+    lines = frequency_map(x, np.arange(90.0), np.ones((3, 90, 1)) + np.arange(90.0)[:, None])
+    assert lines.data[0].ygap is None and lines.data[0].texttemplate is None  # 90 lines with gaps would be blank
     fine = frequency_map(np.arange(8.0), np.arange(9.0), np.arange(72.0).reshape(8, 9, 1))
     assert fine.data[0].type == "contour" and fine.data[2].name == "poses computed" and len(fine.data[2].x) == 72
     lines = frequency_curves(x, values[:, 0], axis="Y")
     assert len(lines.data) == 2 and lines.layout.xaxis.title.text == "Y, m"
     with pytest.raises(ToolpointError, match="frequency_curves"):
         frequency_map([0.0], y, values[:1])
+
+
+def test_every_light_of_a_table_has_its_own_colour():
+    """Amber is drawn amber: each light has a rule with a background and a text colour of its own, in light and in dark."""
+    style = (Path(__file__).resolve().parents[2] / "src/toolpoint/plot/web/page.css").read_text(encoding="utf-8")
+    rules = [re.search(rf"\.mark\.{light}\{{(.*?)\}}", style).group(1) for light in ("green", "amber", "red")]
+    assert len(set(rules)) == 3
+    for name in ("--amber:", "--amberbg:", "--red:", "--redbg:"):
+        assert style.count(name) == 2, name

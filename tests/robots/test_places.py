@@ -134,6 +134,7 @@ def test_four_directions_are_horizontal_vertical_and_both_diagonals():
     np.testing.assert_allclose(ways, [[1, 0, 0], [0.5**0.5, 0, 0.5**0.5], [0, 0, 1], [-(0.5**0.5), 0, 0.5**0.5]], atol=1e-15)
 
 
+@pytest.mark.slow
 def test_turns_are_the_best_and_the_followed_path_has_no_jump(robot):
     path = np.stack([np.full(5, 0.65), np.linspace(-0.1, 0.1, 5), np.full(5, 0.1)], axis=1)
     choice = choose_turns(robot, path, turns=np.radians(np.arange(-60, 61, 30)), largest_step=0.6)
@@ -239,6 +240,7 @@ def test_a_straight_wrist_stays_at_its_place(robot):
         straight_wrist(robot, np.array([[0.34, 0, 0.16], [2.0, 0, 0.16]]))
 
 
+@pytest.mark.slow
 def test_what_is_not_computed_of_a_pose_is_said(robot):
     """Bodies of finite elements have no rigid dynamics along the axes here: two empty columns said nothing."""
     study = study_reach(robot, [0.69, 0.02, 0.1], modes=1)

@@ -123,3 +123,14 @@ def test_sound_and_blows_are_judged_right(tmp_path, monkeypatch, capsys):
     write_samples("work", "work")
     main(["operational", "work/work.csv", "--json"])
     assert len(json.loads(capsys.readouterr().out)["scaled_frequency_hz"]) == 3
+
+
+@pytest.mark.slow
+def test_the_film_gives_back_its_modes(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = write_samples("video", "film").commands[0]
+    monkeypatch.chdir(tmp_path / "film")
+    main([*shlex.split(command)[1:], "--json"])
+    modes = json.loads(capsys.readouterr().out)["videos"][0]
+    assert modes["frequency_hz"] == pytest.approx([38, 71], rel=2e-3)
+    assert modes["damping_ratio"] == pytest.approx([0.012, 0.018], rel=0.05)

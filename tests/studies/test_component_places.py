@@ -96,3 +96,22 @@ def test_two_turns_that_fit_alike_are_refused_until_the_frame_is_told():
     placement = place_test(moved, components)
     np.testing.assert_allclose(placement.transform[:3, 3], (-5.0, 0.0, 0.0), atol=0.1)
     assert "turned by 0 deg and moved by" in placement.doubts[0]
+
+
+def test_a_turned_test_of_a_machine_about_as_wide_as_high_is_doubted_and_a_right_one_is_not():
+    """Its points lie within 15 % of the machine's size either way: taken as they are, but not in silence."""
+    corners = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T
+    sizes = {"base": ((0.0, 0.0, 0.0), (1.0, 0.8, 1.2)), "head": ((0.0, 0.0, 0.1), (0.5, 0.3, 0.6))}
+    turn = tf.transform(rotation.about("x", np.pi / 2), [0.0, 0.0, 0.0])
+    bodies = {name: BodyDescription(500.0, centre, shape=ShapeDescription("box", size)) for name, (centre, size) in
+              sizes.items()}
+    names = {name: list(range(8 * k, 8 * k + 8)) for k, name in enumerate(sizes)}
+    for matrix, count in ((np.eye(4), 0), (turn, 1)):
+        points = {}
+        for name, (centre, size) in sizes.items():
+            places = tf.move(tf.inverse(matrix), corners * size + centre)
+            points |= dict(zip(names[name], places, strict=True))
+        placement = place_test(points, Components("mill", ("ground", *sizes), names, bodies))
+        assert np.array_equal(placement.transform, np.eye(4))
+        assert len(placement.doubts) == count
+    assert "the test may be turned" in placement.doubts[0]

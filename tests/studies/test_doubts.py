@@ -62,6 +62,7 @@ def share_named(mistake, words, count=20):
     return np.mean([all(word in line for word in words) for line in lines])
 
 
+@pytest.mark.slow
 def test_a_flipped_driving_point_is_named():
     assert share_named(lambda seed: question(scaled(clean(seed)[0], 0, -1.0)), ("1:+x", "sign")) == 1
 
@@ -77,6 +78,7 @@ def test_a_band_above_strong_modes_raises_no_doubt_of_a_delay(seed):
     assert question(replace(exact, values=exact.values + noise)) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [2e-4, -5e-4])
 def test_a_delay_is_named_with_its_size(delay):
     """The size to the step that is tried, 0.05 ms, in most, and to 0.25 ms in all: noise decides between neighbours."""
@@ -117,6 +119,7 @@ def test_a_scale_is_named_with_its_unit(factor, words):
     assert all(words in line for line in question_responses(whole, exact))
 
 
+@pytest.mark.slow
 def test_swapped_channels_are_named():
     def shapes(seed):
         _, shaken, _, modes = clean(seed)

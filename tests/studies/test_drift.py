@@ -95,6 +95,7 @@ def test_all_frequencies_alike_are_no_joint(mill):
     assert study.explanations[0].factor == pytest.approx(0.988, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_two_changes_are_named_together(mill):
     changed = softer(softer(mill, "feet", 0.7), "guide_z", 0.8)
     study = study_drift(measured(mill), [measured(changed)], mill)
@@ -104,6 +105,7 @@ def test_two_changes_are_named_together(mill):
     assert study.parts[0] == (best.part, pytest.approx(0.95, abs=0.05)) and " and " in best.change_text
 
 
+@pytest.mark.slow
 def test_three_changes_are_explained_by_no_pair(mill):
     changed = softer(softer(softer(mill, "feet", 0.7), "guide_z", 0.6), "bearings", 0.6)
     study = study_drift(measured(mill), [measured(changed)], mill)
@@ -164,6 +166,7 @@ def test_baselines_that_scatter_raise_the_repeatability_and_none_lowers_it():
     assert pool_baselines(repeated(1e-4), Repeatability(1e-3))[1:] == (Repeatability(1e-3), False)
 
 
+@pytest.mark.slow
 def test_a_calibration_that_is_far_off_is_doubted(mill):
     model = softer(mill, "column_foot", 0.3)
     study = study_drift(measured(mill), [measured(softer(mill, "feet", 0.8))], model)
@@ -189,6 +192,7 @@ def test_lost_modes_and_tests_without_intervals_are_doubted(mill):
     assert "state no intervals" in text and "does not show" in text and not study.has_changed
 
 
+@pytest.mark.slow
 def test_command(mill, tmp_path, capsys):
     io.write_machine(mill.description, tmp_path / "mill.yaml")
     for name, machine in (("jan", mill), ("feb", mill), ("mar", softer(mill, "feet", 0.8))):

@@ -66,6 +66,7 @@ def test_loss_factors_err_by_no_more_than_is_said(drives, seed):
     assert error.max() <= 1.05 * doubts[0].figure < 0.5
 
 
+@pytest.mark.slow
 def test_map_and_unit_show_the_same_doubt(drives, tmp_path):
     """The map (table and JSON) and the description of an exported unit hold what `drive` says of loss factors in time."""
     machine = random_mill(0, "loss")

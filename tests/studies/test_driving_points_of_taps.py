@@ -38,6 +38,7 @@ def test_lines_without_force_are_not_asked(seed):
     assert not any("driving point" in doubt for doubt in study.doubts)
 
 
+@pytest.mark.slow
 def test_check_doubts_and_door_say_the_same():
     frf = tap(1).frf
     for slip in (-1.0, np.exp(-2j * np.pi * frf.frequency * 1e-4)[:, None, None]):

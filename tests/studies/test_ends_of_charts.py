@@ -48,6 +48,7 @@ def test_measured_lobes_of_a_report_end_with_the_edges(keys, end, stiffness):
         assert told["stable_at_every_speed_m"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("keys", "end"), [({"flute_length": 0.002}, 2e-3), ({"deepest": 0.001}, 1e-3)])
 def test_speeds_of_a_tap_end_with_the_edges(keys, end):
     result = studies.study_tap(tip(2, 5e7).selected([0], [0]), None, {**CUT, **keys}, rng=np.random.default_rng(0),
@@ -60,6 +61,7 @@ def test_speeds_of_a_tap_end_with_the_edges(keys, end):
         assert any("the end of the searched depths" in note for note in told["notes"])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:limits")
 @pytest.mark.parametrize(("keys", "end"), [({"flute_length": 0.0005}, 5e-4), ({}, 32e-3)])
 def test_advice_on_stick_outs_ends_with_the_edges(keys, end):

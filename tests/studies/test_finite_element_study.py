@@ -64,6 +64,7 @@ def test_material_damping_is_the_share_of_strain_energy():
     assert (lossy.material_damping(pairs) > mill.material_damping(pairs)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss_factor", [0.05, 0.5])
 def test_losses_are_solved_as_they_couple_the_modes(loss_factor):
     """Against all coordinates of K + i D: frequencies within the stated bound, responses closer than by strain energy alone."""

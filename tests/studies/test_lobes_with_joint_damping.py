@@ -72,6 +72,7 @@ def test_every_engine_gives_the_limits_of_the_response_taken_whole(kind, seed):
         assert (off <= allowed).all(), f"{method}: {off} for {allowed}"
 
 
+@pytest.mark.slow
 def test_modes_alone_would_be_wrong_here(measured):
     """The published case: independent limits of the response taken whole, to the digits that are given (mm)."""
     machine = read_machine(measured / "joint_damping" / "complex_shapes.yaml")

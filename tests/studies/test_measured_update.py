@@ -42,6 +42,7 @@ def measured(machine, rng, noise=0.02):
                                                         + 1j * rng.normal(size=exact.values.shape)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss", [pytest.param((0.04, 0.04), marks=pytest.mark.slow),
                                   pytest.param((0.0, 0.0), marks=pytest.mark.slow), (0.1, 0.01)])
 def test_damping_is_updated_with_the_stiffness_whatever_was_guessed(loss):

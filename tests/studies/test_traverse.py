@@ -57,6 +57,7 @@ def softening():
     return record_of(np.log(0.8))
 
 
+@pytest.mark.slow
 def test_the_joint_that_softens_is_named_with_its_factor(softening):
     record, frequencies = softening
     windows = cut_windows(record, (-0.2, 0.2), 8)
@@ -71,6 +72,7 @@ def test_the_joint_that_softens_is_named_with_its_factor(softening):
     assert np.mean(inside) > 0.85
 
 
+@pytest.mark.slow
 def test_a_machine_that_does_not_change_is_not_called_changed():
     record, _ = record_of(0.0, seed=1)
     study = study_traverse(cut_windows(record, (-0.2, 0.2), 8), machine=slides(), poses=[{}] * 8)
@@ -78,6 +80,7 @@ def test_a_machine_that_does_not_change_is_not_called_changed():
     assert "None of 4 modes changes" in study.status and "no joint need change" in study.status
 
 
+@pytest.mark.slow
 def test_the_command_tells_the_same_and_writes_its_page(softening, tmp_path, capsys):
     record, _ = softening
     names = ",".join(f"acceleration {dof} [m/s^2]" for dof in DOFS)

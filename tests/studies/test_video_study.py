@@ -40,6 +40,7 @@ def study(frames):
     return study_video(Clip(FrameArray(array), scenes.RATE), points=80, bodies=scenes.regions(scene))
 
 
+@pytest.mark.slow
 def test_poles_lie_within_their_intervals(study):
     modes = study.modes
     assert modes.count == 2 and study.gives_damping and study.doubts == ()

@@ -165,6 +165,7 @@ def test_responses_of_another_gauge_are_doubted():
         assert isinstance(identify_base(turned, gauge, draws=0).notes[0], Doubt)
 
 
+@pytest.mark.slow
 def test_band_of_the_tool_point_holds_the_truth():
     generator = np.random.default_rng(7)
     truth = couple_tool(PlaneReceptance(LINES, spindle(LINES)), TOOL).values[:, 0, 0]

@@ -224,3 +224,9 @@ def solve_by_blocks(n):
         right = rng.standard_normal((size, 5))
         assert np.allclose(sparse @ factors.solve(right), right, atol=1e-8)
         assert factors.negative_pivots == (np.linalg.eigvalsh(sparse.toarray()) < 0).sum()
+
+
+def test_a_band_below_all_modes_of_a_held_body_is_empty():
+    k, m = diags_array([4.0e6, 9.0e6, 16.0e6], format="csc"), diags_array([1.0, 1.0, 1.0], format="csc")
+    pairs = modes(k, m, below=100.0)  # the lowest is at 318 Hz
+    assert pairs.count == 0 and pairs.vectors.shape == (3, 0) and "all modes of the band" in pairs.status

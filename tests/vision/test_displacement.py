@@ -108,6 +108,7 @@ def test_saturated_windows_are_left_out_and_said():
     assert "saturated" in measure(scanned, windows).doubts[0]
 
 
+@pytest.mark.slow
 def test_shake_is_taken_off_by_the_background():
     rng = np.random.default_rng(7)
     scene = scenes.c_frame(rng, contrast=15.0)

@@ -133,3 +133,13 @@ def test_a_mode_that_is_not_there_is_refused(case):
         next(warp.frames(2, 10.0))
     with pytest.raises(ToolpointError, match="factor"):
         next(warp.frames(0, float("nan")))
+
+
+@pytest.mark.parametrize("ending", [".gif", ".webp"])
+def test_an_animation_that_would_fill_the_disk_is_refused_before_it_is_written(tmp_path, monkeypatch, ending):
+    monkeypatch.setattr("toolpoint.vision.magnification.writing.MAX_ANIMATION_PIXELS", 3 * 20 * 30)
+    frames = [np.zeros((20, 30), np.uint8)] * 4
+    with pytest.raises(ToolpointError, match=r"over 3 frames of 30 x 20 pixels .*write \.mp4"):
+        write_frames(frames, tmp_path / f"a{ending}")
+    assert list(tmp_path.iterdir()) == []
+    write_frames(frames[:3], tmp_path / f"a{ending}")

@@ -109,7 +109,7 @@ def test_a_slider_moves_modes_responses_and_limit_and_undo_takes_it_back(demo, s
     identifier = "k-joints.column_head.stiffness.rx"
     page.evaluate(f"""() => {{ const s = document.getElementById('{identifier}'); window.Workbench.moves = 0;
                       s.value = 1; s.dispatchEvent(new Event('input')); }}""")
-    wait(page, "window.Workbench.moves > 0")
+    wait(page, "window.Workbench.moves > 0 && window.Workbench.last.limit.is_exact")  # not the quick one
     moved = page.evaluate("[window.Workbench.last.frequency_hz.reduce((a, b) => a + b), window.Workbench.last.limit.limit_m]")
     assert moved[0] > first[0] and moved[1] != first[1]
     assert "without an interval" in page.inner_text(".wb-limit") and "was changed by hand" in page.inner_text("main")
@@ -324,8 +324,9 @@ def test_a_redraw_from_the_server_loses_nothing_of_what_a_person_does(folder, se
     assert page.evaluate("[...document.getElementById('goal-cut').options].map((option) => option.text)") == ["face", "slot"]
     assert page.input_value("#goal-depth") == "7.5 mm" and page.input_value("#cut-name") == "a new cut"
     assert page.is_visible("#goal-depth")  # the block is still open
-    assert page.evaluate("""() => { const field = document.activeElement; return [field === window.before[0], field.selectionStart,
-        field.selectionEnd, document.querySelector('.wb-main') === window.before[1],
+    assert page.evaluate("""() => { const field = document.activeElement; return [
+        field === window.before[0], field.selectionStart, field.selectionEnd,
+        document.querySelector('.wb-main') === window.before[1],
         Math.abs(field.getBoundingClientRect().top - window.before[2]) < 2]; }""") == [True, 1, 3, True, True]
     assert page.inner_text("#wb-step h3").startswith("limits/roughing")  # the step that was chosen
     assert page.errors == []
@@ -358,3 +359,79 @@ def test_a_redraw_waits_for_the_mouse_and_for_a_field_without_a_place_of_its_own
     wait(page, "window.Workbench.draws > window.draws", 30)
     assert page.inner_text("#wb-step h3").startswith("limits/roughing")
     assert page.errors == []
+
+
+def test_a_click_on_the_map_takes_the_pose_and_undo_takes_it_back(folder, serve, tab):
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    first = page.evaluate("window.Workbench.last.frequency_hz[0]")
+    page.click("#wb-map")
+    wait(page, "window.Workbench.mapped > 0")
+    page.select_option("#wb-map-of", "frequency_hz")
+    cell = page.locator(".wb-map button[data-place='6 0']")
+    shown = float(cell.inner_text())
+    page.evaluate("window.Workbench.moves = 0")
+    cell.click()
+    wait(page, "window.Workbench.moves > 0")
+    moved = page.evaluate("window.Workbench.last.frequency_hz[0]")
+    assert moved == pytest.approx(shown, rel=1e-3) and moved != pytest.approx(first, rel=1e-6)
+    assert page.evaluate("document.getElementById('axis-X').value === document.getElementById('axis-X').max")
+    page.evaluate("window.Workbench.moves = 0")
+    page.get_by_role("button", name="Undo").click()
+    wait(page, "window.Workbench.moves > 0")
+    assert page.evaluate("window.Workbench.last.frequency_hz[0]") == pytest.approx(first, rel=1e-9)
+    assert page.errors == []
+
+
+def test_a_cut_is_simulated_and_heard_and_twice_the_limit_chatters(folder, serve, tab):
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/lobes'")
+    ready(page, "lobes")
+    wait(page, "window.Workbench.moves > 0")
+    wait(page, "document.querySelector('.wb-limit').innerText.includes('mm deep')")
+    limit = float(page.inner_text(".wb-limit").split(": ")[1].split(" mm")[0])
+    for depth, words in ((0.6 * limit, "is stable"), (1.6 * limit, "chatters")):
+        field = page.locator(".wb-slider", has=page.locator("#lobes-depth")).locator(".wb-value")
+        field.fill(f"{depth:.2f} mm")
+        field.press("Enter")
+        page.click("#lobes-hear")
+        wait(page, f"document.getElementById('wb-heard')?.innerText.includes('{words}')", 60)
+        loudest = page.evaluate("Math.max(...window.Workbench.floats(window.Workbench.heard.sound).map(Math.abs))")
+        assert loudest == pytest.approx(1)
+    assert page.evaluate("window.Workbench.played") == 2
+    assert page.errors == []
+
+
+def test_while_a_slider_moves_the_limit_is_called_rough_and_the_exact_one_follows(folder, serve, tab):
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    wait(page, "window.Workbench.moves > 0")
+    page.evaluate("""async () => { window.words = [];
+        new MutationObserver(() => window.words.push(document.querySelector('.wb-limit').textContent))
+          .observe(document.querySelector('.wb-limit'), { childList: true, characterData: true, subtree: true });
+        const slider = document.getElementById('k-joints.column_head.stiffness.rx');
+        for (let i = 1; i <= 12; i++) { slider.value = i / 12; slider.dispatchEvent(new Event('input'));
+          await new Promise((go) => setTimeout(go, 60)); } }""")
+    wait(page, "window.Workbench.last.limit.is_exact && /would be/.test(document.querySelector('.wb-limit').textContent)", 30)
+    words = page.evaluate("window.words")
+    assert any("about" in text and "single-frequency" in text for text in words) and "would be" in words[-1]
+    assert page.errors == []
+
+
+def test_on_paper_no_doubt_is_folded_away(demo, serve, tab):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+    page.evaluate("location.hash = '#/machine'")
+    ready(page, "machine")
+    folded = "document.querySelectorAll('.wb-doubts details:not([open])').length"
+    assert page.evaluate(folded) > 0
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.evaluate(folded) == 0
+    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert page.evaluate(folded) > 0

@@ -72,6 +72,7 @@ def test_a_job_runs_the_project_as_the_command_does(jobs, folder):
     assert names[0] == "job" and "step" in names
 
 
+@pytest.mark.slow
 def test_a_job_that_is_stopped_or_killed_says_so_and_goes_on_later(jobs, folder):
     jobs.start()
     assert jobs.stop()

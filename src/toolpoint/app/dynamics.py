@@ -39,6 +39,8 @@ class Dynamics:
     sensor_mass: Annotated[float | None, Help("Mass of the sensor that was on the tip while it was struck, g: a response that "
                                               "it changes is doubted.", above=0, scale=1e-3)] = None
     modes: Annotated[SourceFile | None, Help("Modes saved by identify (HDF5), or of a universal file.")] = None
+    work: Annotated[SourceFile | None, Help("Response of a work that gives way too, along the tool's x and y: an FRF "
+                                            "file, or saved modes.")] = None
     x: Annotated[str | None, Help("Label of x where the data hold several points, e.g. 5:+x.",
                                   metavar="POINT:DIRECTION")] = None
     y: Annotated[str | None, Help("Label of y, or same (as along x), or rigid; that of x's point where left out.",
@@ -64,7 +66,20 @@ class Dynamics:
                                      f"{place_words}")
 
     def read(self) -> ToolDynamics:
-        """Read the dynamics; raises ToolpointError where files do not fit."""
+        """Read the dynamics, with those of the work where it gives way; raises ToolpointError where files do not fit."""
+        tool = self._read_tool()
+        if self.work is None:
+            return tool
+        return studies.with_work(tool, self._read_work(self.work))
+
+    def _read_work(self, path: Path) -> ToolDynamics:
+        modes, frf = io.read_test_nouns([path], quantity=self.quantity)
+        if modes is not None:
+            return studies.modal_dynamics(modes, what=str(path))
+        assert frf is not None
+        return studies.response_dynamics(frf, band=self.band, what=path.name)
+
+    def _read_tool(self) -> ToolDynamics:
         if self.machine is not None:
             if self.machine.suffix.lower() in (*UNIVERSAL, *HDF5, *MATLAB, *NUMPY, *TEXT):
                 raise ToolpointError(f"{self.machine}: a machine is a YAML file; measured FRFs are given with --frf, saved "

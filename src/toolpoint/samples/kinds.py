@@ -21,6 +21,7 @@ KINDS = {
     "work": "ten minutes of a machine at work, no force measured, a motor's line among the modes: to modes",
     "drift": "a baseline, two later tests and the machine file: to the joint that loosened",
     "servo": "a controller's record of an axis: to friction and the gain of its position loop",
+    "video": "a film of a head on a column after a blow, the camera shaking: to modes without a sensor",
     "program": "an NC program, a servo and a machine: to contour errors, and to the load and stability of every block",
     "robot": "the datasheet of a milling robot: to its machine file",
 }

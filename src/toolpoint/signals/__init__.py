@@ -8,12 +8,14 @@ from toolpoint.signals.hammer import HammerTest, hammer_test
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.setups import by_reciprocity, join_bands, join_setups
 from toolpoint.signals.shaker import coherences, shaker_test
+from toolpoint.signals.shaker_doubts import ShakerSettings
 
 __all__ = [
            "DrivenAxisTest",
            "HammerTest",
            "Hit",
            "HitRules",
+           "ShakerSettings",
            "by_reciprocity",
            "calibrate",
            "coherences",

@@ -25,7 +25,8 @@ def fit_block(records: Sequence[Record], force_at: int, rules: HitRules) -> tupl
     for record in records:
         rooms += _rooms(record, force_at, rules)
     if not rooms:
-        fail("records", "no force pulse", "must hold hits", remedy="check the channel assignment")
+        fail("records", "no force pulse", "must hold hits",
+             remedy="check the channel assignment; records of a shaker need its excitation and resolution")
     typical = float(np.median(rooms))
     full_rooms = [room for room in rooms if room >= MIN_ROOM_RATIO * typical]
     block = int(scipy.fft.prev_fast_len(max(int(min(full_rooms)), 8), real=True))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -98,12 +99,42 @@ def without_mass(frf: Frf, dof: Dof | str, mass: float) -> Frf:
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
     lines = inside.converted_to("accelerance")
 
+    shift = 1 / np.abs(1 - mass * lines.values[:, row, column])
+    # First order in the response itself: squared for all, and once more where the mass sits on both sides.
+    scale = np.broadcast_to((shift**2)[:, None, None], lines.values.shape).copy()
+    scale[:, row, column] *= shift**2
+
     def bare(values: ComplexArray) -> ComplexArray:
         column_values, row_values = values[..., column, None], values[..., row, None, :]
         factor = mass / (1 - mass * values[..., row, column])
         return np.asarray(values + column_values * row_values * factor[..., None, None])
 
     corrected = Frf(lines.frequency, bare(lines.values), lines.outputs, lines.inputs, "accelerance", decay=frf.decay,
-                    notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"),
+                    notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"), coherence=lines.coherence,
+                    variance=None if lines.variance is None else lines.variance * scale,
                     draws=None if lines.draws is None else bare(lines.draws))
     return corrected.converted_to(frf.quantity)
+
+
+def free_of_masses(frf: Frf, masses: Mapping[str, float]) -> Frf:
+    """Return the responses without the masses (kg, by Dof) that sensors add at driving points; notes say what stays.
+
+    A mass at a Dof where no force acts, or whose response was not measured, cannot be taken off, and is named.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals.checks import free_of_masses
+    >>> from toolpoint.vibration import Frf
+    >>> frf = Frf([10.0, 20.0], np.full((2, 1, 1), 2.0), ["tool:+x"], ["tool:+x"], "accelerance")
+    >>> free_of_masses(frf, {"tool:+x": 0.1, "table:+x": 0.1}).notes[-1].split(":")[0]
+    'sensor mass of 0.1 kg at table'
+    """
+    freed, notes = frf, list[str]()
+    for text, mass in masses.items():
+        dof = Dof.parse(text)
+        if mass and dof in frf.outputs and dof in frf.inputs:
+            freed = without_mass(freed, dof, mass)
+        elif mass:
+            notes.append(f"sensor mass of {mass:g} kg at {dof} stays in the responses: no driving point was measured there")
+    return replace(freed, notes=(*freed.notes, *notes))

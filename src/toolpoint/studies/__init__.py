@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.moving_structure import ToolStance
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, lay_path, line, plane_frame, sides_of, square
+    from toolpoint.studies.citation import Citation, cite_package
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
+    from toolpoint.studies.cuts.work_dynamics import with_work
     from toolpoint.studies.drift.drift_study import study_drift
     from toolpoint.studies.drift.mode_changes import Repeatability
     from toolpoint.studies.environment import core_count, examine_environment
@@ -60,6 +62,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import refuse_in_tilted_planes, run_stages
     from toolpoint.studies.measured.component_places import place_test
+    from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
     from toolpoint.studies.measured.identification import identify_modes, modes_of_test
     from toolpoint.studies.measured.joint_study import study_joints
@@ -67,6 +70,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.measured.model_correlation import with_measured_points
     from toolpoint.studies.measured.operational_study import OperationalStudy, study_operational
+    from toolpoint.studies.measured.shaker_study import study_shaker_records
     from toolpoint.studies.measured.two_states import compare_two_states
     from toolpoint.studies.moving.driven_axis_study import DrivenAxisStudy, study_driven_axis
     from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
@@ -89,6 +93,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.drive_structure import question_structure, structure_of
+    from toolpoint.studies.servos.driven_responses import study_driven_responses
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.testing.modal_test_plan import plan_test
@@ -105,6 +110,7 @@ __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
     "BlowVerdict",
+    "Citation",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
@@ -146,6 +152,7 @@ __all__ = [
     "check_machine",
     "choose_engine",
     "choose_turns",
+    "cite_package",
     "compare_branches",
     "compare_record",
     "compare_two_states",
@@ -223,8 +230,10 @@ __all__ = [
     "structure_of",
     "study_base_reactions",
     "study_datasheet",
+    "study_described_records",
     "study_drift",
     "study_driven_axis",
+    "study_driven_responses",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -240,6 +249,7 @@ __all__ = [
     "study_responses",
     "study_responses_of_machine",
     "study_sensitivity",
+    "study_shaker_records",
     "study_tap",
     "study_tool",
     "study_traverse",
@@ -251,6 +261,7 @@ __all__ = [
     "update_from_virtual_videos",
     "update_machine",
     "with_measured_points",
+    "with_work",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -269,11 +280,13 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
+    "cuts.work_dynamics": ("with_work",),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
     "drift.drift_study": ("study_drift",),
     "drift.mode_changes": ("Repeatability",),
+    "citation": ("Citation", "cite_package"),
     "environment": ("core_count", "examine_environment"),
     "execute": ("Dask", "Serial", "choose_engine"),
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
@@ -306,7 +319,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.tilted_stages": ("refuse_in_tilted_planes", "run_stages"),
     "measured.component_places": ("place_test",),
+    "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),
+    "measured.shaker_study": ("study_shaker_records",),
     "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
@@ -335,6 +350,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "screening.robot_demo": ("run_demo as run_robot_demo",),
     "screening.screen": ("screen",),
     "servos.drive_experiment": ("run_drives",),
+    "servos.driven_responses": ("study_driven_responses",),
     "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),

@@ -134,8 +134,12 @@ def schema(kind: Annotated[str, Argument()] = "machine") -> None:
 
 
 @command(page=False)
-def doctor(run: Frame, *, compile: Annotated[bool, Help("Compile all kernels now, on all cores.")] = False) -> None:
+def doctor(run: Frame, *, compile: Annotated[bool, Help("Compile all kernels now, on all cores.")] = False,
+           cite: Annotated[bool, Help("What to cite in a paper, as a sentence and as BibTeX.")] = False) -> None:
     """Versions, threads, caches, extras and the browser: what is there, what is missing, and what to do about it."""
+    if cite:
+        run.show(studies.cite_package())
+        return
     if compile:
         from toolpoint.kernel_compilation import compile_kernels
 

@@ -96,7 +96,7 @@ def frequency_map(run: Frame, machine: MachineFile, axes: Axes, *, count: Count 
                    studies.map_frequencies(built, positions, count, **how) if quantity == "frequency" else
                    studies.map_stiffness(built, positions, quantity, **how))
     run.warnings += result.failed()
-    run.present(pages.map_page, result, machine.stem, notes=getattr(result, "notes", ()))
+    run.present(pages.map_page, result, built.name, notes=getattr(result, "notes", ()))
 
 
 @command(steps=3)

@@ -18,14 +18,15 @@ from toolpoint.app.declare import Argument, Help, command, list_given
 from toolpoint.app.frame import Frame
 from toolpoint.app.live_options import LiveBlows
 from toolpoint.app.options import Files, MachineFile, Pose, Poses, Quantity, Variables
-from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, SpindleSpeeds
+from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, Span, SpindleSpeeds
 from toolpoint.io.suffixes import YAML
 
 if TYPE_CHECKING:
+    from toolpoint.machine import Machine
     from toolpoint.signals.record_set import RecordSet
     from toolpoint.signals.test_description import HammerTestDescription
 
-TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables")
+TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables", "excitation", "resolution", "zoom", "settle")
 
 
 @command()
@@ -74,6 +75,11 @@ class RecordOptions:
     window_end: Annotated[float | None, Help("Records: end value of the exponential window; 1 is none; what the slowest mode "
                                              "needs where left out.")] = None
     estimator: Annotated[Literal["H1", "H2", "Hv"] | None, Help("Records: H1 where left out.")] = None
+    excitation: Annotated[Literal["random", "burst", "swept", "pseudo-random"] | None, Help(
+        "Records of a shaker: how it moves. Bursts and sweeps begin and end in a block; a hammer where left out.")] = None
+    resolution: Annotated[float | None, Help("Shaker: spacing of the lines, Hz; a block lasts one over it.", above=0)] = None
+    zoom: Annotated[Span | None, Help("Shaker: only these lines, Hz.", metavar="LOW:HIGH")] = None
+    settle: Annotated[int, Help("Shaker: blocks left out at the start, until a repeated force has settled.", minimum=0)] = 0
     accept: Annotated[tuple[str, ...], Help("Records: use this hit whatever is judged; several times.", metavar="HIT")] = ()
     refuse: Annotated[tuple[str, ...], Help("Records: do not use this hit; several times.", metavar="HIT")] = ()
     test: Annotated[AnyPath | None, Help("Records: write or update this test file (YAML): channels, records, every "
@@ -92,6 +98,7 @@ class RecordOptions:
             return io.read_described_records(
                 files, self.channel, struck=self.struck, pattern=self.name, rate=self.rate, variables=self.variables,
                 block=self.block, window_end=self.window_end, estimator=self.estimator or "H1",
+                excitation=self.excitation or "hammer", resolution=self.resolution, zoom=self.zoom or (), settle=self.settle,
                 folder=None if self.test is None else self.test.parent)
         if labelling := list_given(*TEST_FILE_OPTIONS):
             raise ToolpointError(f"{labelling[0]}: is in the test file {files[0]}; change it there")
@@ -107,6 +114,7 @@ class MachineResponse:
                                              "table where left out.", name="--at", metavar="POINT:DIRECTION")] = ()
     inputs: Annotated[tuple[str, ...], Help("Force here; where it is seen, where left out.", name="--force",
                                             metavar="POINT:DIRECTION")] = ()
+    drives: Annotated[SourceFile | None, Help("Drive file: responses with its drives on, off, shorted and braked.")] = None
     lines: Annotated[Lines | None, Help("Lines in Hz, for example 5:400:1600; over all modes where left out.",
                                         metavar="LOW:HIGH:NUMBER")] = None
 
@@ -115,11 +123,12 @@ class MachineResponse:
 def frf(run: Frame, files: Files, response: MachineResponse, *,
         save: Annotated[NewFile | None, Help("Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one "
                                              "pose.")] = None, records: RecordOptions) -> None:
-    """Frequency responses: of a machine file at poses, or of the records of a hammer test.
+    """Frequency responses: of a machine file at poses, or of the records of a test by hammer or shaker.
 
     FILES are one machine file (YAML): responses of the tool against the table, with 95 % intervals where its numbers were
     identified. Or records of hammer hits (universal 58, CSV, LVM, WAV, TDMS, MATLAB, NumPy, HDF5), one hit a file or many, or a
-    test file (YAML with 'test' and 'records'): every hit is judged, and good ones give the responses.
+    test file (YAML with 'test' and 'records'): every hit is judged, and good ones give the responses. Or records of one shaker
+    or several at once (--excitation, --resolution).
     """
     if save is not None:
         io.check_writable(save)
@@ -138,6 +147,9 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     if save is not None and len(response.pose) > 1:
         raise ToolpointError(f"--save {save}: {len(response.pose)} poses; a file of responses holds one; call once for each")
     built = io.read_machine_at(machine, *response.pose)
+    if response.drives is not None:
+        _respond_with_drives(run, built, response, save)
+        return
     result = studies.study_responses_of_machine(built, response.pose or None, response.outputs or None,
                                                 inputs=response.inputs or None,
                                                 frequency=response.lines,
@@ -146,13 +158,33 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     run.present(pages.responses_page, result, run.warnings, notes=result.notes)
 
 
+def _respond_with_drives(run: Frame, machine: Machine, response: MachineResponse, save: Path | None) -> None:
+    """Save the responses with the drives on, and show those of every state."""
+    if response.inputs or len(response.pose) > 1:
+        raise ToolpointError("--drives: forces act where motions are seen, at one pose; leave --force and further poses out")
+    assert response.drives is not None
+    drives = io.read_drives(response.drives)
+    driven = studies.study_driven_responses(machine, drives, next(iter(response.pose), None), response.outputs or None,
+                                            frequency=response.lines)
+    run.write("Responses with the drives on", save, io.write_frf, driven.frfs["on"])
+    run.present(pages.driven_responses_page, driven, run.warnings, notes=[*driven.doubts, *driven.notes])
+
+
 def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:
     """Save and show the responses of hammer records; write their test file."""
     records, description = options.read(files)
+    if (settings := description.shaker) is not None:
+        run.step("blocks")
+        shaken = studies.study_shaker_records(records, settings, masses=description.sensor_masses)
+        run.write("Responses", save, io.write_frf, shaken.frf)
+        run.write("Test file", options.test, io.write_test, description, replace=options.test in files)
+        run.present(pages.shaker_page, shaken, run.warnings, notes=[*shaken.doubts, *shaken.notes, *shaken.band.notes])
+        return
     run.step("hits")
     result = studies.study_hammer_records(
         records, duration=options.block or description.block, final=options.window_end or description.window_end,
-        estimator=options.estimator or description.estimator, decisions=options.decisions)
+        estimator=options.estimator or description.estimator, decisions=options.decisions,
+        masses=description.sensor_masses)
     run.write("Responses", save, io.write_frf, result.frf)
     run.write("Test file", options.test, io.write_test, description.with_decisions({**records.decisions, **options.decisions}),
               replace=options.test in files)

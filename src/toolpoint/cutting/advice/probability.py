@@ -12,6 +12,7 @@ from toolpoint._check import Array, FloatArray, count, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.compute import chart
+from toolpoint.cutting.stability.drawn_response import rough_limits
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
@@ -208,29 +209,32 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     -----
     Where nothing but the coefficients is uncertain and the cut has the same shape at every depth, the force is K_t times the
     depth times a function of K_n/K_t: samples share charts of few ratios (`RATIO_STEP` apart, taken at the nearest), whose
-    depths are stretched by their K_t.
+    depths are stretched by their K_t. On measured lines a cut whose shape depends on depth (helix, rounded edge) takes seconds
+    a speed: all samples share the chart of the cut itself, its depths stretched by the ratio of single-frequency limits.
     """
     w = floats("depths", np.atleast_1d(depths))
     n = floats("speeds", np.atleast_1d(speeds))
     deviation = np.array([p.deviation for p in parameters])
     factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
     names = tuple(p.name for p in parameters)
-    of_response = _picked_draws(limit_draws, samples, n.size, rng)
+    moved_limits = _picked_draws(limit_draws, samples, n.size, rng)
     stable = np.empty((samples, n.size, w.size), bool)
     frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
-    groups = _equal_ratios(factors) if names == ("kt", "kn") and _is_scaled(problem) else [
-        (row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
+    groups = _groups(problem, names, factors)
+    if names == ("kt", "kn") and is_slow(problem):
+        moved_limits = moved_limits * _rough_ratios(problem, parameters, factors, speeds=n, depth=float(w.max()))
+    is_by_speed = bool((moved_limits != 1).any())
     for number, (row, members, stretches) in enumerate(groups, start=1):
         varied = problem
         for parameter, factor in zip(parameters, row):
             varied = parameter.change(varied, float(factor))
-        speed_stretches = stretches[:, None] / of_response[members]  # (members, n)
+        speed_stretches = stretches[:, None] / moved_limits[members]  # (members, n)
         depth_max = float(min(w.max() * speed_stretches.max(), MAX_SAMPLE_STRETCH * w.max() * stretches.max()))
         sample: StabilityChart = chart(varied, n, method, depth_max=depth_max)
         first = sample.limit_points()
         for s, stretch in zip(members.tolist(), speed_stretches):
             stable[s] = [sample.stable(np.minimum(w * part, depth_max))[i] for i, part in enumerate(stretch)] \
-                if limit_draws is not None else sample.stable(w * stretch[0])
+                if is_by_speed else sample.stable(w * stretch[0])
             limit[s] = np.minimum(sample.limit / stretch, w.max())
             reached = (first >= 0) & (sample.limit / stretch <= w.max())
             frequency[s, reached] = sample.frequency[first[reached]]
@@ -238,6 +242,34 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
             progress(number, len(groups))
     return ProbabilityChart(n, w, stable, factors, names, frequency, limit,
                             np.full(samples, 1 / samples))
+
+
+def is_slow(problem: MillingProblem) -> bool:
+    """Whether every sample would need a chart of its own on measured lines, seconds a speed."""
+    return not problem.plane.is_modal and not _is_scaled(problem)
+
+
+def _groups(problem: MillingProblem, names: tuple[str, ...], factors: FloatArray) -> list[tuple[FloatArray, Array, FloatArray]]:
+    """Return the factors that are charted, the samples that share each chart, and what stretches their depths."""
+    if names == ("kt", "kn") and is_slow(problem):
+        return [(np.ones(2), np.arange(len(factors)), np.ones(len(factors)))]
+    if names == ("kt", "kn") and _is_scaled(problem):
+        return _equal_ratios(factors)
+    return [(row, np.array([s]), np.ones(1)) for s, row in enumerate(factors)]
+
+
+def _rough_ratios(problem: MillingProblem, parameters: Sequence[Uncertain], factors: FloatArray, *, speeds: FloatArray,
+                  depth: float) -> FloatArray:
+    """Return single-frequency limits of every sample over those of the problem itself, (samples, speeds)."""
+    deepest = MAX_SAMPLE_STRETCH * depth
+    middle = rough_limits(problem, speeds, deepest)
+    rows = []
+    for row in factors:
+        varied = problem
+        for parameter, factor in zip(parameters, row, strict=True):
+            varied = parameter.change(varied, float(factor))
+        rows.append(rough_limits(varied, speeds, deepest) / middle)
+    return np.array(rows)
 
 
 def _picked_draws(limit_draws: FloatArray | None, samples: int, speeds: int, rng: np.random.Generator) -> FloatArray:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy  # its rooms load on first use
 
 from toolpoint._check import FloatArray, IndexArray, ToolpointError
 from toolpoint.cutting.cut.plane import PlaneDynamics
@@ -25,8 +26,9 @@ from toolpoint.cutting.stability.result import StabilityChart
 MAX_CHARTED_DRAWS = 100  # draws whose limits are solved by the single-frequency solution
 DRAWN_DEPTH_FACTOR = 2.0  # largest depth of the charts of draws over that of the chart
 MAX_ROUGH_DIFFERENCE = 0.25  # of a limit: single-frequency against exact, above which ratios are scaled by exact draws
-MAX_EXACT_SPEEDS, EXACT_DRAW_COUNT = 8, 8  # speeds and draws that are charted exactly for it
-SCATTER_FACTOR_RANGE = (0.5, 4.0)  # of the scatter of exact draws over that of single-frequency ones
+# Speeds and draws that are charted exactly for it, on measured lines; of modes all draws, at twice as many speeds.
+MAX_EXACT_SPEEDS, EXACT_DRAW_COUNT = 8, 8
+SCATTER_FACTOR_RANGE = (0.5, 8.0)  # of the scatter of exact draws over that of single-frequency ones
 MIN_LOG_SCATTER = 1e-9  # of drawn limits, below which nothing is scaled
 NOTE = ("the lines are uncertain together (draws of the response): errors of limits hold 95 % of the limits of {count} equally "
         "likely responses")
@@ -48,13 +50,20 @@ def limit_ratios(problem: Problem, chart: StabilityChart, method: StabilityMetho
     plane = problem.plane
     count = 0 if plane.draws is None else min(len(plane.draws), MAX_CHARTED_DRAWS)
     drawn = [with_plane(problem, plane.at_draw(k)) for k in range(count)]
+    return ratios_of(with_plane(problem, replace(plane, draws=None)), drawn, chart, method=method)
+
+
+def ratios_of(problem: Problem, drawn: Sequence[Problem], chart: StabilityChart, *, method: StabilityMethod) -> FloatArray:
+    """Return the limits of drawn problems over those of the problem that a chart is of, (n_draws, n_speeds)."""
     depth = DRAWN_DEPTH_FACTOR * chart.depth_max
-    middle = rough_limits(with_plane(problem, replace(plane, draws=None)), chart.speeds, depth)
+    middle = rough_limits(problem, chart.speeds, depth)
     ratios = np.array([rough_limits(each, chart.speeds, depth) for each in drawn]) / middle
     exact = np.minimum(chart.limit, depth)
     # Where the chart ends below the limit there is nothing to compare with.
     unlike = np.flatnonzero(np.isfinite(chart.limit) & (np.abs(middle / np.maximum(exact, 1e-300) - 1) > MAX_ROUGH_DIFFERENCE))
-    return _scaled_by_exact(ratios, drawn[:EXACT_DRAW_COUNT], chart, method=method, unlike=unlike)
+    # Modes are charted in milliseconds a speed, lines in tenths of a second.
+    count = len(drawn) if problem.plane.is_modal else EXACT_DRAW_COUNT
+    return _scaled_by_exact(ratios, drawn[:count], chart, method=method, unlike=unlike)
 
 
 def response_alone(problem: MillingProblem) -> MillingProblem:
@@ -81,18 +90,26 @@ def rough_limits(problem: Problem, speeds: FloatArray, depth: float) -> FloatArr
 
 def _scaled_by_exact(ratios: FloatArray, drawn: Sequence[Problem], chart: StabilityChart, *, method: StabilityMethod,
                      unlike: IndexArray) -> FloatArray:
-    """Return ratios whose logarithms are scaled, at speeds `unlike`, by the scatter of some draws that are charted exactly."""
+    """Return ratios that follow exact charts at speeds `unlike`: at some of them as charted, beside these by their scatter.
+
+    Where not all draws are charted exactly, the logarithms of the ratios are scaled to the scatter of those that are, with
+    Student's factor for so few.
+    """
     if not unlike.size or len(drawn) < 2:
         return ratios
-    some = unlike[np.unique(np.linspace(0, unlike.size - 1, MAX_EXACT_SPEEDS).astype(int))]
+    speed_count = MAX_EXACT_SPEEDS * (2 if len(drawn) == len(ratios) else 1)
+    some = unlike[np.unique(np.linspace(0, unlike.size - 1, speed_count).astype(int))]
     depth = DRAWN_DEPTH_FACTOR * chart.depth_max
     try:
-        exact = np.array([np.minimum(method.solve(each, chart.speeds[some], depth).limit, depth) for each in drawn])
+        exact = np.array([np.clip(method.solve(each, chart.speeds[some], depth).limit, 1e-6 * depth, depth) for each in drawn])
     except ToolpointError:  # twice the depth may be beyond what a method takes: the ratios stay as they are
         return ratios
-    scatter = np.log(np.maximum(exact, 1e-6 * depth)).std(axis=0)
+    logs = np.log(exact / np.minimum(chart.limit[some], depth))
+    student = float(scipy.special.stdtrit(len(drawn) - 1, 0.975) / scipy.special.ndtri(0.975))
     rough = np.log(ratios[:len(drawn), some]).std(axis=0)
-    factor = np.clip(scatter / np.maximum(rough, MIN_LOG_SCATTER), *SCATTER_FACTOR_RANGE)
+    factor = np.clip(student * logs.std(axis=0) / np.maximum(rough, MIN_LOG_SCATTER), *SCATTER_FACTOR_RANGE)
     result = ratios.copy()
     result[:, unlike] = ratios[:, unlike] ** np.interp(unlike, some, factor)
+    if len(drawn) == len(ratios):
+        result[:, some] = np.exp(logs)
     return result

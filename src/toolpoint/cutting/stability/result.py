@@ -37,7 +37,7 @@ class StabilityChart(NotebookText):
     change : (m,) ints
         Number of multipliers that leave the unit circle when the depth grows through the point (negative: come back).
     error : (m,) floats
-        Estimated numerical error of `depth`, m.
+        Stated error of `depth`, m: numerical, and of what the response states of its own uncertainty (noise, draws).
     unstable_at_zero : (n,) ints
         Number of unstable multipliers at depth zero (0 for a stable structure).
     method, notes : str, sequence of str

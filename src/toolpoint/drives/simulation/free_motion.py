@@ -15,7 +15,7 @@ from toolpoint.drives.simulation.simulate import ServoResult, empty_histories, l
 def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None,
                          record_interval: int = 1,
                 bristles: FloatArray | None = None) -> ServoResult:
-    """Return the motion of a plant under forces on its tables, motors without current.
+    """Return the motion of a plant under forces on its tables without controllers: no voltage, so synchronous motors brake.
 
     Parameters
     ----------

@@ -48,8 +48,8 @@ class _Channel:
 
 
 def parse_channel(text: str) -> ChannelDescription:
-    """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof, sensitivity and the full scale of a
-    sound file (``10V``) in any order, none or all of them; ``1=ignored`` leaves a channel out."""
+    """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof, sensitivity, mass of the sensor
+    (``10g``) and full scale of a sound file (``10V``) in any order, none or all; ``1=ignored`` leaves a channel out."""
     name, equals, description = text.partition("=")
     words = description.replace(",", " ").split()
     if not equals or not name.strip() or not words:
@@ -62,6 +62,8 @@ def parse_channel(text: str) -> ChannelDescription:
             described = replace(described, sensitivity=word)
         elif full := re.fullmatch(r"([\d.]+(?:[eE][-+]?\d+)?)(m?V)", word):
             described = replace(described, full_scale=float(full[1]) * VOLTS[full[2].lower()])
+        elif mass := re.fullmatch(r"([\d.]+)(k?g)", word):
+            described = replace(described, mass=float(mass[1]) * (1.0 if mass[2] == "kg" else 1e-3))
         elif re.fullmatch(r"\S+:[-+]?r?[xyz]", word, re.IGNORECASE):
             described = replace(described, dof=word)
         else:

@@ -90,6 +90,8 @@ def read_described_records(
     paths: Paths, channels: Sequence[str] = (), *, struck: str | None = None, pattern: str | None = None,
     rate: float | None = None, variables: Mapping[str, str] | None = None, block: float | None = None,
     window_end: float | None = None, estimator: Literal["H1", "H2", "Hv"] = "H1", folder: str | Path | None = None,
+    excitation: Literal["hammer", "random", "burst", "swept", "pseudo-random"] = "hammer", resolution: float | None = None,
+    zoom: tuple[float, ...] = (), settle: int = 0,
 ) -> tuple[RecordSet, HammerTestDescription]:
     """Return records of files, and the description with which a test file would name them.
 
@@ -97,7 +99,7 @@ def read_described_records(
     ----------
     paths, channels, struck, pattern, rate, variables
         See `record_files.read_all`.
-    block, window_end, estimator
+    block, window_end, estimator, excitation, resolution, zoom, settle
         Settings of the test, see `HammerTestDescription`.
     folder : path, optional
         Where the test file will lie: files inside are named from there.
@@ -109,5 +111,7 @@ def read_described_records(
     base = None if folder is None else Path(folder).resolve()
     names = tuple(str(file.relative_to(base)) if base is not None and file.is_relative_to(base) else str(file)
                   for file in (file.resolve() for file in files))
-    return records, HammerTestDescription("Hammer test", (RecordsDescription(names, struck, pattern),), tuple(described),
-                                          estimator, block, window_end, rate)
+    title = "Hammer test" if excitation == "hammer" else "Shaker test"
+    return records, HammerTestDescription(
+        title, (RecordsDescription(names, struck, pattern),), tuple(described), estimator, block, window_end, rate,
+        excitation=excitation, resolution=resolution, zoom=zoom, settle=settle)

@@ -102,7 +102,7 @@ class PatchPartDescription:
     def place(self) -> SolidPlace:
         """The place, where a rectangle is drawn at position 0. Raises ToolpointError for none and for several at once."""
         kinds = [key for key in (*_WAYS_OF_PLACE, "together") if getattr(self, key, None)]
-        is_rectangle = any(getattr(self, key) not in ((), None) for key in _RECTANGLE_KEYS)
+        is_rectangle = any(_is_given(getattr(self, key)) for key in _RECTANGLE_KEYS)
         if len(kinds) + is_rectangle != 1:
             fail("interface", f"{' and '.join([*kinds, *['a rectangle'] * is_rectangle]) or 'no place'}",
                  f"must be one of {', '.join(_WAYS_OF_PLACE)}, together, or a rectangle ({', '.join(_RECTANGLE_KEYS)})",
@@ -112,7 +112,7 @@ class PatchPartDescription:
     @property
     def _rectangle(self) -> Patch:
         for name in _RECTANGLE_KEYS:
-            if getattr(self, name) in ((), None):
+            if not _is_given(getattr(self, name)):
                 fail(name, "missing", f"must be given: a rectangle has {', '.join(_RECTANGLE_KEYS)}")
         assert self.length is not None and self.width is not None
         from toolpoint.bodies.solid import Patch
@@ -158,7 +158,7 @@ class PatchDescription(PatchPartDescription):
             fail("slide", f"{len(self.slide)} positions", "must be two: first and last")
         if self.slide and not self.slide[0] < self.slide[1]:
             fail("slide", f"{self.slide[0]:g} .. {self.slide[1]:g} m", "must run from the lower position to the higher one")
-        if self.slide and not self.centre:
+        if self.slide and not _is_given(self.centre):
             fail("slide", "on a place that is no rectangle", "must be of a rectangle",
                  remedy="give centre, along, across, length and width of the carriage's footprint")
         return place
@@ -170,6 +170,10 @@ class PatchDescription(PatchPartDescription):
 
         return JoinedPlaces(tuple(within(f"together[{i}]", attrgetter("place"), part)
                                   for i, part in enumerate(self.together)))
+
+
+def _is_given(value: tuple[float, ...] | float | None) -> bool:
+    return value is not None and np.size(value) > 0
 
 
 def _three(name: str, values: tuple[float, ...]) -> FloatArray:

@@ -13,7 +13,7 @@ from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, ClickedSeries, Lookup, Report, Table
+from toolpoint.plot import Chart, ClickedSeries, InverseField, Lookup, Report, Table
 from toolpoint.plot.figures.cuts.cutting import (
     chatter_frequencies,
     intervals_of,
@@ -68,7 +68,7 @@ def _rests(result: LobesStudy) -> list[str]:
 
 def _with_chart(report: Report, result: LobesStudy) -> Report:
     chart, runs = result.chart, result.runs
-    words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
+    words = "Hover shows the stable interval, the chatter frequency at its end, and the stated error."
     best = from_chart(chart)
     depth_top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
     if result.withheld:
@@ -79,7 +79,7 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
                              points=points)
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
-                    "depth")
+                    "depth", _coefficient_field(result.problem, chart))
     looked_up = [] if result.withheld else [lookup]
     parts: list[Chart | ClickedSeries]
     if runs:
@@ -90,6 +90,21 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
         parts.append(Chart(chatter_frequencies(chart), "Frequency at which chatter begins at the first limit of each speed.",
                            name="chatter"))
     return report.with_section("Chart", *looked_up, words, *parts)
+
+
+def _coefficient_field(problem: MillingProblem, chart: StabilityChart) -> InverseField | None:
+    """Return the field of K_t, None where the limit is not proportional to its inverse.
+
+    Straight edges of one depth: the equation of motion holds the depth only as its product with the coefficients. A helix
+    turns the teeth over the depth, a corner changes their arc, and process damping has a coefficient of its own.
+    """
+    tool = problem.tool
+    if np.abs(tool.helix).max() > 0 or tool.corner_radius > 0 or problem.process_damping > 0:
+        return None
+    k = problem.coefficients
+    ratio = f"Kn/Kt stays {k.kn / k.kt:.3g}" + (f" and Ka/Kt {k.ka / k.kt:.3g}" if k.ka else "")
+    return InverseField("K_t", "N/mm²", k.kt / 1e6, 1e3, "mm", chart.depth_max,
+                        f"Exact for straight edges without process damping: the limit goes with 1/Kt, {ratio}.")
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:

@@ -34,7 +34,7 @@ def turning_page(result: TurningStudy) -> Report:
                     float(best.speed if best.depth > 0 else np.median(chart.speeds)), "width")
     report = report.with_section(
         "Chart", *([] if result.withheld else [lookup]),
-        "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
+        "Hover shows the stable interval, the chatter frequency at its end, and the stated error.",
         Chart(figure, name="stability"), Table(list(HEADER), result.rows()))
     lowest_real_part = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
     report = report.with_section(

@@ -59,9 +59,9 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
     """
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)
-    first_sentence = answer(casting).partition(". ")[0]
-    page = replace(page, summary=f"{first_sentence} as a casting alone. With its feed drives: {answer(drives)}\n\n"
-                                 f"{casting.machine.description.description}")
+    first_sentence, drives_words = answer(casting).partition(". ")[0], answer(drives)
+    page = replace(page, summary=f"{first_sentence} as a casting alone. With its feed drives {drives_words[0].lower()}"
+                                 f"{drives_words[1:]}\n\n{casting.machine.description.description}")
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     scene, shapes = machine_shapes(drives.machine, {}, 18)
     page = page.with_section(

@@ -19,7 +19,7 @@ from toolpoint.studies.machines.stiffness_map import NAMES, StiffnessMap
 
 
 def map_page(result: PoseMap | StiffnessMap | ResponseMap, name: str) -> Report:
-    """Return the page of a map of frequencies, stiffness or responses; name : of the machine file, for the title."""
+    """Return the page of a map of frequencies, stiffness or responses; name : of the machine, for the title."""
     if isinstance(result, ResponseMap):
         return response_map_page(result, name)
     return frequency_map_page(result, name) if isinstance(result, PoseMap) else stiffness_map_page(result, name)
@@ -63,7 +63,8 @@ def response_map_page(result: ResponseMap, name: str) -> Report:
         others = [other for other in grid.axes if other != name]
         other_axes = f"; {', '.join(others)} at the first position" if others else ""
         chart = frequency_map(grid.shown(name), result.frequency, np.log10(1e6 * size), axes=(name, "frequency"),
-                              units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of µm/N")
+                              units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of µm/N",
+                              is_logarithm=True)
         report = report.with_section("Responses over the position", f"Receptance over {name}{other_axes}.", Chart(chart))
     greatest = (1e6 * result.greatest(), list(DIRECTIONS), "Greatest receptance, µm/N")
     report = _map_page(report, "Greatest response", grid, greatest, lines=result.extremes(), failures=result.failures)

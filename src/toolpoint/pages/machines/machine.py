@@ -20,6 +20,7 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.machine_report import MachineReport, comparison
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint
+from toolpoint.studies.machines.tool_yielding import yielding_sentence
 
 
 def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:
@@ -43,9 +44,10 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
 
 
 def answer(result: MachineReport) -> str:
-    """Return the lowest mode with the greatest compliance of the tool, the lowest stable depth, and what both rest on.
+    """Return the lowest mode with the greatest compliance of the tool, its softest joint, the lowest stable depth, and what
+    they rest on.
 
-    A sentence each; the one on the depth is left out where no chart has a limit.
+    A sentence each; those on joint and depth are left out where the machine has no tool and where no chart has a limit.
     """
     words = f"The lowest mode is at {number_text(float(result.frequency[0]))} Hz"
     if result.study is not None:
@@ -56,6 +58,7 @@ def answer(result: MachineReport) -> str:
         line = int(np.argmax(np.abs(frf.at_pose(k).values[:, i, i])))
         words += (f"; the tool is most compliant along {'xyz'[i]} at {frf.frequency[line]:.1f} Hz "
                   f"({number_text(1e6 * size, digits=3)} µm/N)")
+    words += f". {yielding_sentence(result.yielding)}".removesuffix(".") if result.yielding else ""
     finite = [limit for limit in result.lowest if np.isfinite(limit.depth)]
     if finite:
         lowest = min(finite, key=lambda limit: limit.depth)
@@ -119,8 +122,8 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
     depth_top = None if finite else max(chart.depth_max for chart in result.charts)
     return [words, Chart(stability_chart(curves, max_depth=depth_top)),
             Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
-                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error alone, "
-                  "printed as a thousandth of the depth where it is less")]
+                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error and "
+                  "that of reduced elastic bodies, printed as a thousandth of the depth where it is less")]
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:

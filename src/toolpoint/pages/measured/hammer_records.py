@@ -10,6 +10,8 @@ from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.measured.hits import PulseCurve, force_pulses, force_spectra
 from toolpoint.plot.figures.measured.response_bands import magnitude_bands
+from toolpoint.signals.checks import Reciprocity
+from toolpoint.signals.driving_doubts import DrivingPointCheck
 from toolpoint.studies.measured.hammer_study import HEADER, HammerStudy, HitVerdict
 
 WIDTHS_BEFORE_PEAK, WIDTHS_AFTER_PEAK = 4, 20  # pulse widths drawn before and after a peak
@@ -30,7 +32,7 @@ def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = 
     report = report.with_section("Hits", Table(list(HEADER), rows), pulses)
     report = report.with_section("Force", _spectra(result))
     report = _with_responses(report, result)
-    report = _with_checks(report, result)
+    report = with_checks(report, result.driving, result.pairs)
     notes = [*result.notes, *result.band.notes]
     lines = [line for line in dict.fromkeys(warnings) if line not in (*result.doubts, *notes)]
     parts = [Notes(lines, "warning")] if lines else []
@@ -81,17 +83,17 @@ def _with_responses(report: Report, result: HammerStudy) -> Report:
     return report
 
 
-def _with_checks(report: Report, result: HammerStudy) -> Report:
+def with_checks(report: Report, driving: Sequence[DrivingPointCheck], pairs: Sequence[Reciprocity]) -> Report:
     """Return the report with the checks of driving points and reciprocity."""
     parts = []
-    if result.driving:
+    if driving:
         parts.append(Table(["driving point", "power taken in, %", ""],
                            [[str(check.dof), round(100 * check.share, 1), check.doubts[0] if check.doubts else "as it must be"]
-                            for check in result.driving],
+                            for check in driving],
                            "Of a passive structure all lines take in power: 100 %. Only lines that can be believed are asked."))
-    if result.pairs:
+    if pairs:
         parts.append(Table(["pair", "agreement", "ratio", ""],
                            [[f"{pair.first} / {pair.second}", round(pair.agreement, 4), round(pair.ratio, 4),
-                             "reciprocal" if pair.holds else "not reciprocal"] for pair in result.pairs],
+                             "reciprocal" if pair.holds else "not reciprocal"] for pair in pairs],
                            "H(a, b) beside H(b, a): agreement and ratio are 1 in a linear structure."))
     return report.with_section("Checks", *parts) if parts else report

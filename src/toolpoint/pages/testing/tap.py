@@ -12,13 +12,11 @@ from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.studies.measured.hammer_study import HEADER
 from toolpoint.studies.testing.tap_study import MODE_COLUMNS, SPEED_COLUMNS, TappedDirection, TapStudy
 
-MARKS = {"green": "good", "amber": "assumed", "red": "doubtful"}
-
 
 def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a tap test."""
     report = Report("Tap test", result.status)
-    rows = [[light.step, Cell(light.colour, MARKS[light.colour]), light.words, light.remedy] for light in result.lights]
+    rows = [[light.step, Cell(light.colour, light.colour), light.words, light.remedy] for light in result.lights]
     repeat_notes = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []
     report = report.with_section("Steps", Table(["step", "light", "what is so", "what to do"], rows), *repeat_notes)
     if result.speed_rows():

@@ -14,7 +14,8 @@ from toolpoint.plot.page.markup import typeset
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 # Okabe and Ito, Color Universal Design (2008), without its black and yellow, which vanish on dark and on light pages.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#882E72", "#999933", "#5B5BD6",
+           "#A6761D", "#1FB5A6")
 # Fills of stable and unstable regions of a chart; line at a natural frequency.
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
 DASHES = ("solid", "dash", "dot", "dashdot")

@@ -117,6 +117,37 @@ class ClickedSeries:
 
 
 @dataclass(frozen=True)
+class InverseField:
+    """Second field of a `Lookup`: a quantity with which its values go inversely, exactly.
+
+    label, unit, start : of the field, start the number of which the values were computed; factor : from a value to
+    `value_unit`, in which it is printed; words : when the rule holds, printed small; upper : the largest value that was
+    searched, for places without a limit.
+    """
+
+    label: str
+    unit: str
+    start: float
+    factor: float
+    value_unit: str
+    upper: float
+    words: str
+
+    def fragment(self, name: str) -> str:
+        """Return the label and the field."""
+        field_id = f"tp-inverse-{name}"
+        return (f' <span class="tp-second"><label for="{field_id}">{mark_up(self.label)}</label> '
+                f'<input id="{field_id}" class="tp-inverse" '
+                f'type="number" inputmode="decimal" step="any" min="{self.start / 10:g}" max="{self.start * 10:g}" '
+                f'value="{self.start:.6g}"> <span>{html.escape(self.unit)}</span></span>')
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the script of the page needs."""
+        return {"label": self.label, "unit": self.unit, "start": float(f"{self.start:.6g}"), "factor": self.factor,
+                "valueUnit": self.value_unit, "upper": self.upper, "words": self.words}
+
+
+@dataclass(frozen=True)
 class Lookup:
     """A field for a number and the answer to it, from answers computed beforehand: "how deep at my speed".
 
@@ -135,6 +166,8 @@ class Lookup:
     start : float
         What the field holds at first.
     name : str
+    inverse : InverseField, optional
+        A second number with which the values go inversely.
     """
 
     label: str
@@ -144,6 +177,7 @@ class Lookup:
     answers: Sequence[str]
     start: float
     name: str = "lookup"
+    inverse: InverseField | None = None
 
     def __post_init__(self) -> None:
         if not len(self.abscissae) == len(self.values) == len(self.answers) or len(self.abscissae) == 0:
@@ -154,11 +188,14 @@ class Lookup:
         """Return the field, the place of the answer, and the data block."""
         abscissae = [float(f"{v:.7g}") for v in self.abscissae]
         values = [float(f"{v:.7g}") if math.isfinite(v) else None for v in self.values]
-        data = {"at": abscissae, "values": values, "answers": list(self.answers), "unit": self.unit}
+        data = {"at": abscissae, "values": values, "answers": list(self.answers), "unit": self.unit,
+                "inverse": None if self.inverse is None else self.inverse.to_dict()}
+        second = "" if self.inverse is None else self.inverse.fragment(self.name)
         field_id, source = f"tp-field-{self.name}", f"tp-lookup-{self.name}"
         return (f'<div class="tp-lookup" data-source="{source}"><label for="{field_id}">{mark_up(self.label)}</label> '
                 f'<input id="{field_id}" type="number" inputmode="decimal" step="any" '
-                f'min="{abscissae[0]:g}" max="{abscissae[-1]:g}" value="{self.start:g}"> <span>{html.escape(self.unit)}</span>'
+                f'min="{abscissae[0]:g}" max="{abscissae[-1]:g}" value="{self.start:g}"> '
+                f'<span>{html.escape(self.unit)}</span>{second}'
                 f'<output for="{field_id}" aria-live="polite"><noscript>This field needs JavaScript.</noscript></output></div>'
                 + deflate_block(source, json.dumps(data, separators=(",", ":"))))
 

@@ -12,7 +12,7 @@ from toolpoint._check import fail, one_of
 from toolpoint._rounding import number_text, with_uncertainty
 from toolpoint.plot.page.markup import mark_up
 
-MARKS = ("", "published", "chosen", "measured", "computed", "assumed", "good", "doubtful")
+MARKS = ("", "published", "chosen", "measured", "computed", "assumed", "good", "doubtful", "green", "amber", "red")
 _MIN_SMALL_PRINT_COLUMNS = 7  # columns from which a table is set smaller in print
 _NUMERIC = re.compile(r"(above |below )?[-+−]?\d[\d.,]*(e[-+]?\d+)?( ± [\d.,e+-]+)?( %)?")
 

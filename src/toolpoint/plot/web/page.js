@@ -75,7 +75,7 @@
 
   // A field for a number and its answer; between two places the lower answer counts, and both are named.
   function lookup(root) {
-    const { at, values, answers, unit } = JSON.parse(window.ToolpointText(root.dataset.source));
+    const { at, values, answers, unit, inverse } = JSON.parse(window.ToolpointText(root.dataset.source));
     const field = root.querySelector("input"), place = root.querySelector("output");
     const lines = (...texts) => place.replaceChildren(...texts.map((text, i) =>
       Object.assign(document.createElement(i ? "small" : "strong"), { textContent: text })));
@@ -84,11 +84,21 @@
       if (field.value === "" || !Number.isFinite(x)) return lines("Write a number.");
       if (x < at[0] || x > at[last]) return lines(`Outside what was computed: ${at[0]} to ${at[last]} ${unit}.`);
       const high = at.findIndex((v) => v >= x), low = at[high] === x ? high : high - 1;
+      const second = inverse && root.querySelector(".tp-inverse"), k = second ? Number(second.value) : 0;
+      if (second && !(k > 0)) return lines(`Write ${inverse.label} above zero.`);
+      if (second && k !== inverse.start) {
+        // Exact where the rule holds; three digits, rounded down: never more than is stable.
+        const down = (v) => { const step = 10 ** (Math.floor(Math.log10(v)) - 2); return Number((Math.floor(v / step + 1e-9) * step).toPrecision(3)); };
+        const near = [low, high].filter((i) => at[i] !== undefined).map((i) => values[i] === null ? Infinity : values[i]), value = Math.min(...near);
+        const size = down(inverse.factor * (Number.isFinite(value) ? value : inverse.upper) * inverse.start / k);
+        return lines(`${x} ${unit} at ${inverse.label.replace("_", "")} ${k} ${inverse.unit}: ${Number.isFinite(value) ? `stable up to ${size}` : `no limit found up to ${size}`} ${inverse.valueUnit}.`,
+          inverse.words, `As charted, ${inverse.label.replace("_", "")} ${inverse.start}: ${answers[near.indexOf(value) === 0 ? low : high]}`);
+      }
       if (low === high) return lines(answers[high]);
       const size = (k) => values[k] === null ? Infinity : values[k], lower = size(low) <= size(high) ? low : high;
       return lines(answers[lower], `The lower of the two computed beside it. ${answers[low === lower ? high : low]}`);
     };
-    field.addEventListener("input", answer);
+    for (const input of root.querySelectorAll("input")) input.addEventListener("input", answer);
     answer();
   }
 

@@ -131,7 +131,7 @@ window.ToolpointControls = (function () {
     const ramp = view.data.ramp.map((c) => `rgb(${c.map((v) => Math.round(255 * v)).join(" ")})`);
     const strip = make("i", {});
     strip.style.background = `linear-gradient(to right, ${ramp.join(", ")})`;
-    const ends = view.still ? [view.still[0], view.still[1] + " " + view.still[2]] : ["0", "max |u|"];
+    const ends = view.still ? [view.still[0], view.still[1] + " " + view.still[2]] : ["0", "1 (of the largest motion)"];
     view.legend = make("div", { class: "tp-legend" }, make("span", { text: ends[0] }), strip, make("span", { text: ends[1] }));
     view.stage.append(view.legend);
     if (view.panes.some((pane) => pane.known.includes(0)))

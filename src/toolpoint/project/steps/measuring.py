@@ -13,12 +13,13 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 from toolpoint.studies.measured.hammer_study import HammerStudy
+from toolpoint.studies.measured.shaker_study import ShakerStudy
 from toolpoint.studies.testing.tap_study import Light
 
 
 def make_responses(folder: Path, test: Path | None = None, records: Sequence[Path] = (), *, channels: Sequence[str] = (),
                    struck: str | None = None, pattern: str | None = None) -> StepOutcome:
-    """Write the responses of hammer records (responses.h5) and the verdict on every hit (hits.json)."""
+    """Write the responses of records by hammer or shaker (responses.h5), and the verdict on every hit (hits.json)."""
     study = _study_records(test, records, channels, struck=struck, pattern=pattern)
     io.write_frf(study.frf, folder / "responses.h5")
     write_json(folder / "hits.json", study.to_dict())
@@ -26,13 +27,12 @@ def make_responses(folder: Path, test: Path | None = None, records: Sequence[Pat
 
 
 def _study_records(test: Path | None, records: Sequence[Path], channels: Sequence[str], *, struck: str | None,
-                   pattern: str | None) -> HammerStudy:
+                   pattern: str | None) -> HammerStudy | ShakerStudy:
     if test is not None:
         read, description = io.read_hammer_test(test)
     else:
         read, description = io.read_described_records(records, channels, struck=struck, pattern=pattern)
-    return studies.study_hammer_records(read, duration=description.block, final=description.window_end,
-                                        estimator=description.estimator)
+    return studies.study_described_records(read, description)
 
 
 def gather_responses(folder: Path, responses: Sequence[Path], *, struck: str | None = None, pattern: str | None = None
@@ -76,8 +76,9 @@ def _tap_of(way: str, settings: Mapping[str, Any], files: Mapping[str, Any]) -> 
     """Return the hammer study of one direction's records, or its responses."""
     if (responses := files.get(f"responses_{way}")) is not None:
         return io.read_frf(responses, struck=settings["struck"], pattern=settings["pattern"])
-    return _study_records(files.get(f"test_{way}"), files.get(f"records_{way}", ()), settings["channels"],
-                          struck=settings["struck"], pattern=settings["pattern"])
+    study = _study_records(files.get(f"test_{way}"), files.get(f"records_{way}", ()), settings["channels"],
+                           struck=settings["struck"], pattern=settings["pattern"])
+    return study if isinstance(study, HammerStudy) else study.frf
 
 
 def _doubt_of(light: Light) -> Doubt:

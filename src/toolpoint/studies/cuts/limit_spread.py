@@ -1,9 +1,10 @@
 """Uncertainty of stability limits from the machine's identified numbers: samples of the whole machine.
 
 
-Limits are not smooth where lobes change places, so machines are drawn from the covariance and charted like the machine itself;
-the logarithm of the limit gets Student's interval from them. Which joint it comes from follows from the greatest compliance of
-the tool, which is smooth.
+Limits are not smooth where lobes change places, so machines are drawn from the covariance; the logarithm of the limit gets
+Student's interval from them. In a chart of one machine, drawn limits are the chart's own times a ratio of single-frequency
+limits (`stability.drawn_response`), so that many machines can be drawn; maps, and machines whose bodies spin, chart few
+machines anew. Which joint it comes from follows from the greatest compliance of the tool, which is smooth.
 """
 
 from __future__ import annotations
@@ -16,15 +17,17 @@ import numpy as np
 import scipy  # its rooms load on first use
 
 from toolpoint._check import FloatArray
-from toolpoint.cutting import StabilityChart, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting.stability.automatic import default_method
+from toolpoint.cutting.stability.drawn_response import ratios_of
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.execute import Progress
-from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
+from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, MachineUncertainty, machine_uncertainty
 
-LIMIT_SAMPLE_COUNT = 8  # machines drawn from the covariance
+LIMIT_SAMPLE_COUNT = 8  # machines drawn from the covariance that are charted
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +84,19 @@ def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], par
         drawn.append(limits(sample))
         if progress is not None:
             progress(k + 1, samples)
+    return _spread_of(np.array(drawn), uncertainty, part_of)
+
+
+def _spread_of(drawn: FloatArray, uncertainty: MachineUncertainty, part_of: Callable[[Machine], FloatArray]) -> LimitSpread:
+    """Return the spread of drawn limits (n_draws, ..., n_speeds), m."""
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.where(np.isfinite(drawn), drawn, np.nan))
-        lowest = np.log(np.nanmin(np.array(drawn).reshape(samples, -1), axis=1))
+        lowest = np.log(np.nanmin(drawn.reshape(len(drawn), -1), axis=1))
         lowest[~np.isfinite(lowest)] = np.nan  # a sample without a limit: then the least limit has no deviation
         deviation = logs.std(axis=0, ddof=1)
     spread = uncertainty.spread(part_of)
     worst_index = int(np.argmax(spread.deviation))
-    return LimitSpread(deviation, float(lowest.std(ddof=1)), samples, spread.main_part(worst_index))
+    return LimitSpread(deviation, float(lowest.std(ddof=1)), len(drawn), spread.main_part(worst_index))
 
 
 def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: StabilityChart, *,
@@ -102,14 +110,26 @@ def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: S
         return None
     across = "rigid" if dynamics.y is None else "same" if dynamics.y == "same" else None
 
+    def problem_of(sample: Machine) -> MillingProblem:
+        return build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0]
+
     def limits(sample: Machine) -> FloatArray:
-        problem = build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0]
-        return stability.chart(problem, chart.speeds, method, depth_max=chart.depth_max).limit
+        return stability.chart(problem_of(sample), chart.speeds, method, depth_max=chart.depth_max).limit
 
     def compliance(sample: Machine) -> FloatArray:
-        plane = build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0].plane
+        plane = problem_of(sample).plane
         frequency_min, frequency_max = plane.span
         return np.log(np.abs(np.real(plane.response(np.linspace(0.5 * frequency_min, 2 * frequency_max,
                                                                 400)))).max(keepdims=True).ravel())
 
-    return sample_limits(machine, limits, compliance, rng=np.random.default_rng(0), progress=progress)
+    uncertainty = machine_uncertainty(machine)
+    if uncertainty is None or dynamics.at_speed is not None:
+        return sample_limits(machine, limits, compliance, rng=np.random.default_rng(0), progress=progress)
+    drawn = []
+    for k, sample in enumerate(uncertainty.samples(MACHINE_DRAW_COUNT, np.random.default_rng(0))):
+        drawn.append(problem_of(sample))
+        if progress is not None:
+            progress(k + 1, MACHINE_DRAW_COUNT)
+    problem = problem_of(machine)
+    ratios = ratios_of(problem, drawn, chart, method=default_method(problem) if method is None else method)
+    return _spread_of(np.minimum(chart.limit, chart.depth_max) * ratios, uncertainty, compliance)

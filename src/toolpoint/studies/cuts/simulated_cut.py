@@ -18,6 +18,7 @@ from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulat
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.drawn_cut import DrawnCut, question_cut
 from toolpoint.studies.cuts.lobes_study import DEFAULT_SIMULATED_FEED
 from toolpoint.studies.cuts.tip_doubts import WITHHELD, withheld_words
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -31,12 +32,17 @@ MAX_RUN_ON_STEPS = 20_000_000  # time steps up to which an undecided cut is run 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCut(NotebookText):
-    """Simulated cut with its verdict; linear : multiplier and limit of the stability chart; notes : assumptions."""
+    """Simulated cut with its verdict.
+
+    linear : multiplier and limit of the stability chart; drawn : verdicts of equally likely responses, None where the dynamics
+    have none; notes : assumptions.
+    """
 
     run: Simulation
     verdict: Verdict
     linear: CutStability = field(default_factory=CutStability)
     notes: tuple[str, ...] = ()
+    drawn: DrawnCut | None = None
 
     @property
     def withheld(self) -> list[Doubt]:
@@ -58,7 +64,8 @@ class SimulatedCut(NotebookText):
         run = self.run
         tail = run.force[-10 * run.steps_per_revolution:]
         moved = run.peak_to_peak()
-        verdict = [] if self.withheld else [*self._growth(), *self.linear.rows()]
+        drawn = [] if self.drawn is None else self.drawn.rows()
+        verdict = [] if self.withheld else [*self._growth(), *self.linear.rows(), *drawn]
         return [("state", self.state), ("because", self.reason), *verdict,
                 ("status", run.status),
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
@@ -80,6 +87,9 @@ class SimulatedCut(NotebookText):
         run, v = self.run, self.verdict
         growth = {"growth": None, "growth_error": None} if np.isnan(v.growth) else {"growth": v.growth, "growth_error": v.error}
         linear = {} if self.withheld else self.linear.to_dict()
+        if self.drawn is not None and not self.withheld:
+            linear |= {"probability_stable": self.drawn.stable_share,
+                       "limit_interval_m": [self.drawn.limit_min, self.drawn.limit_max]}
         return {"chatter": None if self.withheld else v.chatters, "state": self.state, "reason": self.reason,
                 "withheld": list(self.withheld), **growth, **linear,
                 "revolutions": run.revolutions, "notes": list(self.notes),
@@ -119,7 +129,9 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     else:
         run = run_until_decided(cut, first, max(first, MAX_RUN_ON_STEPS // per_turn))
     verdict, linear = run.verdict(), cut_stability(run)
-    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
+    drawn = question_cut(dynamics, values or {}, speed=speed, depth=depth)
+    said = [*([] if drawn is None else [drawn.note]), *notes, *run.notes, *_remarks(verdict, linear)]
+    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys(said)), drawn)
 
 
 def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:

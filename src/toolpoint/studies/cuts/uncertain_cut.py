@@ -20,6 +20,7 @@ from toolpoint.cutting.advice.probability import (
     Uncertain,
     coefficient_parameters,
     deviations_of,
+    is_slow,
     modal_parameters,
     probability,
 )
@@ -78,6 +79,9 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
                               depths=np.linspace(depth_max / PROBABILITY_DEPTHS, depth_max, PROBABILITY_DEPTHS),
                               rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
                               limit_draws=draws, progress=progress)
+    if is_slow(problem):
+        notes.append("P(stable): all samples share the chart of the cut itself, moved as single-frequency limits are, "
+                     "which is within about 5 % of a limit")
     return sampled, [*notes, *remarks, *contradictions(sampled, uncertainty.cuts)]
 
 

@@ -27,6 +27,7 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, pose_problem, tool_point
+from toolpoint.studies.machines.tool_yielding import compliance_shares, yielding_sentence
 from toolpoint.studies.text_table import text_table
 
 Step = Callable[[str], None]
@@ -38,7 +39,7 @@ class MachineReport(NotebookText):
     """Modes of a machine at a pose beside its references, with tool-point responses and stability charts.
 
     gaps : what could not be computed, and why; notes : errors of the reduction of elastic bodies at the poses, doubts as
-    `Doubt`.
+    `Doubt`; yielding : share of each spring, by its path, in the static compliance of tool against table, empty without a tool.
     """
 
     machine: Machine
@@ -49,6 +50,7 @@ class MachineReport(NotebookText):
     gaps: tuple[str, ...] = field(default=())
     lowest: tuple[LowestLimit, ...] = field(default=())
     notes: tuple[str, ...] = ()
+    yielding: Mapping[str, float] = field(default_factory=dict)
 
     def table(self) -> str:
         """Return the modes, where values come from, and the stability limits, as text."""
@@ -57,7 +59,7 @@ class MachineReport(NotebookText):
         return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.gaps,
                           *mark_notes(self.notes),
                           *(self.study.leaning() if self.study else []),
-                          *self.limit_lines()])
+                          *filter(None, [yielding_sentence(self.yielding)]), *self.limit_lines()])
 
     def limit_lines(self) -> list[str]:
         """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
@@ -75,7 +77,7 @@ class MachineReport(NotebookText):
         return {"frequency_hz": self.frequency.tolist(), "missing": list(self.gaps),
                 "doubts": doubts_among(self.notes), "notes": list(self.notes), "stable_at_every_speed_m": [
             limit if np.isfinite(limit) else None for limit in limits],
-            "limit_error_m": [limit.error for limit in self.lowest]}
+            "tool_yielding_shares": dict(self.yielding), "limit_error_m": [limit.error for limit in self.lowest]}
 
 
 def _depth(lowest: LowestLimit) -> str:
@@ -142,7 +144,8 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         notes += reduction_notes
     elif study is not None:
         gaps.append("No stability lobes: the machine file describes no 'cutting'.")
-    return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes))
+    return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes),
+                         compliance_shares(machine))
 
 
 def _with_reduction(study: ToolPoint, cut: CuttingDescription, charts: Sequence[StabilityChart], *,

@@ -5,7 +5,7 @@ Looked at before any fit: places in another unit or frame give joints that look 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ from toolpoint.vibration import Modes
 
 MAX_MACHINE_SPAN = 200.0  # m; the longest gantry mills reach over about 100 m
 MIN_BODY_DISTANCE = 0.15  # of the machine's size: root-mean-square distance from points' boxes to bodies' that is doubted
+MIN_ASKED_DISTANCE = 0.05  # of the machine's size: distance below which a turn that fits better is chance
 TINY_DISTANCE = 0.01  # of the machine's size: distance that needs no smaller one
 MAX_NAMED_DISTANCE = 0.05  # of the machine's size: residual of points known by name, above which they fix no frame
 _UNIT_REMEDY = "write the unit in the first line of a CSV file (point,x [mm],y [mm],z [mm]), or in set 164 of a universal file"
@@ -143,11 +144,11 @@ def _find_frame(points: Mapping[Point, FloatArray], used: Mapping[str, FloatArra
     if not boxes:
         return TestPlacement(np.eye(4))
     size, unmoved_distance = _machine_size(boxes), _distance(np.eye(4), used, boxes)
-    if unmoved_distance < MIN_BODY_DISTANCE * size:
-        return TestPlacement(np.eye(4))
     fits = sorted(((_distance(matrix, used, boxes), k, matrix) for k, matrix in enumerate(_placings(used, boxes))),
                   key=lambda fit: fit[:2])
     best, _, matrix = fits[0]
+    if unmoved_distance < MIN_BODY_DISTANCE * size:
+        return TestPlacement(np.eye(4), _turned_doubts(fits, unmoved_distance, size))
     if EQUAL_FIT_RATIO * best > unmoved_distance or best > MIN_BODY_DISTANCE * size:
         return TestPlacement(np.eye(4), _distance_doubts(np.eye(4), used, boxes))
     equal_fits = [fit for fit in fits if fit[0] < EQUAL_FIT_RATIO * best or fit[0] < TINY_DISTANCE * size]
@@ -163,6 +164,22 @@ def _find_frame(points: Mapping[Point, FloatArray], used: Mapping[str, FloatArra
     return TestPlacement(matrix, _frame_doubts(matrix, f"{1e3 * best:.3g} mm from the bodies' boxes, "
                                                        f"{1e3 * unmoved_distance:.3g} mm as "
                                                "measured"))
+
+
+def _turned_doubts(fits: Sequence[tuple[float, int, FloatArray]], unmoved_distance: float, size: float) -> tuple[Doubt, ...]:
+    """Doubt a frame that fits, but far worse than a turned one: of a machine about as wide as high.
+
+    fits : (distance in m, number, transform) of the 24 turns, the nearest first; size : of the machine, m.
+    """
+    best, _, matrix = fits[0]
+    unturned = min(fit[0] for fit in fits if np.allclose(fit[2][:3, :3], np.eye(3)))
+    # Where a mere move explains as much, or the unmoved frame is as good as boxes can say, no turn is asked about.
+    if EQUAL_FIT_RATIO * best > min(unturned, unmoved_distance) or unmoved_distance < MIN_ASKED_DISTANCE * size:
+        return ()
+    return (Doubt("frame", f"the points lie {1e3 * unmoved_distance:.3g} mm from the boxes of their bodies, and "
+                  f"{1e3 * best:.3g} mm with {_frame_text(matrix)}: the test may be turned; it was taken as it is",
+                  "write the right frame into the component file, or place three points of the test under points:",
+                  figure=unmoved_distance / size),)
 
 
 def _placings(used: Mapping[str, FloatArray], boxes: Mapping[str, FloatArray]) -> list[FloatArray]:

@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
-from toolpoint.signals.checks import Reciprocity, reciprocity
+from toolpoint.signals.checks import Reciprocity, free_of_masses, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
 from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
@@ -110,7 +110,8 @@ class HammerStudy(NotebookText):
 
 def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: float | None = None, final: float | None = None,
                          estimator: str = "H1", rules: HitRules | None = None,
-                         decisions: Mapping[str, bool] | None = None) -> HammerStudy:
+                         decisions: Mapping[str, bool] | None = None,
+                         masses: Mapping[str, float] | None = None) -> HammerStudy:
     """Return the responses of a hammer test from its records, one hit a record or many, struck at one Dof or several.
 
     Parameters
@@ -125,6 +126,8 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     rules : HitRules, optional
     decisions : mapping of the name of a hit to bool, optional
         Hits that a person accepts or refuses, beside those of the record set.
+    masses : mapping of Dof to kg, optional
+        What sensors add to the structure; taken off at driving points (`signals.checks.free_of_masses`).
 
     Raises
     ------
@@ -140,8 +143,9 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
                                    decided=decided)
     verdicts = _verdicts(record_set, tests, decided)
     _check_decisions(decided, [verdict.name for verdict in verdicts])
-    frf = _join_tests([test for _, test in tests])
-    notes = tuple(dict.fromkeys([*record_set.notes, *(note for _, test in tests for note in test.frf.notes)]))
+    joined = free_of_masses(_join_tests([test for _, test in tests]), masses or {})
+    frf, test_notes = replace(joined, notes=()), [note for _, test in tests for note in test.frf.notes]
+    notes = tuple(dict.fromkeys([*record_set.notes, *test_notes, *joined.notes]))
     # A note that is a doubt is listed with the doubts only.
     doubted = tuple(note for note in notes if isinstance(note, Doubt))
     checks = tuple(driving_points(frf))

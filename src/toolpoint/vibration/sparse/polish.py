@@ -36,6 +36,8 @@ def polish_pairs(pencil: Pencil, squares: FloatArray, vectors: FloatArray, *, ri
     squares, vectors, residual : (k,), (n, k) and (k,) floats
         The residual is :math:`\|K \phi - \omega^2 M \phi\| / (\omega^2 \|M \phi\|)`, 0 for rigid-body modes.
     """
+    if not len(squares):  # a band without modes: a stiff body that is held
+        return squares, vectors, np.zeros(0)
     factors, blocks = pencil.inverse, [slice(i, i + POLISH_COLUMNS) for i in range(0, len(squares), POLISH_COLUMNS)]
     for block in blocks:
         vectors[:, block] = factors.solve(pencil.mass @ vectors[:, block]) * (squares[block] + pencil.shift)

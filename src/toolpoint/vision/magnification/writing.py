@@ -13,6 +13,7 @@ from toolpoint._check import fail, positive
 from toolpoint.vision.clip import Frames
 
 ANIMATED_SUFFIXES = (".gif", ".webp")
+MAX_ANIMATION_PIXELS = 60_000_000  # of all frames of a .gif or .webp together: about 50 MB on disk
 X264_QUALITY = "14"  # constant rate factor of x264: no difference is seen, at a tenth of the size
 
 
@@ -20,6 +21,7 @@ def write_frames(frames: Iterable[Frames], path: str | os.PathLike[str], rate: f
     """Write frames (rows, columns) or (rows, columns, 3), uint8 or uint16, to be played at `rate` frames/s; return the path.
 
     ``.mp4``: H.264 by PyAV; ``.gif``, ``.webp``: for pages; a path without ending: a folder of PNG images, 16 bits kept.
+    Raises ToolpointError for an animation of more than `MAX_ANIMATION_PIXELS`.
     """
     target = Path(path)
     kind = target.suffix.lower()
@@ -87,7 +89,14 @@ def _write_folder(frames: Iterable[Frames], folder: Path) -> Path:
 
 
 def _write_animation(frames: Iterable[Frames], path: Path, rate: float) -> None:
-    images = [_image(frame) for frame in frames]
+    images, pixel_count = [], 0
+    for frame in frames:
+        images.append(_image(frame))
+        pixel_count += frame.shape[0] * frame.shape[1]
+        if pixel_count > MAX_ANIMATION_PIXELS:
+            fail("frames", f"over {len(images) - 1} frames of {frame.shape[1]} x {frame.shape[0]} pixels for {path.suffix}",
+                 f"must be at most {MAX_ANIMATION_PIXELS / 1e6:.0f} million pixels, about 50 MB",
+                 remedy="write .mp4, a tenth of the size, or a folder of images")
     if not images:
         fail("frames", "none", "must be one at least")
     images[0].save(path, save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0)

@@ -8,7 +8,7 @@ covariance of the poles that holds for whatever the errors of a window are is :m
 A window that decides a pole nearly alone pulls it towards its own error, and its residual is small for it: each sum is taken
 as it would be about the poles of the others, :math:`(1 - H_w H^{-1})^{-1} g_w`. Student's factor stands for few windows.
 Without both a weak mode that few windows see has too narrow an interval.
-Sources: Liang, Zeger, Biometrika 73 (1986) 13 (clusters); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (leverage, Student).
+Sources: Liang, Zeger, Biometrika 73 (1986) 13 (clusters); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (leverage).
 """
 
 from __future__ import annotations
@@ -119,11 +119,11 @@ def _without_leverage(scores: FloatArray, weights: FloatArray, inverse: FloatArr
     values, vectors = np.linalg.eigh(inverse)
     positive = values > 1e-12 * values.max(initial=0.0)
     root = vectors[:, positive] * np.sqrt(values[positive])
-    back = vectors[:, positive] / np.sqrt(values[positive])
+    inverse_root = vectors[:, positive] / np.sqrt(values[positive])
     leverage, directions = np.linalg.eigh(np.einsum("pi,wpq,qj->wij", root, weights, root))
     factor = 1 / (1 - np.clip(leverage, 0.0, MAX_WINDOW_LEVERAGE))
     turned = np.einsum("wij,wi->wj", directions, scores @ root) * factor
-    return np.einsum("wij,wj->wi", directions, turned) @ back.T
+    return np.einsum("wij,wj->wi", directions, turned) @ inverse_root.T
 
 
 def _student_factors(weights: FloatArray, inverse: FloatArray) -> FloatArray:

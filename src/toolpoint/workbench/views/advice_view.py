@@ -6,8 +6,8 @@ from typing import Any
 
 from toolpoint._doubt import Doubt
 from toolpoint.project.steps.plain_files import read_json
+from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.desk import Desk
-from toolpoint.workbench.views.machine_look import spring_paths
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
 SHOWN_TESTS = 10  # candidates of the next test

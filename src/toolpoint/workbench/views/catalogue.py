@@ -20,7 +20,8 @@ VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view"
          "report": ("pages_view", "view_report")}
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
                  "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed"),
-                 "band": ("lobes_view", "band_deed")}
+                 "band": ("lobes_view", "band_deed"), "map": ("workspace_map", "map_deed"),
+                 "sound": ("cut_sound", "sound_deed")}
 
 
 def list_views(desk: Desk) -> dict[str, Any]:

@@ -12,10 +12,12 @@ from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.project import Project
+from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.access import path_beneath
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
-from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, spring_paths, state_of
+from toolpoint.workbench.views.compare_tests import test_files, view_two_tests
+from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, state_of
 from toolpoint.workbench.views.machine_view import cuts_of
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
@@ -39,14 +41,26 @@ def machine_files(desk: Desk, project: Project) -> list[str]:
 
 
 def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView:
-    """Return the view of two machine files side by side; the first two of the project where none are named."""
+    """Return the view of two machine files, or two tests, side by side; the first two machines where none are named."""
     project = desk.project()
-    files = machine_files(desk, project)
-    names = (first or files[0], second or files[min(1, len(files) - 1)])
+    tests = test_files(desk, project)
+    machines = machine_files(desk, project)
+    files = [*machines, *tests]
+    names = (first or machines[0], second or machines[min(1, len(machines) - 1)])
     for name in names:
         if name not in files:
-            fail("machine file", repr(name), f"must be one of {', '.join(files)}")
-    data: dict[str, Any] = {"files": files, "first": names[0], "second": names[1]}
+            fail("file", repr(name), f"must be one of {', '.join(files)}")
+    data: dict[str, Any] = {"files": files, "first": names[0], "second": names[1],
+                            "labels": {name: tests.get(name, name) for name in files}}
+    if names[0] in tests and names[1] in tests and names[0] != names[1]:
+        return view_two_tests(desk, names, data)
+    if (names[0] in tests) != (names[1] in tests):
+        words = ("A machine file and a test are two kinds: choose two machine files or two tests. Shapes of test and model "
+                 "stand side by side under Modes.")
+        return WorkbenchView("compare", words, commands=(command_line("run", "."),), data=data)
+    if names[0] in tests:
+        return WorkbenchView("compare", "Choose another test as the second: one stands beside itself.",
+                             commands=(command_line("run", "."),), data=data)
     if names[0] == names[1]:
         return WorkbenchView("compare", "There is one machine file only: save a changed machine under another name, then "
                              "compare the two here.", commands=(command_line("modes", names[0]),), data=data)

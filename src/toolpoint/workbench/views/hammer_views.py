@@ -69,9 +69,10 @@ def view_blows(desk: Desk, test: str = "") -> WorkbenchView:
     tests = _tests_with(desk, project, "responses", "hits.json")
     name = one_of("test", test or next(iter(tests), ""), tests)
     data, entry = tests[name]
-    hits = data["hits"]
+    hits = data.get("hits", [])  # a shaker's records hold none
     refused = [hit for hit in hits if not hit["accepted"]]
-    answer = f"{name}: {len(hits) - len(refused)} of {len(hits)} blows are used. {data['status']}"
+    answer = f"{name}: {len(hits) - len(refused)} of {len(hits)} blows are used. {data['status']}" if hits else (
+        f"{name}: {data['status']}")
     file = project.description.tests[name].test
     return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, _doubts_of(entry),
                          (command_line("frf", file),) if file else (command_line("run", ".", f"responses/{name}"),),
@@ -83,7 +84,8 @@ def view_blows(desk: Desk, test: str = "") -> WorkbenchView:
 def _blow_calls(file: str | None, name: str) -> tuple[str, ...]:
     if file is None:
         return (f"project.Project.open('.').run(['responses/{name}'])",)
-    return (f"records, description = io.read_hammer_test({file!r})", "print(studies.study_hammer_records(records).table())")
+    return (f"records, description = io.read_hammer_test({file!r})",
+            "print(studies.study_described_records(records, description).table())")
 
 
 def decide_hit(desk: Desk, test: str, hit: str, accept: bool | None) -> dict[str, Any]:

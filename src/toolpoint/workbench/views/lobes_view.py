@@ -131,6 +131,12 @@ def _asked(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescrip
     return project, cut, deviation, name, systems_of(desk, project, request.values, draws)
 
 
+def ask_cut(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescription, DrawnSystems]:
+    """Return the project, the cut with the numbers of the page, and the systems of a request."""
+    project, cut, _, _, systems = _asked(desk, request)
+    return project, cut, systems
+
+
 def limit_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     """Return the exact limit at the asked speed and the quick curve over the speeds."""
     project, cut, _, _, systems = _asked(desk, request)

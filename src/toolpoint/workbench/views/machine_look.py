@@ -13,7 +13,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint.cutting import MillingProblem, ZeroOrder, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
 from toolpoint.cutting.description import CuttingDescription, flat_values
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ELASTIC_KINDS, FrameDescription, PointDescription
@@ -131,14 +131,23 @@ def response_of(state: MachineState, lines: FloatArray, dynamics: ToolDynamics |
 
 
 def limit_of(dynamics: ToolDynamics, cut: CuttingDescription, request: MachineRequest) -> tuple[dict[str, Any], list[Doubt]]:
-    """Return the exact limit at the asked speed and the quick curve over all speeds, with the doubts about them."""
+    """Return the limit at the asked speed and the quick curve over all speeds, with the doubts about them.
+
+    The limit is exact, but that of the quick method where the request is one of a slider on its way.
+    """
     problem = problem_of(dynamics, cut)
     speed = resolve_speed(cut, request)
+    chart = _quick_chart(cut, problem, dynamics, request, speed)
+    quick = None if chart is None else {"speeds": pack(chart.speeds), "limit": pack(chart.limit)}
+    if request.is_moving and chart is not None:
+        place = int(np.searchsorted(chart.speeds, speed))
+        return {"speed_rpm": speed, "limit_m": chart.limit[place], "searched_m": chart.depth_max, "chatter_hz": None,
+                "method": chart.method, "is_exact": False, "quick": quick}, list(doubts_among(dynamics.notes))
     exact = deep_chart(problem, np.array([speed]), None, end=cut.depth_end[0])
     place = int(exact.limit_points()[0])
     data = {"speed_rpm": speed, "limit_m": exact.limit[0], "error_m": exact.limit_error[0], "searched_m": exact.depth_max,
             "chatter_hz": None if place < 0 else float(exact.frequency[place]), "method": exact.method,
-            "quick": _quick_curve(cut, problem, dynamics, request)}
+            "is_exact": True, "quick": quick}
     return data, [*doubts_among(dynamics.notes), *exact.doubts]
 
 
@@ -148,17 +157,16 @@ def resolve_speed(cut: CuttingDescription, request: MachineRequest) -> float:
     return float(np.clip((lower + upper) / 2 if request.speed is None else request.speed, lower, upper))
 
 
-def _quick_curve(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest
-                 ) -> dict[str, Any] | None:
-    """Return the single-frequency limits over the speeds, None where that method cannot take the cut."""
+def _quick_chart(cut: CuttingDescription, problem: MillingProblem, dynamics: ToolDynamics, request: MachineRequest,
+                 speed: float) -> StabilityChart | None:
+    """Return the single-frequency limits over the speeds with the asked one, None where that method cannot take the cut."""
     if dynamics.at_speed is not None:
         return None
-    speeds = np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS))
+    speeds = np.union1d(np.linspace(*cut.speeds, min(request.count, MAX_LOOKED_SPEEDS)), [speed])
     try:
-        chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
+        return stability.chart(problem, speeds, ZeroOrder(), depth_max=depth_limit(problem))
     except ToolpointError:
         return None
-    return {"speeds": pack(speeds), "limit": pack(chart.limit)}
 
 
 def pack(values: Any) -> str:
@@ -178,30 +186,3 @@ def machine_shapes_frequency(machine: Machine) -> FloatArray:
     frequency = drawn_shapes(machine, {})[1].frequency
     moving = frequency[frequency > 1e-6 * frequency.max()]
     return np.asarray(moving if moving.size else np.array([1.0, 100.0]))
-
-
-@lru_cache(maxsize=8)
-def compliance_shares(machine: Machine) -> dict[str, float]:
-    """Return what share of the static compliance of tool against table each spring brings: -d ln c / d ln k, c its trace.
-
-    They add up to one where the machine stands on springs alone. Empty for a machine without a tool.
-    """
-    if machine.description.tool is None:
-        return {}
-    shares = {}
-    for path in spring_paths(machine):
-        value = machine.value(path)
-        ends = [_static_compliance(machine.with_values({path: value * (1 + step)})) for step in (-1e-3, 1e-3)]
-        shares[path] = -(np.log(ends[1]) - np.log(ends[0])) / (np.log(1 + 1e-3) - np.log(1 - 1e-3))
-    return shares
-
-
-def _static_compliance(machine: Machine) -> float:
-    study = tool_point(machine, [{}], np.array([0.0, 1.0]))
-    return float(np.trace(np.real(study.frf.values[0, 0])))
-
-
-def spring_paths(machine: Machine) -> list[str]:
-    """Return the paths of the springs of joints that a slider may move."""
-    return [f"joints.{name}.stiffness.{way}" for name, joint in machine.description.joints.items()
-            for way, value in joint.stiffness.items() if value > 0]

@@ -18,17 +18,16 @@ from toolpoint.machine.description import AxisDescription
 from toolpoint.plot.shape_view.view import ShapeView
 from toolpoint.project import Project
 from toolpoint.project.engine.drafts import write_whole
+from toolpoint.studies.machines.tool_yielding import compliance_shares, spring_paths, yielding_sentence
 from toolpoint.workbench.state.access import check_file_name
 from toolpoint.workbench.state.desk import Desk, ReadMachine, collect_doubts
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.machine_look import (
-    compliance_shares,
     drawn_shapes,
     joint_marks,
     look,
     response_lines,
     response_of,
-    spring_paths,
     state_of,
 )
 from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_words_of
@@ -77,11 +76,7 @@ def _answer(machine: Machine) -> str:
     words = f"{machine.name}: the lowest mode is at {with_uncertainty(frequency, half_width if is_told else None, 'Hz')}"
     if not shares:
         return f"{words}; the file names no tool."
-    parts: dict[str, float] = {}
-    for path, share in shares.items():
-        parts[path.split(".")[1]] = parts.get(path.split(".")[1], 0.0) + share
-    softest = max(parts, key=lambda name: parts[name])
-    return f"{words}; most of the tool's static yielding, {100 * parts[softest]:.0f} %, comes from the joint {softest}."
+    return f"{words}. {yielding_sentence(shares)}"
 
 
 def _content(read: ReadMachine) -> dict[str, Any]:

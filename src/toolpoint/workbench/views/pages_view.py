@@ -96,9 +96,8 @@ def _identification(project: Project, responses: Path, place: str) -> Any:
 
 def _blows(file: Path) -> Any:
     records, description = io.read_hammer_test(file)
-    result = studies.study_hammer_records(records, duration=description.block, final=description.window_end,
-                                          estimator=description.estimator)
-    return pages.hammer_page(result, [], description.test)
+    result = studies.study_described_records(records, description)
+    return pages.records_page(result, [], description.test)
 
 
 def _correlation(project: Project, machine: Path, modes: Path) -> Any:
@@ -152,7 +151,7 @@ def _map_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
 def _map(file: Path, grid: Mapping[str, Any], quantity: str) -> Any:
     built = io.read_machine(file)
     result = studies.map_frequencies(built, grid) if quantity == "frequency" else studies.map_stiffness(built, grid, quantity)
-    return pages.map_page(result, file.stem)
+    return pages.map_page(result, built.name)
 
 
 def page_text(desk: Desk, name: str) -> str:

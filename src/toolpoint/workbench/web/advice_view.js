@@ -31,10 +31,12 @@ window.Workbench = window.Workbench || { views: {} };
     show(place, view) {
       const data = view.data, select = (key) => {
         const list = W.make("select", { id: "cmp-" + key, onchange: () => { pair.first = pair.first || data.first; pair.second = pair.second || data.second; pair[key] = list.value; W.open(true); } },
-          data.files.map((file) => W.make("option", { value: file, text: file, selected: file === data[key] })));
+          data.files.map((file) => W.make("option", { value: file, text: (data.labels || {})[file] || file, selected: file === data[key] })));
         return W.make("label", { for: "cmp-" + key }, W.word(key) + " ", list);
       };
       const content = [];
+      if (data.test_rows) content.push(W.section(W.word("modes"), W.table([["mode"], ["first", ", Hz"], ["second", ", Hz"], ["change", ", %"], ["interval.95", ", %"], ["mac"], ["mac.noise"], ["verdict"]].map(([key, unit]) => W.word(key) + (unit || "")), data.test_rows),
+        W.make("ul", {}, data.test_lines.map((text) => W.make("li", { text })))));
       if (data.springs) {
         const rows = data.frequency_hz[0].map((f, i) => {
           const g = data.frequency_hz[1][i];

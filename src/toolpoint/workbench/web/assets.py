@@ -8,12 +8,12 @@ from importlib import resources
 from toolpoint._check import fail
 
 SHARED_ASSETS = ("page.css", "shape_view.css", "packed_data.js", "shape_renderer.js", "shape_view.js", "shape_controls.js")
-SCRIPTS = ("words.js", "parts.js", "redraw.js", "connection.js", "line_chart.js", "chain_picture.js", "machine_scene.js", "project_view.js",
-           "intake_view.js", "machine_view.js", "machine_page.js", "lobes_view.js", "test_views.js", "advice_view.js",
-           "main.js")
+SCRIPTS = ("words.js", "parts.js", "redraw.js", "connection.js", "line_chart.js", "chain_picture.js", "machine_scene.js",
+           "project_view.js", "intake_view.js", "machine_view.js", "machine_page.js", "workspace_map.js", "lobes_view.js",
+           "test_views.js", "advice_view.js", "main.js")
 STYLES = ("workbench.css",)
 SCRIPT_BUNDLE, STYLE_BUNDLE = "bundle.js", "bundle.css"
-LANGUAGES = ("en", "de")
+LANGUAGES = ("en", "de", "fr")
 MEDIA_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".html": "text/html; charset=utf-8",
                ".json": "application/json"}
 

@@ -131,10 +131,23 @@ window.Workbench = window.Workbench || { views: {} };
         } catch (error) { said.textContent = error.message; }
         band.disabled = false;
       } });
+      const heard = W.make("div"), hear = W.make("button", { type: "button", id: "lobes-hear", text: W.word("hear"), onclick: async () => {
+        hear.disabled = true; heard.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("hear.takes") }));
+        try {
+          const answer = await W.ask("machine/sound", { ...state, cut_values: { depth: Number(depth.querySelector("input[type=range]").value), ...state.cut_values } });
+          const play = () => W.playSound(W.floats(answer.sound), answer.rate);
+          heard.replaceChildren(W.make("p", { id: "wb-heard", text: W.word("heard." + (answer.state === "withheld" ? "undecided" : answer.state), { speed: Math.round(answer.speed_rpm), depth: W.number(1e3 * answer.depth_m, 3),
+            um: W.number(1e6 * answer.peak_to_peak_m, 2) }) + (answer.frequency_hz ? W.word("chatter.at", { f: W.number(answer.frequency_hz, 4) }) : "") }), W.doubts(W.newDoubts(view, answer.doubts)),
+            W.make("p", {}, W.make("button", { type: "button", text: W.word("play"), onclick: play }), W.make("span", { class: "key", text: " " + W.word("hear.key") })),
+            ...answer.commands.map((text) => W.make("div", { class: "wb-code" }, W.make("pre", { tabindex: "0", text }), W.copy(text))));
+          W.heard = answer; play();
+        } catch (error) { heard.replaceChildren(W.fault(error)); }
+        hear.disabled = false;
+      } });
       const [title, answer, doubts] = W.head(view, W.word("view.lobes"));
       place.replaceChildren(title, answer, doubts, W.make("div", { class: "wb-two" },
         W.section(W.word("lobes"), words, sure, chart.node,
-          ...(W.isExport ? [] : [W.make("div", { class: "wb-run" }, band, said)]), W.make("p", { class: "key", text: W.word("lobes.key") })),
+          ...(W.isExport ? [] : [W.make("div", { class: "wb-run" }, band, hear, said), heard]), W.make("p", { class: "key", text: W.word("lobes.key") })),
         W.section(W.word("cut"), W.make("div", { class: "wb-run" }, W.make("label", { for: "lobes-cut", text: W.word("cut") }), select), sliders, live, fault)),
       ...[goalRows(view)].filter(Boolean), same);
       choose();

@@ -3,6 +3,7 @@
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
   const WAYS = ["x", "y", "z"];
+  const MOVING = 250; // ms between two moves of a slider that is on its way
 
   function responseChart(view) {
     const chart = new W.LineChart({ x: "Hz", y: "µm/N", logX: true, logY: true, height: 300, label: W.word("responses") });
@@ -25,6 +26,7 @@ window.Workbench = window.Workbench || { views: {} };
 
   function limitWords(limit, isChanged) {
     if (!limit) return "";
+    if (!limit.is_exact) return W.word("limit.moving", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 2)} mm` : `${W.number(1e3 * limit.limit_m, 2)} mm` });
     const depth = limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm`;
     const heard = limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "";
     return W.word(isChanged ? "limit.changed" : "limit.saved", { speed: Math.round(limit.speed_rpm), depth }) + heard;
@@ -51,7 +53,7 @@ window.Workbench = window.Workbench || { views: {} };
         if (answer.limit && answer.limit.quick) {
           const quick = answer.limit.quick;
           lobes.set({ lines: [{ x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") }],
-            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: "exact", name: W.word("exact.here") }] });
+            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: answer.limit.is_exact ? "exact" : "", name: W.word(answer.limit.is_exact ? "exact.here" : "quick") }] });
         }
         live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
         W.fillSame(same, answer.commands, answer.calls);
@@ -60,12 +62,18 @@ window.Workbench = window.Workbench || { views: {} };
       };
       const fault = W.make("div");
       const ask = W.latest((body) => W.ask("machine/look", body), show, (error) => fault.replaceChildren(W.fault(error)));
-      const send = () => { scene.hold(); list.refresh(); undo.disabled = !draft.past.length; ask({ ...draft.state }); };
-      const rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
+      // A slider on its way asks for the quick limit; the exact one comes when it rests, and after a single move at once.
+      let sent = -Infinity, restTimer = 0;
+      const go = () => { const now = performance.now(), isMoving = now - sent < MOVING; sent = now; clearTimeout(restTimer);
+        if (isMoving && !W.isExport) restTimer = setTimeout(() => { if (place.firstChild === top) ask({ ...draft.state }); }, MOVING);
+        ask({ ...draft.state, is_moving: isMoving }); };
+      const send = () => { scene.hold(); list.refresh(); if (map) map.refresh(); undo.disabled = !draft.past.length; go(); };
+      const axesCount = data.axes.length, rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);
+      const map = axesCount > 1 && !W.isExport ? W.workspaceMap(() => draft.state, data.scene.ramp, (pose) => sync(() => draft.change((state) => { state.pose = { ...state.pose, ...pose }; }))) : null;
       const undo = W.make("button", { type: "button", text: W.word("undo"), onclick: () => { if (draft.undo()) sync(); } });
-      const axesCount = data.axes.length, [title, answer, doubts] = W.head(view, data.name), top = title;
+      const [title, answer, doubts] = W.head(view, data.name), top = title;
       place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),
         W.make("div", { class: "wb-two" },
           W.make("div", {}, W.section(W.word("scene"), scene.node, jointColours(data, scene)),
@@ -74,7 +82,7 @@ window.Workbench = window.Workbench || { views: {} };
           W.make("section", {}, W.make("h2", { text: W.word("move") }), words, live, fault,
             ...(axesCount ? [W.make("h3", { text: W.word("axes") }), ...rows.slice(0, axesCount)] : []),
             W.make("h3", { text: W.word("springs") }), W.make("p", { class: "key", text: W.word("springs.key") }), ...rows.slice(axesCount))),
-        W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
+        ...(map ? [map] : []), W.section(W.word("differs"), W.make("div", { class: "wb-run" }, undo), list, parts.saver(draft, W.isExport)), same);
       this.undo = () => { if (draft.undo()) sync(); };
       send();
     },

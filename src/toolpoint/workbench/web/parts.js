@@ -52,6 +52,11 @@ window.Workbench = window.Workbench || { views: {} };
     return block;
   };
 
+  // On paper nothing can be unfolded: every doubt is printed.
+  let unfolded = [];
+  window.addEventListener("beforeprint", () => { unfolded = [...document.querySelectorAll(".wb-doubts details:not([open])")]; for (const node of unfolded) node.open = true; });
+  window.addEventListener("afterprint", () => { for (const node of unfolded) node.open = false; unfolded = []; });
+
   // Those that do not stand at the head of the view already, under whatever step's name.
   W.newDoubts = (view, doubts) => doubts.filter((text) => !view.doubts.some((doubt) => (doubt.text || doubt).endsWith(text)));
 
@@ -89,6 +94,18 @@ window.Workbench = window.Workbench || { views: {} };
         W.make("tbody", {}, rows.map((row) => W.make("tr", {}, row.map((cell) => cell instanceof Node
           ? W.make("td", {}, cell) : W.make("td", { class: typeof cell === "number" ? "n" : null,
             text: typeof cell === "number" ? W.number(cell) : cell })))))));
+  };
+
+  // Samples between -1 and 1, played once; another sound ends the one before.
+  let sounding = null;
+  W.playSound = function (samples, rate) {
+    const context = W.sounds || (W.sounds = new AudioContext()), buffer = context.createBuffer(1, samples.length, rate), source = context.createBufferSource();
+    if (sounding) sounding.stop();
+    buffer.copyToChannel(samples, 0);
+    source.buffer = buffer;
+    source.connect(context.destination);
+    source.start();
+    sounding = source; W.played = (W.played || 0) + 1;
   };
 
   W.fault = (error) => W.make("div", { class: "notes warning", role: "alert" }, W.make("h3", { text: W.word("fault") }),

@@ -2,7 +2,7 @@
 // Words of the page by key: English complete, another language where it has the key.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
-  const LANGUAGES = { en: "English", de: "Deutsch" };
+  const LANGUAGES = { en: "English", de: "Deutsch", fr: "Français" };
   let english = {}, chosen = {};
 
   W.language = function () {

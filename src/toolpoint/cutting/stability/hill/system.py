@@ -19,6 +19,7 @@ DERIVATIVE_STEP = 1e-6  # rad of theta, and relative of depth: step of the numer
 MAX_KEPT_SHAPES = 40  # kept Fourier series of a shaped cut, one for each depth
 HARMONIC_REACH = 3  # highest harmonic whose influence on a root is estimated, over that of the matrix
 SECOND_ORDER_FACTOR = 3.0  # on the square of a stated error over the depth, which first-order changes leave out
+KEPT_FIRST_LINES = (0, 1)  # first line of every other one that stays
 # On the stated error of a measured FRF, which is of first order and leaves out modes above the band.
 MEASURED_SAFETY_FACTOR = 1.5
 
@@ -285,24 +286,25 @@ class HillSystem:
         if self.response.plane.is_modal:
             return root.theta + dtheta, root.depth + depth, error * (1 + SECOND_ORDER_FACTOR * error / root.depth) + floor
         error += MEASURED_SAFETY_FACTOR * (abs(moved(self.response.upper(hz))[1]) + abs(moved(self.response.below(hz))[1]))
-        noise, scatter = self._noise(root, hz, left, push)
-        spaced = max(abs(moved(self.response.between(hz, first))[1]) for first in (0, 1))
+        noise, scatters = self._noise(root, hz, left, push)
+        spaced = [moved(self.response.between(hz, first))[1] for first in KEPT_FIRST_LINES]
         # Leaving out every other line changes noise too: of that, what two deviations explain is no error of interpolation.
-        error += MEASURED_SAFETY_FACTOR * float(np.sqrt(max(spaced**2 - 4 * scatter, 0.0)))
+        error += MEASURED_SAFETY_FACTOR * max(float(np.sqrt(max(change**2 - 4 * scatter, 0.0)))
+                                              for change, scatter in zip(spaced, scatters, strict=True))
         return root.theta, root.depth, sum(e * (1 + SECOND_ORDER_FACTOR * e / root.depth) for e in (error, noise)) + floor
 
-    def _noise(self, root: Root, hz: FloatArray, left: ComplexArray, push: ComplexArray) -> tuple[float, float]:
-        """Return half the 95 % interval of the depth by noise, m, and a variance, m^2.
+    def _noise(self, root: Root, hz: FloatArray, left: ComplexArray, push: ComplexArray) -> tuple[float, list[float]]:
+        """Return half the 95 % interval of the depth by noise, m, and a variance, m^2, for each of `KEPT_FIRST_LINES`.
 
-        The variance is that of the change of depth, by noise, when every other line is left out.
+        The variances are those of the change of depth, by noise, when every other line is left out: the odd or the even ones.
         """
         influence = np.zeros((hz.size, push.shape[1], push.shape[1]), complex)
         influence[:, self.directions] = left[:, :, None] * push[:, None, :]
         plane, variance = self.response.plane, self.response.variance
         assert variance is not None
-        variance_of_depth, halved = (depth_variance(plane, variance, hz, influence=influence, factor=root.factor,
-                                                    kept_lines=kept_lines)
-                                     for kept_lines in (None, slice(0, None, 2)))
+        variance_of_depth, *halved = (depth_variance(plane, variance, hz, influence=influence, factor=root.factor,
+                                                     kept_lines=kept_lines)
+                                      for kept_lines in (None, *(slice(first, None, 2) for first in KEPT_FIRST_LINES)))
         # Limits of draws hold their noise: stated here too, it would count twice.
         noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(variance_of_depth))
         return noise, halved

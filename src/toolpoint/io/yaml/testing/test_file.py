@@ -1,4 +1,4 @@
-"""Hammer tests in YAML: channels, records, settings and decisions about hits; read with all faults at once, and written."""
+"""Tests by hammer or shaker in YAML: channels, records, settings, decisions; read with all faults at once, and written."""
 
 from __future__ import annotations
 
@@ -20,9 +20,14 @@ def read(path: str | Path) -> HammerTestDescription:
 
 
 def _find_faults(test: HammerTestDescription) -> list[tuple[tuple[str, ...], str]]:
-    if any(part.files for part in test.records):
-        return []
-    return [(("records",), "no file; must name at least one record, or a pattern such as tip_*.csv")]
+    faults: list[tuple[tuple[str, ...], str]] = []
+    if not any(part.files for part in test.records):
+        faults.append((("records",), "no file; must name at least one record, or a pattern such as tip_*.csv"))
+    if test.zoom and (len(test.zoom) != 2 or not test.zoom[0] < test.zoom[1]):
+        faults.append((("zoom",), "must be two frequencies, the lower one first"))
+    if test.excitation != "hammer" and test.resolution is None:
+        faults.append((("resolution",), "missing; a shaker test needs the spacing of its lines, such as 0.5 Hz"))
+    return faults
 
 
 def json_schema() -> dict[str, Any]:
@@ -43,11 +48,15 @@ def write(description: HammerTestDescription, path: str | Path, *, replace: bool
 def text_of(description: HammerTestDescription) -> str:
     """Return a test as the text of a YAML file."""
     lines = [f"toolpoint: {FILE_VERSION}", f"test: {_scalar(description.test)}"]
-    units = {"block": " s", "sample_rate": " Hz"}
-    for name in ("estimator", "block", "window_end", "sample_rate", "geometry"):
+    units = {"block": " s", "sample_rate": " Hz", "resolution": " Hz"}
+    is_shaken = description.excitation != "hammer"
+    shaker = ["excitation", "resolution", *(["settle"] if description.settle else [])] if is_shaken else []
+    for name in ("estimator", *shaker, "block", "window_end", "sample_rate", "geometry"):
         value = getattr(description, name)
         if value is not None:
             lines.append(f"{name}: {_scalar(value) + units.get(name, '')}")
+    if description.zoom:
+        lines.append(f"zoom: {_value(tuple(description.zoom))}")
     lines += ["channels:", *_entries(description.channels)] if description.channels else []
     lines += ["records:", *_entries(description.records)]
     if description.hits:

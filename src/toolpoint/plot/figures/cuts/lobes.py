@@ -28,7 +28,7 @@ class StabilityCurve:
     chatter_frequency : (n,) floats, optional
         Hz, shown on hover.
     error : (n,) floats, optional
-        Estimated numerical error of the depth, m, shown on hover.
+        Stated error of the depth, m, shown on hover.
     kind : (n,) str, optional
         Type of instability (Hopf, flip, fold), shown on hover.
     """
@@ -64,7 +64,7 @@ class StabilityIntervals:
     chatter_frequency : n arrays (k,), optional
         Hz at the upper end of each interval.
     error : n arrays (k,), optional
-        Estimated numerical error of the upper end, m.
+        Stated error of the upper end, m.
     name : str
     """
 

@@ -13,6 +13,7 @@ from toolpoint._check import FloatArray, fail, floats, increasing
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
 
 MIN_SMOOTHED_POSITIONS = 7  # positions of an axis below which a map is not smoothed
+_MIN_COLOUR_SPAN = 0.2  # of the value in the middle: a map of smaller differences does not use all colours
 
 
 def frequency_curves(
@@ -66,6 +67,7 @@ def frequency_map(
     quantity: str = "Natural frequency, Hz",
     title: str = "",
     reasons: Mapping[tuple[int, ...], str] | None = None,
+    is_logarithm: bool = False,
 ) -> go.Figure:
     """Return a map over two axes, one mode at a time with buttons to change it, its lowest and highest pose marked.
 
@@ -81,6 +83,10 @@ def frequency_map(
     axes, units, names, quantity : as for `frequency_curves`
     reasons : mapping of (i, j) to text, optional
         Why poses failed; shown at their crosses.
+    is_logarithm : bool
+        The values are logarithms: their colours go from the lowest to the highest.
+
+    Otherwise the colours span at least `_MIN_COLOUR_SPAN` of the value in the middle, so that a difference of 3 % looks small.
     """
     across, along = increasing("x", floats("x", x)), increasing("y", floats("y", y))
     values = floats("frequency", frequency, (across.size, along.size, None), finite=False)
@@ -94,14 +100,15 @@ def frequency_map(
     for i, name in enumerate(words):
         trace = {"x": across, "y": along, "z": values[:, :, i].T, "name": name, "visible": i == 0, "colorscale": "Viridis",
                  "colorbar": {"title": {"text": plain(quantity), "side": "right"}, "thickness": 14},
-                 "hovertemplate": hover_text}
-        if is_coarse(across.size, along.size):
-            texts = [[f"{v:.4g}" if np.isfinite(v) else "" for v in row] for row in values[:, :, i].T]
-            chart.add_heatmap(**trace, text=texts, texttemplate="%{text}", xgap=1, ygap=1)
+                 "hovertemplate": hover_text, **({} if is_logarithm else _colour_range(values[:, :, i]))}
+        if max(across.size, along.size) < MIN_SMOOTHED_POSITIONS:
+            chart.add_heatmap(**trace, text=_cell_texts(values[:, :, i]), texttemplate="%{text}", xgap=1, ygap=1)
+        elif is_coarse(across.size, along.size):
+            chart.add_heatmap(**trace)  # a gap between hundreds of lines would be all that is seen
         else:
             chart.add_contour(**trace, connectgaps=False, line={"width": 0.6},
                               contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}})
-    size = 36 if is_coarse(across.size, along.size) else 17  # round the number of a cell
+    size = 0 if max(across.size, along.size) < MIN_SMOOTHED_POSITIONS else 17  # cells have the sign beside their number
     for i in range(len(words)):
         _extremes(chart, (across, along), values[:, :, i], is_shown=i == 0, size=size)
     if not is_coarse(across.size, along.size):
@@ -114,6 +121,26 @@ def frequency_map(
     chart.update_layout(legend={"y": -0.22, "yanchor": "top"}, showlegend=True)
     set_column_buttons(chart, words)
     return chart
+
+
+def _colour_range(values: FloatArray) -> dict[str, float]:
+    """Return the ends of the colours where the differences of a column are small beside its values, else nothing."""
+    if np.isnan(values).all():
+        return {}
+    lowest, highest = float(np.nanmin(values)), float(np.nanmax(values))
+    middle = (lowest + highest) / 2
+    half_width = _MIN_COLOUR_SPAN * abs(middle) / 2
+    return {} if highest - lowest >= 2 * half_width else {"zmin": middle - half_width, "zmax": middle + half_width}
+
+
+def _cell_texts(values: FloatArray) -> list[list[str]]:
+    """Return the number of every cell, rows along y, with a sign at the lowest and the highest."""
+    texts = [[f"{v:#.4g}".rstrip(".") if np.isfinite(v) else "" for v in row] for row in values.T]
+    for pick, sign in ((np.nanargmin, "▽"), (np.nanargmax, "△")):
+        if not np.isnan(values).all():
+            i, j = np.unravel_index(int(pick(values)), values.shape)
+            texts[int(j)][int(i)] += f"<br>{sign}"
+    return texts
 
 
 def is_coarse(*counts: int) -> bool:
@@ -145,7 +172,7 @@ def _extremes(chart: go.Figure, axis_positions: tuple[FloatArray, FloatArray], v
                      name="lowest (▽) and highest (△)", text=[f"{values[place]:.4g}" for place in places],
                      hovertemplate="%{text}<extra></extra>",
                      marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": size,
-                             "color": COLOURS[1], "line": {"width": 3}})
+                             "opacity": 1 if size else 0, "color": COLOURS[1], "line": {"width": 3}})
 
 
 def _ticks(positions: FloatArray) -> dict[str, Any]:

@@ -1,0 +1,149 @@
+r"""Work that gives way beside the tool: the response between both is the sum of theirs, :math:`G = G_{tool} + G_{work}`.
+
+The cutting force acts on both with opposite signs, and the chip sees the difference of their motions. That holds where tool and
+work stand on structures that do not move each other: a thin wall in a vice, a long part between centres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, ToolpointError
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.vibration import Dof, Frf, Modes, frequency_response
+
+BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
+_MIN_COMMON_LINES = 16  # lines that both responses cover
+
+
+def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
+    """Return the dynamics between a tool and a work that gives way too, each with its own modes or lines.
+
+    Parameters
+    ----------
+    tool, work : ToolDynamics
+        x of one is x of the other. Modes of both stay modes; where one is measured lines, the sum is taken at these lines.
+
+    Raises
+    ------
+    ToolpointError
+        For lines that do not overlap, and bodies that spin beside measured lines.
+
+    Examples
+    --------
+    >>> from toolpoint.studies import modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tool = modal_dynamics(Modes([800.0], [0.03], [[1.0]], ["tip:+x"]), y="rigid")
+    >>> wall = modal_dynamics(Modes([300.0], [0.01], [[2.0]], ["wall:+x"]), y="rigid")
+    >>> both = with_work(tool, wall)
+    >>> both.response.frequency.tolist(), both.x
+    ([800.0, 300.0], 'tool-work:+x')
+    """
+    if isinstance(tool.response, Modes) and isinstance(work.response, Modes) and _add_as_modes(tool.response, work.response):
+        response: Modes | Frf = _joined_modes(tool, work)
+        at_speed = tool.at_speed
+        faster = None if at_speed is None else lambda speed: _joined_modes(replace(tool, response=at_speed(speed)), work)
+    elif tool.at_speed is not None:
+        raise ToolpointError(f"work: {work.what} is measured lines, and bodies of {tool.what} spin; give the work's modes "
+                             "(toolpoint identify FILE -m work.h5)")
+    else:
+        response, faster = _joined_lines(tool, work), None
+    note = (f"the work gives way too: {work.what} is added to {tool.what}; both are taken to stand on structures that do not "
+            "move each other")
+    return replace(tool, response=response, x=str(BOTH_LABELS[0]), y=str(BOTH_LABELS[1]), at_speed=faster,
+                   what=f"{tool.what} and {work.what}", notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note])))
+
+
+def _add_as_modes(tool: Modes, work: Modes) -> bool:
+    """Return whether the modes of both together are modes of one kind, without residuals or directly solved lines."""
+    parts = (tool, work)
+    return (len({(part.scaling, part.damping) for part in parts}) == 1 and all(part.frequency.ndim == 1 for part in parts)
+            and all(part.lower_residual is None and part.upper_residual is None and part.direct is None for part in parts))
+
+
+def _joined_modes(tool: ToolDynamics, work: ToolDynamics) -> Modes:
+    """Return the modes of both; those of the work have opposite signs, which their products do not show."""
+    shapes, participations, parts = [], [], []
+    for dynamics in (tool, work):
+        modes = dynamics.response
+        assert isinstance(modes, Modes)
+        if dynamics.y == "same":
+            modes = _doubled(modes, dynamics.x)
+            rows, columns = modes.shape, modes.participation
+            assert columns is not None
+        else:
+            labels = [dynamics.x, *([] if dynamics.y is None else [dynamics.y])]
+            rows, columns = modes.shape_at(labels), modes.participation_at(labels)
+            empty = np.zeros((2 - len(labels), modes.count))
+            rows, columns = np.vstack([rows, empty]), np.vstack([columns, empty])
+        shapes.append(rows)
+        participations.append(columns)
+        parts.append(modes)
+    frequency, damping = (np.concatenate([getattr(part, name) for part in parts]) for name in ("frequency", "damping_ratio"))
+    first = parts[0]
+    return Modes(frequency, damping, np.hstack(shapes), BOTH_LABELS, first.scaling, first.damping,
+                 participation=np.hstack(participations), input_dofs=BOTH_LABELS,
+                 notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)))
+
+
+def _doubled(modes: Modes, x: str) -> Modes:
+    """Return the modes along x once more along y, for a response that is the same in both."""
+    shape, participation = modes.shape_at([x]), modes.participation_at([x])
+    zero = np.zeros_like(shape)
+    return Modes(np.tile(modes.frequency, 2), np.tile(modes.damping_ratio, 2), np.block([[shape, zero], [zero, shape]]),
+                 BOTH_LABELS, modes.scaling, modes.damping, notes=modes.notes, input_dofs=BOTH_LABELS,
+                 participation=np.block([[participation, zero], [zero, participation]]))
+
+
+def _joined_lines(tool: ToolDynamics, work: ToolDynamics) -> Frf:
+    """Return the sum of both on the lines of the one that is measured, the tool's where both are."""
+    measured = [part.response for part in (tool, work) if isinstance(part.response, Frf)]
+    lines = measured[0].frequency if measured else _lines_of(tool, work)
+    first_line = max([0.0, *(float(part.frequency[0]) for part in measured)])
+    last_line = min([np.inf, *(float(part.frequency[-1]) for part in measured)])
+    lines = lines[(lines >= first_line) & (lines <= last_line)]
+    if lines.size < _MIN_COMMON_LINES:
+        spans = " and ".join(f"{part.frequency[0]:g} to {part.frequency[-1]:g} Hz" for part in measured)
+        raise ToolpointError(f"work: {tool.what} and {work.what} have {lines.size} lines in common ({spans}); must be at least "
+                             f"{_MIN_COMMON_LINES}; measure both over one band")
+    planes = [_plane(part, lines) for part in (tool, work)]
+    drawn = [draws for _, draws in planes if draws is not None]
+    values = planes[0][0] + planes[1][0]
+    draws = None
+    if drawn:
+        count = min(map(len, drawn))
+        draws = np.sum([np.broadcast_to(value, (count, *value.shape)) if part is None else part[:count]
+                        for value, part in planes], axis=0)
+    return Frf(lines, values, BOTH_LABELS, BOTH_LABELS, "receptance", draws=draws)
+
+
+def _lines_of(tool: ToolDynamics, work: ToolDynamics) -> FloatArray:
+    """Return lines over all modes of both, close at the sharpest."""
+    modes = [part.response for part in (tool, work) if isinstance(part.response, Modes)]
+    highest = 1.5 * max(float(part.frequency.max()) for part in modes)
+    width = min(float((part.frequency * part.damping_ratio)[~part.is_rigid].min()) for part in modes)
+    return np.linspace(highest / 20000, highest, int(np.clip(4 * highest / width, 2000, 20000)))
+
+
+def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, ComplexArray | None]:
+    """Return the response (n_f, 2, 2) along x and y on some lines, zero where it is rigid, and its draws."""
+    labels = [dynamics.x, *([] if dynamics.y in (None, "same") else [dynamics.y])]
+    response = dynamics.response
+    if isinstance(response, Modes):
+        frf = frequency_response.modal(response, lines, labels, inputs=labels)
+    else:
+        frf = response.selected(labels, labels).interpolated(lines)
+    plane = _filled(frf.values, is_same=dynamics.y == "same")
+    return plane, None if frf.draws is None else _filled(frf.draws, is_same=dynamics.y == "same")
+
+
+def _filled(values: ComplexArray, *, is_same: bool) -> ComplexArray:
+    """Return responses (..., k, k) of one or two directions as (..., 2, 2)."""
+    result = np.zeros((*values.shape[:-2], 2, 2), complex)
+    size = values.shape[-1]
+    result[..., :size, :size] = values
+    if is_same:
+        result[..., 1, 1] = values[..., 0, 0]
+    return result

@@ -1,0 +1,91 @@
+"""A work that gives way beside the tool: one sum whatever holds it, in either order, with the limits of one structure."""
+
+import json
+
+import numpy as np
+import pytest
+
+from conftest import MACHINES
+from toolpoint import ToolpointError, studies
+from toolpoint.app.main import main
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
+from toolpoint.io import write_frf, write_noun
+from toolpoint.studies.cuts.work_dynamics import BOTH_LABELS
+from toolpoint.vibration import Frf, Modes, frequency_response
+
+LINES = np.arange(20.0, 3000.0, 1.0)
+TIP = Modes([700.0, 950.0], [0.03, 0.02], [[1.0, 0.2], [0.1, 1.1]], ["tip:+x", "tip:+y"])
+WALL = Modes([420.0, 1500.0], [0.01, 0.01], [[0.2, 0.1], [0.8, 0.5]], ["wall:+x", "wall:+y"])
+
+
+def whole():
+    """Both as one structure: the motion of the tool against the work is the difference."""
+    return Modes([*TIP.frequency, *WALL.frequency], [*TIP.damping_ratio, *WALL.damping_ratio],
+                 np.hstack([TIP.shape, -WALL.shape]), BOTH_LABELS)
+
+
+def tip(kind):
+    return studies.modal_dynamics(TIP) if kind == "modes" else studies.response_dynamics(frequency_response.modal(TIP, LINES))
+
+
+def wall(kind):
+    return studies.modal_dynamics(WALL) if kind == "modes" else studies.response_dynamics(frequency_response.modal(WALL, LINES))
+
+
+@pytest.mark.parametrize("second", ["modes", "lines"])
+@pytest.mark.parametrize("first", ["modes", "lines"])
+def test_both_are_the_response_of_one_structure(first, second):
+    expected = frequency_response.modal(whole(), LINES, BOTH_LABELS, inputs=BOTH_LABELS).values
+    for one, other in ((tip(first), wall(second)), (wall(second), tip(first))):
+        response = studies.with_work(one, other).response
+        lines = LINES[5:-5]
+        frf = response.interpolated(lines) if isinstance(response, Frf) else frequency_response.modal(
+            response, lines, BOTH_LABELS, inputs=BOTH_LABELS)
+        assert frf.values == pytest.approx(expected[5:-5], rel=1e-9, abs=1e-12 * np.abs(expected).max())
+
+
+def test_directions_that_are_the_same_or_rigid():
+    narrow = Modes([700.0], [0.03], [[1.0]], ["tip:+x"])
+    lines = frequency_response.modal(narrow, LINES)
+    for across, share in (("same", 1.0), ("rigid", 0.0)):
+        both = studies.with_work(studies.modal_dynamics(narrow, y=across), wall("modes")).response
+        values = frequency_response.modal(both, [650.0], BOTH_LABELS, inputs=BOTH_LABELS).values[0]
+        measured = studies.with_work(studies.response_dynamics(lines, y=across), wall("modes")).response
+        assert measured.interpolated([650.0]).values[0] == pytest.approx(values, rel=1e-9)
+        alone = frequency_response.modal(narrow, [650.0]).values[0, 0, 0]
+        work = frequency_response.modal(WALL, [650.0]).values[0]
+        assert values == pytest.approx(work + alone * np.diag([1.0, share]), rel=1e-9)
+
+
+def test_limits_are_those_of_one_structure():
+    speeds = np.array([6000.0, 9000.0, 14000.0])
+    limits = [stability.chart(MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(8e8, 2.5e8), modes), speeds,
+                              depth_max=0.02).limit
+              for modes in (studies.with_work(tip("modes"), wall("modes")).response, whole())]
+    assert np.all(limits[1] < 0.019) and limits[0] == pytest.approx(limits[1], rel=1e-6)
+
+
+def test_what_does_not_fit_is_told():
+    low = studies.response_dynamics(frequency_response.modal(TIP, np.arange(20.0, 300.0)))
+    high = studies.response_dynamics(frequency_response.modal(WALL, np.arange(400.0, 3000.0)))
+    with pytest.raises(ToolpointError, match=r"0 lines in common \(20 to 299 Hz and 400 to 2999 Hz\)"):
+        studies.with_work(low, high)
+
+
+@pytest.mark.parametrize("kind", ["modes", "lines"])
+def test_the_command_takes_the_work_beside_every_source(tmp_path, capsys, kind):
+    tool_file, work_file = tmp_path / "tip.h5", tmp_path / "wall.h5"
+    write_frf(frequency_response.modal(TIP, LINES), tool_file)
+    if kind == "modes":
+        write_noun(WALL, work_file)
+    else:
+        write_frf(frequency_response.modal(WALL, LINES), work_file)
+    cut = ["--diameter", "12", "--teeth", "2", "--kt", "800", "--kn", "250", "--immersion", "0.3", "--speeds", "6000:14000:3"]
+    main(["lobes", "--frf", str(tool_file), *cut, "-o", str(tmp_path / "a"), "--json"])
+    alone = json.loads(capsys.readouterr().out)
+    main(["lobes", "--frf", str(tool_file), "--work", str(work_file), *cut, "-o", str(tmp_path / "b"), "--json"])
+    both = json.loads(capsys.readouterr().out)
+    assert json.dumps(both) != json.dumps(alone) and "the work gives way too" in json.dumps(both)
+    main(["lobes", str(MACHINES / "three_axis_vertical_drives.yaml"), "--work", str(work_file), *cut, "-o", str(tmp_path / "c"),
+          "--json"])
+    assert "wall.h5 is added to" in capsys.readouterr().out
