@@ -10,7 +10,7 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.plot import AnimatedShapes, Scene, ShapeView
-from toolpoint.plot.shape_view.view import _pack
+from toolpoint.plot.shape_view.view import pack_array
 
 VIEW = "window.toolpointViews.shapes"
 NO_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
@@ -265,7 +265,7 @@ def test_packed_arrays_arrive_exactly(opened, view, count):
         (rng.integers(0, 3, (count, 2)) + 65_530, "<u2", "Uint16Array"),
         (np.zeros((0, 3), int), "<u2", "Uint16Array")]
     for values, kind, name in cases:
-        back = seen.page.evaluate(f"(p) => Array.from(new {name}(window.ToolpointData(p)))", _pack(values, kind))
+        back = seen.page.evaluate(f"(p) => Array.from(new {name}(window.ToolpointData(p)))", pack_array(values, kind))
         assert np.array_equal(back, np.asarray(values).astype(kind).ravel())
 
 
