@@ -46,8 +46,8 @@ class Frf(NotebookText):
     coherence : like `values`, real, optional
         0 .. 1.
     variance : like `values`, real, optional
-        Variance E|e|^2 of each line, in the unit of the values squared.
-    draws : (n_draws, *values.shape) complex, optional
+        Variance ``E|e|^2`` of each line, in the unit of the values squared.
+    draws : (n_draws, n_f, n_outputs, n_inputs) complexes, optional
         Equally likely responses, in the unit of the values. They keep what lines have in common, a stiffness that is known to
         5 % say; the variance alone would take every line as independent of the others.
     decay : float
