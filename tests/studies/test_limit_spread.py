@@ -19,8 +19,10 @@ from toolpoint.machine.description import (
 from toolpoint.machine.description.machine import IdentifiedDescription
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import spread_of_limits
-from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
+from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics
+from toolpoint.studies.cuts.work_dynamics import with_work
 from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, machine_uncertainty
+from toolpoint.vibration import Modes
 
 CUT = {"diameter": 0.05, "teeth": 4, "immersion": 0.5, "direction": "down", "tangential": 8e9, "normal": 3e9}
 SPEEDS = np.array([1300.0, 1900.0, 2600.0, 3700.0])
@@ -56,3 +58,20 @@ def test_the_spread_is_that_of_exact_charts_of_the_same_machines() -> None:
     assert finite.sum() >= 3
     assert spread.deviation[finite] == pytest.approx(np.log(exact[:, finite]).std(axis=0, ddof=1), rel=0.3)
     assert (spread.deviation[finite] > 0.02).all()
+
+
+def test_a_work_that_gives_way_takes_its_part_of_the_spread() -> None:
+    """Limits beside a work that yields far more do not depend on the machine's numbers; beside a stiff one as before."""
+    machine = machine_dynamics(identified_machine())
+    spreads = {}
+    for name, size in (("stiff", 1e-6), ("soft", 0.3)):
+        wall = modal_dynamics(Modes([95.0, 110.0], [0.02, 0.02], size * np.eye(2), ["wall:+x", "wall:+y"]))
+        both = with_work(machine, wall)
+        chart = stability.chart(build_problem(both, CUT)[0], SPEEDS, depth_max=0.02)
+        spreads[name] = spread_of_limits(both, CUT, chart)
+    alone = spread_of_limits(machine, CUT, stability.chart(build_problem(machine, CUT)[0], SPEEDS, depth_max=0.02))
+    finite = np.isfinite(alone.deviation) & np.isfinite(spreads["stiff"].deviation)
+    # Beside a work the machine's structural modes are lines, of which 8 draws are charted exactly, of modes all 40.
+    ratio = spreads["stiff"].deviation[finite] / alone.deviation[finite]
+    assert finite.any() and np.all((ratio > 0.4) & (ratio < 2.5))
+    assert np.nanmax(spreads["soft"].deviation) < 0.3 * np.nanmax(alone.deviation)

@@ -1,6 +1,7 @@
 """A work that gives way beside the tool: one sum whatever holds it, in either order, with the limits of one structure."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,6 +43,31 @@ def test_both_are_the_response_of_one_structure(first, second):
         frf = response.interpolated(lines) if isinstance(response, Frf) else frequency_response.modal(
             response, lines, BOTH_LABELS, inputs=BOTH_LABELS)
         assert frf.values == pytest.approx(expected[5:-5], rel=1e-9, abs=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("second", ["modes", "lines"])
+def test_what_was_solved_directly_beside_modes_goes_on(second):
+    """The tool's true response is 5 % above its modes: it stays in lines, and beside modes as their direct response."""
+    modes = frequency_response.modal(TIP, LINES)
+    solved = replace(modes, values=1.05 * modes.values)
+    tool = replace(tip("modes"), response=replace(TIP, direct=solved))
+    response = studies.with_work(tool, wall(second)).response
+    both = response.direct if second == "modes" else response
+    expected = 1.05 * modes.values + frequency_response.modal(WALL, LINES).values
+    lines = LINES[5:-5]
+    assert both.interpolated(lines).values == pytest.approx(expected[5:-5], rel=1e-9, abs=1e-12 * np.abs(expected).max())
+
+
+def test_modes_of_two_scalings_are_joined_as_modes():
+    """Real modes of unit modal mass beside complex ones of modal A."""
+    damped = WALL.omega * np.sqrt(1 - WALL.damping_ratio**2)
+    complex_wall = Modes(WALL.frequency, WALL.damping_ratio, WALL.shape.astype(complex), WALL.dofs, "modal A",
+                         participation=WALL.shape / (2j * damped), input_dofs=WALL.dofs)
+    response = studies.with_work(tip("modes"), studies.modal_dynamics(complex_wall)).response
+    expected = frequency_response.modal(whole(), LINES, BOTH_LABELS, inputs=BOTH_LABELS).values
+    assert isinstance(response, Modes)
+    values = frequency_response.modal(response, LINES, BOTH_LABELS, inputs=BOTH_LABELS).values
+    assert values == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
 
 
 def test_directions_that_are_the_same_or_rigid():

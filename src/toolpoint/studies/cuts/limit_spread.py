@@ -24,6 +24,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.cuts.work_dynamics import with_work
 from toolpoint.studies.execute import Progress
 from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, MachineUncertainty, machine_uncertainty
 
@@ -108,10 +109,12 @@ def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: S
     machine = dynamics.machine
     if machine is None:
         return None
-    across = "rigid" if dynamics.y is None else "same" if dynamics.y == "same" else None
+    tool, work = dynamics.parts or (dynamics, None)
+    across = "rigid" if tool.y is None else "same" if tool.y == "same" else None
 
     def problem_of(sample: Machine) -> MillingProblem:
-        return build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0]
+        drawn = machine_dynamics(sample, dynamics.pose, across)
+        return build_problem(drawn if work is None else with_work(drawn, work), values)[0]
 
     def limits(sample: Machine) -> FloatArray:
         return stability.chart(problem_of(sample), chart.speeds, method, depth_max=chart.depth_max).limit

@@ -32,7 +32,7 @@ class ToolDynamics:
 
     machine : the machine that they are of, where there is one; notes : what the response is of, and what was assumed;
     what : the name of the data, for messages; at_speed : the modes at a spindle speed (rev/min), where bodies spin;
-    pose : of the machine.
+    pose : of the machine; parts : the tool's and the work's own dynamics, where these are the sum of both.
     """
 
     response: Modes | Frf
@@ -43,6 +43,7 @@ class ToolDynamics:
     what: str = "the data"
     at_speed: Callable[[float], Modes] | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
+    parts: tuple[ToolDynamics, ToolDynamics] | None = None
 
     @property
     def withheld(self) -> list[Doubt]:

@@ -9,12 +9,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy  # its rooms load on first use
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
+_HIGHEST_LINE_RATIO = 3.0  # of the highest mode: tooth passing reaches beyond it
+_MIN_LINES, _MAX_LINES = 2000, 20000  # of modes that are taken as lines
 _MIN_COMMON_LINES = 16  # lines that both responses cover
 
 
@@ -53,22 +56,43 @@ def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
     note = (f"the work gives way too: {work.what} is added to {tool.what}; both are taken to stand on structures that do not "
             "move each other")
     return replace(tool, response=response, x=str(BOTH_LABELS[0]), y=str(BOTH_LABELS[1]), at_speed=faster,
-                   what=f"{tool.what} and {work.what}", notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note])))
+                   what=f"{tool.what} and {work.what}", parts=(tool, work),
+                   notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note])))
 
 
 def _add_as_modes(tool: Modes, work: Modes) -> bool:
-    """Return whether the modes of both together are modes of one kind, without residuals or directly solved lines."""
+    """Return whether the modes of both can be written as modes of one kind, without residuals."""
     parts = (tool, work)
-    return (len({(part.scaling, part.damping) for part in parts}) == 1 and all(part.frequency.ndim == 1 for part in parts)
-            and all(part.lower_residual is None and part.upper_residual is None and part.direct is None for part in parts))
+    is_one_kind = len({(part.scaling, part.damping) for part in parts}) == 1 or all(_has_modal_a(part) for part in parts)
+    return is_one_kind and all(part.frequency.ndim == 1 and part.lower_residual is None and part.upper_residual is None
+                               for part in parts)
+
+
+def _has_modal_a(modes: Modes) -> bool:
+    """Return whether modes are complex ones of modal A, or can be written so: viscous, oscillating, of unit modal mass."""
+    if modes.scaling == "modal A":
+        return True
+    oscillates = (modes.damping_ratio < 1) & (modes.frequency > 0)
+    return modes.scaling == "unit modal mass" and modes.damping == "viscous" and bool(oscillates.all())
+
+
+def _in_modal_a(modes: Modes) -> Modes:
+    r"""Return modes of unit modal mass as modes of modal A, with residues :math:`\phi \psi^T / 2 i \omega_d`."""
+    if modes.scaling == "modal A":
+        return modes
+    shape_at_inputs = modes.shape if modes.participation is None else modes.participation
+    damped = modes.omega * np.sqrt(1 - modes.damping_ratio**2)
+    return replace(modes, scaling="modal A", participation=shape_at_inputs / (2j * damped), direct=None,
+                   input_dofs=modes.input_dofs or modes.dofs)
 
 
 def _joined_modes(tool: ToolDynamics, work: ToolDynamics) -> Modes:
     """Return the modes of both; those of the work have opposite signs, which their products do not show."""
     shapes, participations, parts = [], [], []
-    for dynamics in (tool, work):
-        modes = dynamics.response
-        assert isinstance(modes, Modes)
+    both = [part.response for part in (tool, work) if isinstance(part.response, Modes)]
+    is_mixed = len({modes.scaling for modes in both}) > 1
+    for dynamics, as_given in zip((tool, work), both, strict=True):
+        modes = _in_modal_a(as_given) if is_mixed else as_given
         if dynamics.y == "same":
             modes = _doubled(modes, dynamics.x)
             rows, columns = modes.shape, modes.participation
@@ -84,8 +108,19 @@ def _joined_modes(tool: ToolDynamics, work: ToolDynamics) -> Modes:
     frequency, damping = (np.concatenate([getattr(part, name) for part in parts]) for name in ("frequency", "damping_ratio"))
     first = parts[0]
     return Modes(frequency, damping, np.hstack(shapes), BOTH_LABELS, first.scaling, first.damping,
-                 participation=np.hstack(participations), input_dofs=BOTH_LABELS,
+                 participation=np.hstack(participations), input_dofs=BOTH_LABELS, direct=_joined_direct(tool, work),
                  notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)))
+
+
+def _joined_direct(tool: ToolDynamics, work: ToolDynamics) -> Frf | None:
+    """Return the response that was solved directly beside the modes of one of both, with the other's added to it."""
+    solved = [direct for part in (tool, work) if (direct := getattr(part.response, "direct", None)) is not None]
+    if not solved:
+        return None
+    lines = solved[0].frequency
+    values = sum(_plane(part if (direct := getattr(part.response, "direct", None)) is None else replace(part, response=direct),
+                        lines)[0] for part in (tool, work))
+    return Frf(lines, np.asarray(values), BOTH_LABELS, BOTH_LABELS, "receptance")
 
 
 def _doubled(modes: Modes, x: str) -> Modes:
@@ -122,9 +157,9 @@ def _joined_lines(tool: ToolDynamics, work: ToolDynamics) -> Frf:
 def _lines_of(tool: ToolDynamics, work: ToolDynamics) -> FloatArray:
     """Return lines over all modes of both, close at the sharpest."""
     modes = [part.response for part in (tool, work) if isinstance(part.response, Modes)]
-    highest = 1.5 * max(float(part.frequency.max()) for part in modes)
+    highest = _HIGHEST_LINE_RATIO * max(float(part.frequency.max()) for part in modes)
     width = min(float((part.frequency * part.damping_ratio)[~part.is_rigid].min()) for part in modes)
-    return np.linspace(highest / 20000, highest, int(np.clip(4 * highest / width, 2000, 20000)))
+    return np.linspace(highest / _MAX_LINES, highest, int(np.clip(4 * highest / width, _MIN_LINES, _MAX_LINES)))
 
 
 def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, ComplexArray | None]:
@@ -133,6 +168,11 @@ def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, Com
     response = dynamics.response
     if isinstance(response, Modes):
         frf = frequency_response.modal(response, lines, labels, inputs=labels)
+        if response.direct is not None:  # what the modes lack between resonances
+            solved = response.direct.selected(labels, labels)
+            lacking = solved.values - frequency_response.modal(response, solved.frequency, labels, inputs=labels).values
+            frf = replace(frf, values=frf.values + scipy.interpolate.make_interp_spline(solved.frequency, lacking, k=1)(
+                np.clip(lines, solved.frequency[0], solved.frequency[-1])))
     else:
         frf = response.selected(labels, labels).interpolated(lines)
     plane = _filled(frf.values, is_same=dynamics.y == "same")
