@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
@@ -149,7 +149,7 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
     if needs_long_edges(problem, best.depth) and not dynamics.withheld:
-        notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
+        notes = [f"the best cut is {text_below(1e3 * best.depth)} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
                  "tool's diameter: only for edges that are so long", *notes]
     if chart.limit_draws is not None and np.isfinite(chart.limit).any():
         notes = [drawn_words(chart), *notes]

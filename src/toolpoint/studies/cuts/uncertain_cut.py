@@ -13,6 +13,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning, fail
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_chatter_frequency, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import (
@@ -164,7 +165,7 @@ def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncerta
 
 
 def _row(name: str, cut: Advice, remark: str) -> list[str]:
-    return [name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", remark + cut.reason]
+    return [name, f"{cut.speed:.0f}", text_below(1e3 * cut.depth), remark + cut.reason]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import text_below
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.problem import TurningProblem
@@ -98,7 +99,7 @@ class TurningStudy(NotebookText):
         if self.withheld:
             return [*rows, ["best cut of the chart", "-", "-", withheld_words(self.withheld)]]
         best = from_chart(chart)
-        return [*rows, ["best cut of the chart", f"{best.speed:.0f}", f"{1e3 * best.depth:.3g}", best.reason]]
+        return [*rows, ["best cut of the chart", f"{best.speed:.0f}", text_below(1e3 * best.depth), best.reason]]
 
     def table(self) -> str:
         """Return limits and best cut as text."""
