@@ -149,8 +149,9 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
     if needs_long_edges(problem, best.depth) and not dynamics.withheld:
-        notes = [f"the best cut is {text_below(1e3 * best.depth)} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
-                 "tool's diameter: only for edges that are so long", *notes]
+        diameters = best.depth / (2 * problem.tool.radius)
+        notes = [f"the best cut is {text_below(1e3 * best.depth)} mm deep, {diameters:.2g} times the tool's diameter: only for "
+                 "edges that are so long", *notes]
     if chart.limit_draws is not None and np.isfinite(chart.limit).any():
         notes = [drawn_words(chart), *notes]
     ended = end_words(chart, end, why)
