@@ -26,7 +26,7 @@ from numba.core.dispatcher import Dispatcher  # noqa: E402
 from toolpoint.io.yaml import machine_file  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
-# A loaded machine is slow, not wrong: no example has a time limit. `.ci/run` takes the thorough profile.
+# A loaded machine is slow, not wrong: no example has a time limit.
 settings.register_profile("toolpoint", deadline=None, max_examples=40)
 settings.register_profile("thorough", deadline=None, max_examples=200)
 settings.load_profile("toolpoint")
