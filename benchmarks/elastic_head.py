@@ -44,7 +44,7 @@ def full(machine: Machine, pose: dict[str, float]) -> np.ndarray:
     n = model.size
     size = 3 * n + 3 + 6
     guide = limb.interfaces["guide"]
-    ball = limb.interfaces["ball"].patch.averages(model).toarray()
+    ball = limb.interfaces["ball"].place.averages(model).toarray()
     turning = []
     for i in range(3):
         frame_of = place.frames[0, machine.link(f"limb{i + 1}")]
@@ -52,7 +52,7 @@ def full(machine: Machine, pose: dict[str, float]) -> np.ndarray:
         axis = tf.adjoint(tf.transform(None, hinge[:3, 3])) @ np.r_[np.zeros(3), place_axis(machine, place, i)]
         at = tf.move(tf.inverse(frame_of), hinge[None, :3, 3])[0]
         way = float(at[2] - guide.centre[2])
-        held = guide.patch.moved(np.array([0, 0, way])).averages(model).toarray()
+        held = guide.place.moved(np.array([0, 0, way])).averages(model).toarray()
         here = np.array(guide.centre) + np.array([0, 0, way])
         to_hinge = tf.adjoint(tf.inverse(hinge))
         limb_part = to_hinge @ tf.adjoint(frame_of @ tf.transform(None, here)) @ held.T

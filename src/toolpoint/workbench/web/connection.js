@@ -13,7 +13,9 @@ window.Workbench = window.Workbench || { views: {} };
     if (!match || exported) return;
     await fetch("/api/session", { method: "POST", headers: { "Content-Type": "application/json" },
       body: JSON.stringify({ token: match[1] }) });
-    history.replaceState(null, "", location.pathname + "#/project");
+    // The view that the address names stays, and one that a person went to in the meantime.
+    const named = /^#\/([\w-]+)/.exec(location.hash);
+    if (/[#&]token=/.test(location.hash)) history.replaceState(null, "", location.pathname + "#/" + (named ? named[1] : "project"));
   };
 
   W.ask = async function (path, body, method) {
