@@ -17,7 +17,7 @@ from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
 _HIGHEST_LINE_RATIO = 3.0  # of the highest mode: tooth passing reaches beyond it
-_MIN_LINES, _MAX_LINES = 2000, 20000  # of modes that are taken as lines
+_LINE_COUNT_RANGE = (2000, 20000)  # of modes that are taken as lines
 _MIN_COMMON_LINES = 16  # lines that both responses cover
 
 
@@ -159,7 +159,7 @@ def _lines_of(tool: ToolDynamics, work: ToolDynamics) -> FloatArray:
     modes = [part.response for part in (tool, work) if isinstance(part.response, Modes)]
     highest = _HIGHEST_LINE_RATIO * max(float(part.frequency.max()) for part in modes)
     width = min(float((part.frequency * part.damping_ratio)[~part.is_rigid].min()) for part in modes)
-    return np.linspace(highest / _MAX_LINES, highest, int(np.clip(4 * highest / width, _MIN_LINES, _MAX_LINES)))
+    return np.linspace(highest / _LINE_COUNT_RANGE[1], highest, int(np.clip(4 * highest / width, *_LINE_COUNT_RANGE)))
 
 
 def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, ComplexArray | None]:
