@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -31,12 +32,12 @@ class SolidPlace(Protocol):
     def note(self, model: SolidModel) -> str: ...
 
 
-class FaceArea:
+class FaceArea(ABC):
     """An area that is found on the model's outer faces; its centre is that of the area."""
 
+    @abstractmethod
     def pieces(self, model: SolidModel) -> list[AreaPiece]:
         """Return the parts of faces that make it up; raises where there are none."""
-        raise NotImplementedError
 
     def centre_on(self, model: SolidModel) -> FloatArray:
         """Return the centre (3,) of its area, m."""

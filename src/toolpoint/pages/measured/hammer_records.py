@@ -33,10 +33,14 @@ def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = 
     report = report.with_section("Force", _spectra(result))
     report = _with_responses(report, result)
     report = with_checks(report, result.driving, result.pairs)
-    notes = [*result.notes, *result.band.notes]
-    lines = [line for line in dict.fromkeys(warnings) if line not in (*result.doubts, *notes)]
+    return with_remarks(report, [*result.notes, *result.band.notes], warnings, doubts=result.doubts)
+
+
+def with_remarks(report: Report, notes: Sequence[str], warnings: Sequence[str], *, doubts: Sequence[str]) -> Report:
+    """Return the report with what was assumed and done, behind the warnings that stand nowhere else."""
+    lines = [line for line in dict.fromkeys(warnings) if line not in (*doubts, *notes)]
     parts = [Notes(lines, "warning")] if lines else []
-    return report.with_section("What was assumed and done", *parts, Notes(notes, "assumed"))
+    return report.with_section("What was assumed and done", *parts, Notes(list(notes), "assumed"))
 
 
 def _pulse(verdict: HitVerdict) -> PulseCurve:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint.pages.measured.hammer_records import MAX_DRAWN_RESPONSES, hammer_page, with_checks
+from toolpoint.pages.measured.hammer_records import MAX_DRAWN_RESPONSES, hammer_page, with_checks, with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.measured.response_bands import magnitude_bands
@@ -23,10 +23,7 @@ def shaker_page(result: ShakerStudy, warnings: Sequence[str] = (), title: str = 
                                                   "Coherence is the median over lines and responses: 1 without noise."))
     report = _with_responses(report, result)
     report = with_checks(report, result.driving, result.pairs)
-    notes = [*result.notes, *result.band.notes]
-    lines = [line for line in dict.fromkeys(warnings) if line not in (*result.doubts, *notes)]
-    parts = [Notes(lines, "warning")] if lines else []
-    return report.with_section("What was assumed and done", *parts, Notes(notes, "assumed"))
+    return with_remarks(report, [*result.notes, *result.band.notes], warnings, doubts=result.doubts)
 
 
 def records_page(result: HammerStudy | ShakerStudy, warnings: Sequence[str] = (), title: str = "Test") -> Report:
