@@ -14,7 +14,7 @@ from numba import njit
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.material_removal.mesh_intervals import MAX_MESH_INTERVALS
 from toolpoint.material_removal.removed import RemovedMaterial
-from toolpoint.material_removal.stock import MAX_DEXELS, MESH, Dexels, Stock
+from toolpoint.material_removal.stock import MESH, Dexels, Stock, count_dexels
 from toolpoint.material_removal.surface import has_material
 
 _LOOK_RATIO = 1.0  # of the spacing: between two looks along a line
@@ -67,10 +67,7 @@ class CutStock(Stock):
         """Return the dexels at a spacing (m) along the axis of this plane, their intervals sorted upwards."""
         assert self.removed is not None and self.removed.work is not None
         h = positive("spacing", spacing)
-        count = np.maximum(np.ceil((self.upper[:2] - self.lower[:2]) / h - 1e-9).astype(int), 1)
-        if int(count.prod()) > MAX_DEXELS:
-            fail("spacing", f"{1e3 * h:g} mm: {count.prod() / 1e6:.0f} million dexels", f"must need at most "
-                 f"{MAX_DEXELS / 1e6:.0f} million", remedy="a larger spacing, or a smaller stock")
+        count = count_dexels(self.lower, self.upper, h)
         origin = self.lower[:2] + h / 2
         intervals = np.full((*count.tolist(), MAX_MESH_INTERVALS, 2), np.nan)
         number = _cross_work(self.removed.work, np.ascontiguousarray(self.rotation),

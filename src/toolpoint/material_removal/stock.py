@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
 
 BOX, CYLINDER, MESH = 0, 1, 2  # codes of `Stock.kind`, as kernels read them
 MAX_DEXELS = 60_000_000  # of a grid: 2 GB
@@ -85,10 +85,7 @@ class Stock:
     def laid_out(self, spacing: float) -> Dexels:
         """Return the dexels at a spacing (m), their intervals sorted upwards."""
         h = positive("spacing", spacing)
-        count = np.maximum(np.ceil((self.upper[:2] - self.lower[:2]) / h - 1e-9).astype(int), 1)
-        if int(count.prod()) > MAX_DEXELS:
-            fail("spacing", f"{1e3 * h:g} mm: {count.prod() / 1e6:.0f} million dexels", f"must need at most "
-                 f"{MAX_DEXELS / 1e6:.0f} million", remedy="a larger spacing, or a smaller stock")
+        count = count_dexels(self.lower, self.upper, h)
         origin = self.lower[:2] + h / 2
         x, y = (origin[k] + h * np.arange(count[k]) for k in (0, 1))
         if self.kind == MESH:
@@ -116,3 +113,12 @@ class Dexels:
 
 def _words(place: FloatArray) -> str:
     return ", ".join(f"{1e3 * value:g}" for value in place) + " mm"
+
+
+def count_dexels(lower: FloatArray, upper: FloatArray, spacing: float) -> IndexArray:
+    """Return how many dexels along x and y, (2,), a stock between two corners (3,), m, has at a spacing, m; refuse too many."""
+    count = np.maximum(np.ceil((upper[:2] - lower[:2]) / spacing - 1e-9).astype(int), 1)
+    if int(count.prod()) > MAX_DEXELS:
+        fail("spacing", f"{1e3 * spacing:g} mm: {count.prod() / 1e6:.0f} million dexels", f"must need at most "
+             f"{MAX_DEXELS / 1e6:.0f} million", remedy="a larger spacing, or a smaller stock")
+    return np.asarray(count)
