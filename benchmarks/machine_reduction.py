@@ -162,8 +162,8 @@ def _patch_motion(castings: Castings, name: str, interface: str, *, place: Place
     frame = place.frames[0, castings.machine.link(name)]
     if isinstance(patch, SlidingPatch):
         along = np.asarray(patch.along)
-        way = float((tf.move(tf.inverse(frame), at[None])[0] - patch.place.centre) @ along)
-        patch = patch.place.moved(way * along)
+        way = float((tf.move(tf.inverse(frame), at[None])[0] - patch.patch.centre) @ along)
+        patch = patch.patch.moved(way * along)
     weights = patch.averages(castings.models[name]).toarray()
     return tf.adjoint(frame @ tf.transform(None, patch.centre)) @ weights.T
 
