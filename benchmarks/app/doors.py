@@ -40,8 +40,9 @@ from toolpoint.io.yaml.testing import test_file
 from toolpoint.machine import Machine, assemble, build
 from toolpoint.machine.description import PointDescription, parameters
 from toolpoint.studies import study_responses_of_machine
-from toolpoint.studies.machines.virtual_test import true_modes
+from toolpoint.studies.machines.virtual_test import surface_points, true_modes
 from toolpoint.studies.measured.model_correlation import with_measured_points
+from toolpoint.vibration import eigen
 
 FORMATS = (".uff", ".h5", ".mat", ".npz", ".csv")
 ODD_NAMES = ("Spindle Nose", "Größe 3", "tip/2, (left)", "9:b", "100 %")
@@ -142,7 +143,7 @@ def plan(ledger: Ledger, machine: Machine, file: Path, folder: Path) -> None:
         test = test_file.read(folder / "test.yaml")
         return "" if len(points) == 8 and test.records and all(np.isfinite(at).all() for at in points.values()) else "the plan"
 
-    highest = 1.05 * float(true_modes(machine, jm.surface_points(machine, 40, np.random.default_rng(1)), DAMPING).frequency[3])
+    highest = 1.05 * float(true_modes(machine, surface_points(machine, 40, np.random.default_rng(1)), DAMPING).frequency[3])
     ledger.run("plan --test --geometry", [
         "plan", str(file), "--points", "8", "--struck", "1", "--hits", "1", "--highest", f"{highest:.6g}", "--test",
         str(folder / "test.yaml"), "--geometry", str(folder / "points.csv"), "-o", str(folder / "page")], check)
@@ -172,7 +173,7 @@ def update(ledger: Ledger, machine: Machine, folder: Path, rng: np.random.Genera
     lines = np.linspace(5.0, 120.0, 100)
     frf = jm.full_response(machine, lines, labels, labels[:1]).converted_to("accelerance")
     system = assemble(machine, outputs=labels)
-    modes: Modes = jm.eigen.solve_undamped(replace(system, damping=None))
+    modes: Modes = eigen.solve_undamped(replace(system, damping=None))
     sources = {f"--frf {kind}": ("--frf", folder / f"meas{kind}") for kind in FORMATS[int(rng.integers(5)):][:1]}
     for _, path in sources.values():
         io.write_frf(frf, path)

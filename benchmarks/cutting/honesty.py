@@ -100,7 +100,7 @@ def converged(problem: MillingProblem, speed: float, near: float) -> tuple[float
     """(depth, its own error): with helix the slices have an error, taken as the change from half as many of them."""
     if not problem.tool.has_helix:
         return root(problem, speed, near), 0.0
-    few, many = root(problem, speed, near), root(problem, speed, near, within=2 * SLICES)
+    few, many = root(problem, speed, near), root(problem, speed, near, 2 * SLICES)
     return many, abs(many - few)
 
 

@@ -18,15 +18,22 @@ import numpy as np
 
 import parallel_machines
 from benchmarks.frame import CommandLine
+from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.three_rps import ThreeRps
 from toolpoint.machine import Machine
 from toolpoint.machine.frequencies import natural_frequencies
 
 
+def reference_height(machine: Machine) -> float:
+    """Return the height of the platform at the reference pose, m."""
+    assert isinstance(machine.chain, ClosedChain)  # what each of these machines has
+    return float(machine.chain.axis("Z").reference_position)
+
+
 def grid_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
     """Return task poses over height, tilt and azimuth, each a neighbour of the last."""
     each = round(count ** (1 / 3))
-    z = machine.chain.axis("Z").reference_position
+    z = reference_height(machine)
     heights, tilts = np.linspace(z - 0.1, z + 0.1, each), np.radians(np.linspace(0, 25, each))
     azimuth = np.linspace(-np.pi, np.pi, -(-count // each**2))
     rows = [(h, t, a) for h in heights for i, t in enumerate(tilts) for a in (azimuth if i % 2 else azimuth[::-1])]
@@ -35,7 +42,7 @@ def grid_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
 
 def random_poses(machine: Machine, count: int) -> dict[str, np.ndarray]:
     """Return task poses at random over the same span."""
-    rng, z = np.random.default_rng(0), machine.chain.axis("Z").reference_position
+    rng, z = np.random.default_rng(0), reference_height(machine)
     return {"Z": z + rng.uniform(-0.1, 0.1, count), "tilt": np.radians(rng.uniform(0, 25, count)),
             "azimuth": rng.uniform(-np.pi, np.pi, count)}
 

@@ -98,11 +98,11 @@ def main() -> None:
     repeats = np.r_[np.full(stations.shape[1], stations.shape[1] / 24), 1.0]
     body = LargeBody(stiffness, mass, loads, None, weights, repeats, model.dof_places[free])
     positions = np.random.default_rng(4).uniform(LOW + 0.02, HIGH - 0.02, given.positions)
-    truth = []
+    frequencies = []
     for z in positions:
         w = csc_array(np.hstack([*(place(z).toarray() for place in places(model)), top.toarray()]))
-        truth.append(full((stiffness, mass, free), around, w))
-    truth = np.array(truth)
+        frequencies.append(full((stiffness, mass, free), around, w))
+    truth = np.array(frequencies)
     print(f"{free.size} DOF, {loads.shape[1]} loads; ten modes {truth.min():.0f}..{truth.max():.0f} Hz, full solutions "
           f"{(time.perf_counter() - start) / given.positions:.1f} s a position", flush=True)
     start = time.perf_counter()

@@ -18,7 +18,8 @@ import numpy as np
 
 from benchmarks.frame import CommandLine
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.drives.program.path import Path, polyline
+from toolpoint.drives.program.path import Path as ToolPath
+from toolpoint.drives.program.path import polyline
 from toolpoint.material_removal import RemovalSettings, Stock, remove_material
 from toolpoint.studies import describe_machining
 from toolpoint.studies.machining.loads import place_loads
@@ -42,7 +43,7 @@ class Finishing:
             rows.append(np.stack([along, np.full(x.size, y), -2 * MM + 1.5 * MM * np.sin(along / 8e-3) * np.cos(y / 9e-3)],
                                  axis=1))
         self.width = 0.3 * MM * lines
-        self.path: Path = polyline(np.concatenate(rows), feed=0.05)
+        self.path: ToolPath = polyline(np.concatenate(rows), feed=0.05)
         self.speed, self.tool, self.notes = np.full(self.path.count, 15000.0), np.ones(self.path.count, int), ()
 
 

@@ -26,7 +26,7 @@ from toolpoint.modal_identification import identify
 from toolpoint.studies.video.video_study import study_video
 from toolpoint.studies.video.virtual_update import update_from_virtual_videos
 from toolpoint.vibration.correlation import mac
-from toolpoint.vision.clip import Clip, Region
+from toolpoint.vision.clip import Clip, FrameArray, Region
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import choose_points, grid_windows
 from toolpoint.vision.magnification.warp import ShapeWarp
@@ -140,12 +140,19 @@ def _magnified(scene: Any, scanned: Any, poles: np.ndarray, *, bodies: Any, whol
     return rows
 
 
+def rendered(clip: Clip) -> Any:
+    """Return the frames of a clip that was rendered here, (n, rows, columns)."""
+    assert isinstance(clip.source, FrameArray)
+    return np.asarray(clip.source.frames)
+
+
 def _peers(python: str, scene: Any, clip: Clip, windows: Any) -> Row:
     owner = bench.owners(scene, windows.centres, windows.side)
     on = (owner >= 0) & (windows.sight == 2)
+    frames = rendered(clip)
     with tempfile.TemporaryDirectory() as folder:
         names = [str(Path(folder) / name) for name in ("frames.npy", "points.npy", "truth.npy")]
-        for name, array in zip(names, (clip.source.frames, windows.centres[on],
+        for name, array in zip(names, (frames, windows.centres[on],
                                        bench.true_motion(scene, windows.centres[on], owner[on]))):
             np.save(name, array)
         script = str(Path(__file__).with_name("clip_peers.py"))
@@ -227,7 +234,7 @@ def compression_bars(seed: int) -> Row:
     scene, clip = _half(seed)
     with tempfile.TemporaryDirectory() as folder:
         for quality in (10, 18, 23):
-            path = encode(np.asarray(clip.source.frames)[:480], Path(folder) / f"{quality}.mp4", quality)
+            path = encode(rendered(clip)[:480], Path(folder) / f"{quality}.mp4", quality)
             result = study_video(files.read(path, bench.RATE))
             at = int(np.argmin(np.abs(result.poles.frequency - 13)))
             strongest = np.abs(result.shapes.shape[:, :, at]).max()
@@ -236,7 +243,7 @@ def compression_bars(seed: int) -> Row:
         rng = np.random.default_rng(seed)
         scene = bench.c_frame(rng, bench.SYN)
         full = film(scene, Camera(bench.SHAPE), bench.FRAMES, rng=rng)
-        path = encode(np.asarray(full.source.frames), Path(folder) / "full.mp4", 10, "ultrafast")
+        path = encode(rendered(full), Path(folder) / "full.mp4", 10, "ultrafast")
         del full
         code = ("import json,time,resource;from toolpoint.vision import read_clip;"
                 "from toolpoint.studies import study_video;"
@@ -325,7 +332,7 @@ def mill_bars(seed: int) -> Row:
                                    "FRAC": result.frac[:, 1].tolist()}
     with tempfile.TemporaryDirectory() as folder:
         def recorded(video: Any, plane: str) -> Clip:
-            return files.read(encode(np.asarray(video.clip.source.frames), Path(folder) / f"{plane}.mp4", 10), bench.RATE)
+            return files.read(encode(rendered(video.clip), Path(folder) / f"{plane}.mp4", 10), bench.RATE)
         result = update_from_virtual_videos(machine, FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),
                                             recorded=recorded)
     rows["P4 by x264 at quality 10"] = {"first two": [e.joint for e in result.update.ranking.interfaces[:2]],
