@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -122,8 +119,7 @@ def test_every_sample_keeps_its_angle() -> None:
 
 @pytest.mark.slow
 def test_intervals_of_random_records_hold() -> None:
-    sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-    import cutting_calibration_records as random_records
+    from benchmarks.cutting import calibration_records as random_records
 
     rng, inside = np.random.default_rng(3), []
     for k in range(6):
