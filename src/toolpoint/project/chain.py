@@ -24,8 +24,8 @@ from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 3,
-                 "limits": 6,
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 4,
+                 "limits": 7,
                  "changes": 2, "next": 1, "contour": 1}
 
 
