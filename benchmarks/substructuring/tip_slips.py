@@ -3,7 +3,8 @@
 Random tips (1 to 6 modes in x and in y, some turned between them, a mode far above), accelerances or receptances with
 noise, as text or universal files. Slips: delay and advance of 10 to 100 us, sign, conjugate, columns exchanged, mm for m,
 another quantity, x and y exchanged, another point, band clipped above and below the softest mode, a dead channel, a heavy
-sensor (its mass said). A scale of 9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving
+sensor (its mass said). Charts are of few speeds, which no doubt rests on. `--part K` takes every eighth structure (a part ends
+within minutes) and keeps its counts in `--store`; the last line is of all parts kept there. A scale of 9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving
 point alone cannot show it.
 """
 
@@ -30,6 +31,7 @@ from benchmarks.frame import CommandLine
 from tapped_tools import Tip, random_tip
 from toolpoint import io
 from toolpoint.app.main import main as toolpoint
+from toolpoint.studies.cuts import measured_response
 from toolpoint.vibration import Dof, Frf
 
 COMMANDS: dict[str, list[str]] = {
@@ -38,6 +40,7 @@ COMMANDS: dict[str, list[str]] = {
     "mill": ["mill", "--speed", "9000", "--depth", "0.2", "--revolutions", "30", "--diameter", "16", "--teeth", "4"],
     "report": ["report"], "tap": ["tap", "--diameter", "16", "--teeth", "4", "--kt", "2000", "--kn", "700"]}
 FAST = ("lobes", "turn", "report")
+PARTS = 8  # in which the structures are asked
 EVERY = 6  # structures of which one goes through the commands that identify modes
 
 
@@ -186,15 +189,30 @@ def ask(command: str, files: Files, folder: Path, suffix: str) -> str:
     return "doubted" if "doubt" in json.dumps(said.get("notes", [])) else "believed"
 
 
+def _with_kept(counts: dict[str, Counter[str]], folder: Path, part: int) -> dict[str, Counter[str]]:
+    """Keep the counts of a part, and return those of all parts kept in the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"part{part}.json").write_text(json.dumps(counts))
+    total: dict[str, Counter[str]] = defaultdict(Counter)
+    for file in sorted(folder.glob("part*.json")):
+        for name, count in json.loads(file.read_text()).items():
+            total[name].update(count)
+    return total
+
+
 def main() -> None:
     """Run and print."""
     parser = CommandLine(__doc__)
     parser.cases("structures", 50)
     parser.seed(0, "first")
+    parser.add_argument("--part", type=int, choices=range(PARTS), help="every eighth structure, from this one")
+    parser.add_argument("--store", type=Path, help="folder of the counts of all parts")
     options = parser.parse_args()
+    measured_response.CHARTED_SPEED_COUNT = 8
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     begun = time.perf_counter()
-    for seed in range(options.first, options.first + options.structures):
+    seeds = range(options.first, options.first + options.structures)
+    for seed in seeds if options.part is None else seeds[options.part::PARTS]:
         for name, slip in SLIPS.items():
             files = slip(random_case(seed))
             if files is None:
@@ -212,6 +230,8 @@ def main() -> None:
                     print(f"  {name}, {command}, {seed}: {verdict}", flush=True)
         print(f"{seed}: {sum(counter.total() for name, counter in counts.items() if name in SLIPS)} asked, "
               f"{time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
+    if options.store is not None:
+        counts = _with_kept(counts, options.store, options.part or 0)
     for name, count in counts.items():
         print(f"{name:28s} {dict(count)}")
     slips = sum((counts[name] for name in SLIPS if name not in ("good", "g for m/s^2")), Counter[str]())

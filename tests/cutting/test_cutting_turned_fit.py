@@ -10,7 +10,8 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.force.calibration import Calibration, average_force, invert_information
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.cutting.force.turned_fit import fit_turns, turn_forces
+from toolpoint.cutting.force.turned_fit import fit_turns
+from toolpoint.cutting.force.turned_forces import turn_forces
 from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
 from toolpoint.vibration import Dof, Record
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.state_comparison import state_comparison_page
     from toolpoint.pages.measured.traverse import traverse_page
     from toolpoint.pages.measured.update import update_page
+    from toolpoint.pages.project.program import project_program_page
     from toolpoint.pages.project.project import project_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
@@ -51,7 +52,8 @@ __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
     "drive_page", "driven_axis_page", "driven_responses_page", "finite_element_page", "first_look_page", "hammer_page",
     "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
-    "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "records_page",
+    "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "project_program_page",
+    "records_page",
     "responses_page", "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page",
     "shaker_page", "simulation_page", "stages_page", "state_comparison_page", "tap_page", "tool_coupling_page",
     "traverse_page", "turning_page", "update_page", "video_page", "workspace_page",
@@ -86,6 +88,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.state_comparison": ("state_comparison_page",),
     "measured.traverse": ("traverse_page",),
     "measured.update": ("update_page",),
+    "project.program": ("project_program_page",),
     "project.project": ("project_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),

@@ -29,8 +29,10 @@ from toolpoint.project.steps.plain_files import read_json
 
 if TYPE_CHECKING:
     from toolpoint.project.limits.drawn_limits import DrawnLimits
+    from toolpoint.project.programs.run_files import ProgramRun
 
 PROJECT_FILE, RESULT_FILE = "project.yaml", "results/project.json"
+LISTED_LOBES = 8  # engagements of a program whose lobes its page shows
 TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line may be mended or removed by hand.\n"
               "toolpoint: 1\ntried:\n")
 
@@ -139,6 +141,18 @@ class Project:
         options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
         question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
         return draw_limits(MachineDraws(io.read_machine(self.machine_file), draws or project.draws, project.seed), question)
+
+    def program(self, name: str, *, lobes: int = LISTED_LOBES) -> ProgramRun:
+        """Return the study of an NC program of the project on the likeliest machine or tip, from the files on the disk.
+
+        lobes : of how many engagements, those nearest to their limit, the lobes are computed too.
+        """
+        from toolpoint.project.programs.run_files import run_step
+
+        steps = {step.name.partition("/")[2]: step for step in self.chain.steps if step.name.startswith("program/")}
+        if name not in steps:
+            fail("program", repr(name), f"must be one of {', '.join(steps) or 'the programs of project.yaml, which has none'}")
+        return run_step(steps[name].arguments(self.folder), lobes=lobes)
 
     def report_cut(self, cut: TriedCut) -> None:
         """Add a cut that was tried to the project's file of them; the next run weighs its draws by it."""

@@ -93,7 +93,8 @@ class LobesStudy(NotebookText):
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
                 "lowest_limit": None if self.withheld else _lowest_numbers(self.lowest),
                 "withheld": list(self.withheld),
-                "limit_interval_m": chart.interval_rows() if self.spread is None else self.spread.rows(chart.limit),
+                "limit_interval_m": (chart.interval_rows() if self.spread is None
+                                     else self.spread.rows(chart.limit, chart.limit_error)),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions), "status": chart.status}
 
@@ -144,7 +145,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     spread = spread_of_limits(dynamics, values or {}, chart, method=method,
                               progress=lambda finished, total: progress("sampled machines", finished, total))
     if spread is not None and np.isfinite(chart.limit).any():
-        notes = [spread.words(float(np.min(chart.limit))), *notes]
+        least_index = int(np.argmin(chart.limit))
+        notes = [spread.words(float(chart.limit[least_index]), float(chart.limit_error[least_index])), *notes]
     advice = advice_rows(chart, sampled, uncertainty, withheld=dynamics.withheld)
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)

@@ -10,7 +10,8 @@ import numpy as np
 from toolpoint import io
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint.cutting.description import PARAMETERS, SI_VALUE, CuttingDescription, flat_values
+from toolpoint.cutting.description import CuttingDescription, flat_values
+from toolpoint.cutting.option_words import cut_words
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project import Project
@@ -167,7 +168,7 @@ def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     chance = None if depth is None else float(limits.chance(weights)[0])
     return {"speed_rpm": speed, "limit_m": limits.limit[0], "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
             "depth_m": depth, "stable_probability": chance, "shares": limits.shares, "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
 
 
 def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
@@ -178,7 +179,7 @@ def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     weights, is_weighed = _weights(desk, project, systems.count, request)
     lower, upper = limits.interval(weights)
     return {"speeds": pack(speeds), "lower": pack(lower), "upper": pack(upper), "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
 
 
 def _weights(desk: Desk, project: Project, count: int, request: MachineRequest) -> tuple[Any, bool]:
@@ -209,18 +210,3 @@ def _commands(desk: Desk, project: Project, request: MachineRequest, cut: Cuttin
     file = project.machine_file.relative_to(desk.folder).as_posix()
     pose = ["--pose", pose_words_of(request.pose)] if request.pose else []
     return [command_line("lobes", file, *pose, *cut_words(cut))]
-
-
-def cut_words(cut: CuttingDescription) -> list[str]:
-    """Return a cut as the options of `toolpoint lobes`, in the units that they take."""
-    words: list[str] = []
-    for key, value in flat_values(cut).items():
-        parameter = PARAMETERS.get(key)
-        if parameter is None or not parameter.option or value in (None, "", ()) or parameter.kind == "variation":
-            continue
-        numbers = value if isinstance(value, tuple) else (value,)
-        scale = SI_VALUE.get(parameter.unit, 1.0)
-        is_word = parameter.kind in ("count", "choice", "text")
-        texts = [str(number) if is_word else f"{number / scale:.9g}" for number in numbers]
-        words += [f"--{parameter.option}", ",".join(texts)]
-    return words
