@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from toolpoint.io.urdf import read_robot
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
+    from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind
     from toolpoint.io.yaml.machine_file import read as read_machine
     from toolpoint.io.yaml.machine_file import write as write_machine
@@ -74,8 +75,8 @@ __all__ = [
     "read_machine_at", "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan",
     "read_program", "read_project", "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data",
     "read_shaft", "read_step", "read_surface", "read_test_nouns", "read_tried", "read_two_states", "write_cutting",
-    "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns", "write_pictures", "write_planned_test",
-    "write_points", "write_program", "write_tables", "write_template", "write_test", "write_unit",
+    "write_frf", "write_gains", "write_machine", "write_multibody", "write_noun", "write_nouns", "write_pictures",
+    "write_planned_test", "write_points", "write_program", "write_tables", "write_template", "write_test", "write_unit",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -108,7 +109,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),
     "yaml.component_file": ("read as read_components",),
-    "yaml.drive_file": ("read as read_drives",),
+    "yaml.drive_file": ("read as read_drives", "write_gains"),
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
