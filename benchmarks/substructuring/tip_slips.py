@@ -4,8 +4,8 @@ Random tips (1 to 6 modes in x and in y, some turned between them, a mode far ab
 noise, as text or universal files. Slips: delay and advance of 10 to 100 us, sign, conjugate, columns exchanged, mm for m,
 another quantity, x and y exchanged, another point, band clipped above and below the softest mode, a dead channel, a heavy
 sensor (its mass said). Charts are of few speeds, which no doubt rests on. `--part K` takes every eighth structure (a part ends
-within minutes) and keeps its counts in `--store`; the last line is of all parts kept there. A scale of 9.81 (g for m/s^2) is counted
-apart: within the stiffnesses that tips have a driving point alone cannot show it.
+within minutes) and keeps its counts in `--store`; the last line is of all parts kept there. A scale of 9.81 (g for m/s^2) is
+counted apart: within the stiffnesses that tips have a driving point alone cannot show it.
 """
 
 from __future__ import annotations

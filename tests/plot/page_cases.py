@@ -337,7 +337,8 @@ def _described_drives() -> Any:
 
     mechanics = MechanicsDescription("two-mass", lead=0.01, inertia=0.006, table_mass=300.0, stiffness=1e8, damping=5e3)
     axis = DriveAxisDescription(
-        mechanics=mechanics, position=PositionDescription(gain=30.0), velocity=VelocityDescription(gain=1.0, integral_time=0.02),
+        mechanics=mechanics, position=PositionDescription(gain=30.0),
+        velocity=VelocityDescription(gain=1.0, integral_time=0.02),
         motor=MotorDescription(4, 0.5, 5e-3, flux=0.15), current=CurrentDescription(bandwidth=500.0))
     return DriveDescription("Slide", {"X": axis}, assumptions=("All values are chosen.",))
 

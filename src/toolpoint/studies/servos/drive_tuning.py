@@ -79,12 +79,12 @@ class TunedDrives(NotebookText):
 
     def loop_rows(self) -> list[list[str]]:
         """Return loop, axis, then gain margin (dB), phase margin (deg) and bandwidth (Hz), each before and after."""
-        return [[loop, axis, *(f"{old_value:.4g} -> {new_value:.4g}" for old_value, new_value in zip(old, new, strict=True))]
+        return [[loop, axis, *(f"{old_value:.4g} to {new_value:.4g}" for old_value, new_value in zip(old, new, strict=True))]
                 for (loop, axis, *old), (_, _, *new) in zip(self.loops_before.figures, self.loops_after.figures, strict=True)]
 
     def table(self) -> str:
         """Return doubts and notes, the gains, and the loops before and after."""
-        gains = [f"{axis}: {gain} {old or 'none'} -> {new} {unit}" for axis, gain, old, new, unit in self.rows()]
+        gains = [f"{axis}: {gain} {old or 'none'} to {new} {unit}" for axis, gain, old, new, unit in self.rows()]
         loops = [f"{loop} loop {axis}: gain margin {gain} dB, phase margin {phase} deg, bandwidth {width} Hz"
                  for loop, axis, gain, phase, width in self.loop_rows()]
         return "\n".join([*mark_notes([*self.doubts, *self.notes], "note: "), *gains, *loops])

@@ -63,7 +63,8 @@ class StepSetting:
 class StepTest:
     """Response of one axis to a step.
 
-    time : (n,) s from the step; set_point, response : (n,) A, m/s or m; torque : (n,) N m, set point (N of a linear motor);
+    time : (n,) s from the step; set_point, response : (n,) A, m/s or m; torque : (n,) N m (N of a
+    linear motor), set point, of a current step that of the current;
     figures : None where the response does not reach 90 % of the step; bandwidth : of the closed loop, Hz.
     """
 
@@ -172,9 +173,11 @@ def _test(drives: DriveDescription, servo: Servo, setting: StepSetting) -> StepT
         if figures is not None and figures.settling_time < SETTLED_SHARE * length:
             break
         length *= 2
-    set_point = np.where(time >= begin, height, 0.0)
-    return StepTest(setting, height, unit, time - begin, set_point, response - response[0], run.signal("torque_set", axis),
-                    figures, float(width), tuple(_doubts(run, servo, axis, setting, reached=figures is not None)))
+    set_point, current = np.where(time >= begin, height, 0.0), servo.controllers[axis].current
+    # Of a current step the torque is that of the current: the set point of torque belongs to the open loop above.
+    torque = run.signal("torque_set", axis) if number or current is None else current.model.torque_constant * response
+    return StepTest(setting, height, unit, time - begin, set_point, response - response[0], torque, figures, float(width),
+                    tuple(_doubts(run, servo, axis, setting, reached=figures is not None)))
 
 
 def _height(drives: DriveDescription, servo: Servo, axis: int, setting: StepSetting) -> tuple[float, str]:
