@@ -4,8 +4,8 @@ Random tips (1 to 6 modes in x and in y, some turned between them, a mode far ab
 noise, as text or universal files. Slips: delay and advance of 10 to 100 us, sign, conjugate, columns exchanged, mm for m,
 another quantity, x and y exchanged, another point, band clipped above and below the softest mode, a dead channel, a heavy
 sensor (its mass said). Charts are of few speeds, which no doubt rests on. `--part K` takes every eighth structure (a part ends
-within minutes) and keeps its counts in `--store`; the last line is of all parts kept there. A scale of 9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving
-point alone cannot show it.
+within minutes) and keeps its counts in `--store`; the last line is of all parts kept there. A scale of
+9.81 (g for m/s^2) is counted apart: within the stiffnesses that tips have a driving point alone cannot show it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ COMMANDS: dict[str, list[str]] = {
     "report": ["report"], "tap": ["tap", "--diameter", "16", "--teeth", "4", "--kt", "2000", "--kn", "700"]}
 FAST = ("lobes", "turn", "report")
 PARTS = 8  # in which the structures are asked
-EVERY = 6  # structures of which one goes through the commands that identify modes
+EVERY = 6  # slips of which one goes through the commands that identify modes, another one in each structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,12 +211,12 @@ def main() -> None:
     begun = time.perf_counter()
     seeds = range(options.first, options.first + options.structures)
     for seed in seeds if options.part is None else seeds[options.part::PARTS]:
-        for name, slip in SLIPS.items():
+        for number, (name, slip) in enumerate(SLIPS.items()):
             files = slip(random_case(seed))
             if files is None:
                 continue
             suffix = ".uff" if seed % 2 or name == "x and y exchanged" else ".csv"
-            for command in COMMANDS if seed % EVERY == 0 else FAST:
+            for command in COMMANDS if (seed + number) % EVERY == 0 else FAST:
                 if command in ("report", "tap") and name in ("heavy sensor", "x and y exchanged") and not (
                         command == "tap" and name == "x and y exchanged"):
                     continue  # they take no mass of a sensor, or one file alone

@@ -176,7 +176,8 @@ class _ChainLimits:
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
                 "error": np.array([[empty if isinstance(c, str) else c.limit_error for c in row] for row in rows]),
-                "depth_max": np.full(len(chain), depth), "notes": np.array([_notes(row, said) for row, said in zip(rows, remarks, strict=True)]),
+                "depth_max": np.full(len(chain), depth),
+                "notes": np.array([_notes(row, said) for row, said in zip(rows, remarks, strict=True)]),
                 "reasons": np.array([[c if isinstance(c, str) else "" for c in row] for row in rows])}
 
 
