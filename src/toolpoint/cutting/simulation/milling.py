@@ -340,11 +340,14 @@ def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: 
 def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps) -> ElementForces:
     angle_step = 2 * np.pi / (m * problem.tool.teeth)
     drag = problem.process_damping * clock.steps / (angle_step * problem.tool.radius)
-    material = problem.coefficients
-    tangential, normal, axial = material.cutting.tolist()
-    edge_tangential, edge_normal, edge_axial = material.edge.tolist()
-    return ElementForces((tangential, normal, axial), (edge_tangential, edge_normal, edge_axial), drag,
-                         problem.damping_friction, method.keeps_contact)
+    material, law = problem.coefficients, problem.law
+    if law is None or method.keeps_contact:  # the linear cut beside a chart takes the law's tangent, as the chart does
+        cutting, edge, exponent = material.cutting, material.edge, 0.0
+    else:
+        cutting, edge, exponent = law.energy * law.ratios, np.zeros(3), law.exponent
+    k, e = cutting.tolist(), edge.tolist()
+    return ElementForces((k[0], k[1], k[2]), (e[0], e[1], e[2]), drag, problem.damping_friction, method.keeps_contact,
+                         float(exponent))
 
 
 def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
