@@ -40,6 +40,7 @@ COMMANDS: dict[str, list[str]] = {
     "mill": ["mill", "--speed", "9000", "--depth", "0.2", "--revolutions", "30", "--diameter", "16", "--teeth", "4"],
     "report": ["report"], "tap": ["tap", "--diameter", "16", "--teeth", "4", "--kt", "2000", "--kn", "700"]}
 FAST = ("lobes", "turn", "report")
+MAX_LINES = 2500  # of a response: with 12 000 the commands that identify modes take half a minute each
 PARTS = 8  # in which the structures are asked
 EVERY = 6  # slips of which one goes through the commands that identify modes, another one in each structure
 
@@ -76,7 +77,8 @@ def random_case(seed: int) -> Case:
     """Return a random tip with the lines of a careful test."""
     rng = np.random.default_rng([seed, 30])
     tip, top = random_tip(rng, 0.3)
-    lines = np.arange(rng.choice([1.0, 10.0, 20.0]), 1.3 * top + 200, rng.choice([0.5, 1.0, 2.0]))
+    step = max(rng.choice([0.5, 1.0, 2.0]), (1.3 * top + 200) / MAX_LINES)
+    lines = np.arange(rng.choice([1.0, 10.0, 20.0]), 1.3 * top + 200, step)
     return Case(tip, lines, float(10 ** rng.uniform(-3, -1.7)), rng)
 
 
