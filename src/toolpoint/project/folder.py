@@ -142,17 +142,18 @@ class Project:
         question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
         return draw_limits(MachineDraws(io.read_machine(self.machine_file), draws or project.draws, project.seed), question)
 
-    def program(self, name: str, *, lobes: int = LISTED_LOBES) -> ProgramRun:
+    def program(self, name: str, *, lobes: int = LISTED_LOBES, with_advice: bool = False) -> ProgramRun:
         """Return the study of an NC program of the project on the likeliest machine or tip, from the files on the disk.
 
-        lobes : of how many engagements, those nearest to their limit, the lobes are computed too.
+        lobes : of how many engagements, those nearest to their limit, the lobes are computed too; with_advice : whether also
+        which speeds and feeds to change, which takes longer.
         """
         from toolpoint.project.programs.run_files import run_step
 
         steps = {step.name.partition("/")[2]: step for step in self.chain.steps if step.name.startswith("program/")}
         if name not in steps:
             fail("program", repr(name), f"must be one of {', '.join(steps) or 'the programs of project.yaml, which has none'}")
-        return run_step(steps[name].arguments(self.folder), lobes=lobes)
+        return run_step(steps[name].arguments(self.folder), lobes=lobes, with_advice=with_advice)
 
     def report_cut(self, cut: TriedCut) -> None:
         """Add a cut that was tried to the project's file of them; the next run weighs its draws by it."""
