@@ -20,8 +20,8 @@ from toolpoint.project import Project
 from toolpoint.project.limits.systems import coefficient_factors
 from toolpoint.project.programs.drawn_places import draw_places
 from toolpoint.project.programs.run_files import systems_of_program
-from toolpoint.workbench.state.desk import Desk
 from toolpoint.vibration import Frf
+from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.pages_view import page_text, pages_of
 
 SLOT = "N10 G21 G90\nN20 S{speed} M3\nN30 G0 X-40 Y0 Z{z}\nN40 G1 X40 F800\nN50 G0 Z20\nN60 G0 X-40 Y50\nN70 Z{z}\n" \

@@ -98,8 +98,8 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         doubts += _left_out(files)
         staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress)
         return ProgramRun(staged, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
-    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, with_advice=with_advice and dynamics is not None, lobes=lobes,
-                                progress=progress)
+    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes,
+                                with_advice=with_advice and dynamics is not None, progress=progress)
     if files.record is not None:
         record = io.read_servo_data(files.record)
         signal = studies.spindle_signal(record, settings["signal"])
