@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
     from toolpoint.studies.moving.traverse_study import TraverseStudy, study_traverse
     from toolpoint.studies.robots.datasheet_study import study_datasheet
+    from toolpoint.studies.robots.motion_map import map_motion
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
     from toolpoint.studies.robots.reach_study import study_pose, study_reach
@@ -187,6 +188,7 @@ __all__ = [
     "magnify_motion",
     "map_chatter",
     "map_frequencies",
+    "map_motion",
     "map_places",
     "map_responses",
     "map_servo",
@@ -338,6 +340,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "moving.driven_axis_study": ("DrivenAxisStudy", "study_driven_axis"),
     "moving.mode_tracks": ("TraverseWindow", "cut_windows"),
     "moving.traverse_study": ("TraverseStudy", "study_traverse"),
+    "robots.motion_map": ("map_motion",),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
