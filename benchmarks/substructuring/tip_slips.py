@@ -135,7 +135,13 @@ def _clipped(case: Case, above: bool) -> Files | None:
     ends = (float(case.lines[0]), 0.85 * softest) if above else (1.2 * softest, float(case.lines[-1]))
     if not any(ends[0] * 1.1 < f < ends[1] * 0.9 for f in inside):
         return None  # nothing would be left to be cut on
-    return replace(files, x=files.x.between(*ends), y=files.y.between(*ends))
+    clipped = replace(files, x=files.x.between(*ends), y=files.y.between(*ends))
+    deepest, kept = (min(_least_real(part) for part in (each.x, each.y)) for each in (files, clipped))
+    return None if kept < 0.95 * deepest else clipped  # limits do not feel it
+
+
+def _least_real(frf: Frf) -> float:
+    return float(frf.converted_to("receptance").values.real.min())
 
 
 def _dead(case: Case) -> Files:
