@@ -61,14 +61,14 @@ def _nearest(laid: ProgramPath, block: np.ndarray, point: FloatArray, rise: floa
     chord = end - start
     square = np.maximum((chord**2).sum(axis=1), 1e-18)
     share = np.clip(((point - start) * chord).sum(axis=1) / square, 0.0, 1.0)
-    nearest = start + share[:, None] * chord
+    foot = start + share[:, None] * chord
     level = (path.kind[block] == ARC_KIND) & (path.plane[block] == [0, 1]).all(axis=1)
     if level.any():
         middle = path.center[block[level]][:, :2]
         radius = np.linalg.norm(start[level][:, :2] - middle, axis=1, keepdims=True)
         way = point[level][:, :2] - middle
-        nearest[level, :2] = middle + radius * way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
-    return nearest
+        foot[level, :2] = middle + radius * way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    return foot
 
 
 def _mean_normals(normal: FloatArray, block: np.ndarray, count: int) -> FloatArray:
