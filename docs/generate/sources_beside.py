@@ -1,8 +1,8 @@
 """The pages "The five sources": every numbered table and figure and every conclusion of each, with our numbers beside theirs.
 
 Rows are data (`docs/sources/NAME.yaml`); numbers are those that the examples of the source computed, kept in
-`docs/sources/numbers.yaml` by `python benchmarks/sources.py --write`. A row names numbers in braces: ``{first_hz:.2f} Hz``, and
-what follows from them behind a sign of equality: ``{=100 * (first_hz / 29 - 1):+.1f} %``.
+`docs/sources/numbers.yaml` by `python benchmarks/house/source_pages.py --write`. A row names numbers in braces:
+``{first_hz:.2f} Hz``, and what follows from them behind a sign of equality: ``{=100 * (first_hz / 29 - 1):+.1f} %``.
 """
 
 from __future__ import annotations

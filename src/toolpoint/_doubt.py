@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 UNKNOWN = float("nan")
+DOUBT_MARK = "doubt: "  # how a line begins that is a doubt
 
 
 class Doubt(str):
@@ -65,7 +66,12 @@ def place_note(note: str, part: str) -> str:
 
 def mark_notes(notes: Iterable[str], other: str = "") -> list[str]:
     """Return notes as lines for a person: doubts begin with ``doubt:``, the others with `other`."""
-    return [f"doubt: {note}" if isinstance(note, Doubt) else f"{other}{note}" for note in notes]
+    return [f"{DOUBT_MARK}{note}" if isinstance(note, Doubt) else f"{other}{note}" for note in notes]
+
+
+def read_marked(lines: Iterable[str]) -> list[str]:
+    """Return the notes of lines that `mark_notes` wrote, empty ones left out: what is marked is a doubt again."""
+    return [Doubt.parsed(line.removeprefix(DOUBT_MARK)) if line.startswith(DOUBT_MARK) else line for line in lines if line]
 
 
 def doubts_among(notes: Iterable[str]) -> list[Doubt]:

@@ -21,7 +21,7 @@ def measured(*arguments: str) -> str:
         pytest.skip(f"no PulseAudio here: {', '.join(lacking)} (Debian: pulseaudio, pulseaudio-utils, libasound2-plugins)")
     if importlib.util.find_spec("sounddevice") is None:
         pytest.skip("sounddevice is not installed (extra acquisition)")
-    done = subprocess.run([sys.executable, "benchmarks/live_acquisition.py", *arguments], cwd=ROOT, capture_output=True,
+    done = subprocess.run([sys.executable, "benchmarks/acquisition/live_audio.py", *arguments], cwd=ROOT, capture_output=True,
                           text=True, timeout=300)
     if "No input device" in done.stderr or "no sound input" in done.stderr:
         pytest.skip("PortAudio does not see PulseAudio (Debian: libasound2-plugins)")

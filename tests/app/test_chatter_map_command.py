@@ -49,7 +49,8 @@ def test_the_worst_pose_is_named_and_a_folder_resumes(tmp_path, capsys):
     assert "6 of 6 poses kept in" in " ".join(again.err.split())
     worst = found["worst"]
     told = ", ".join(f"{name} {1e3 * value:g} mm" for name, value in worst["pose"].items())
-    assert f"Worst: {1e3 * worst['depth_m']:.4f} mm at {told}, feed at {worst['feed_angle_deg']:.4g}°" in shown
+    error = f" ± {1e3 * worst['depth_error_m']:.2g}" if worst["depth_error_m"] > 0 else ""
+    assert f"Worst: {1e3 * worst['depth_m']:.4f}{error} mm at {told}, feed at {worst['feed_angle_deg']:.4g}°" in shown
     assert found["feed_angle_deg"] == pytest.approx([0, 45, 90])
     with pytest.raises(SystemExit):
         main([*arguments, "--teeth", "3"])

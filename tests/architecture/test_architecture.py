@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import bars
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
 MODULES = sorted(SOURCE.rglob("*.py"))
@@ -238,9 +240,6 @@ def test_wheel_carries_scripts_styles_and_machines():
 
 
 def test_bars_name_commands_that_exist_and_their_page_is_written_from_them():
-    sys.path.insert(0, str(ROOT / "benchmarks"))
-    import bars
-
     data = bars.read_areas()
     for row in bars.rows(data):
         for word in row.command.split():

@@ -1,18 +1,12 @@
 """Text of the rooms that have been reread: names and first lines as docs/vocabulary.md asks."""
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-# Loaded by its place: the folder of benchmarks on the path would hide rooms of tests of the same name.
-_SPEC = importlib.util.spec_from_file_location("house_text", ROOT / "benchmarks" / "house_text.py")
-house_text = importlib.util.module_from_spec(_SPEC)
-sys.modules["house_text"] = house_text
-_SPEC.loader.exec_module(house_text)
+from benchmarks.house import text_rules
 
+ROOT = Path(__file__).resolve().parents[2]
 # Folders of src/toolpoint that were reread whole. A folder is added when it is; none is taken out.
 ROOMS_REREAD = (
     "acquisition", "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/meshes",
@@ -26,7 +20,7 @@ ROOMS_REREAD = (
 @pytest.mark.parametrize("room", ROOMS_REREAD)
 def test_rooms_that_were_reread_keep_the_rules_of_names_and_first_lines(room):
     faults = [f"{place.path.relative_to(ROOT)}:{place.line}: {place.rule}: {place.words}"
-              for place in house_text.places(ROOT, f"src/toolpoint/{room}")]
+              for place in text_rules.places(ROOT, f"src/toolpoint/{room}")]
     assert not faults, "\n".join(faults)
 
 
@@ -43,7 +37,7 @@ def test_each_rule_of_text_refuses_what_it_names(tmp_path, line, rule):
     folder = tmp_path / "src/toolpoint"
     folder.mkdir(parents=True)
     (folder / "module.py").write_text(line + "\n", encoding="utf-8")
-    assert [place.rule for place in house_text.places(tmp_path)] == [rule]
+    assert [place.rule for place in text_rules.places(tmp_path)] == [rule]
 
 
 def test_a_number_of_two_modules_is_refused_in_both(tmp_path):
@@ -51,4 +45,4 @@ def test_a_number_of_two_modules_is_refused_in_both(tmp_path):
     folder.mkdir(parents=True)
     for name in ("first", "second"):
         (folder / f"{name}.py").write_text("MAX_BASIS_SIZE = 160  # vectors\n", encoding="utf-8")
-    assert [place.rule for place in house_text.places(tmp_path)] == ["constant of several modules"] * 2
+    assert [place.rule for place in text_rules.places(tmp_path)] == ["constant of several modules"] * 2

@@ -8,11 +8,11 @@ import pytest
 from cutting.cutting_cases import benchmark
 from toolpoint import Dof, Record, ToolpointError
 from toolpoint.cutting import CuttingCoefficients, Engagement, Tool
+from toolpoint.cutting.cut.total_energy import TotalEnergy
 from toolpoint.cutting.force.calibration import average_force, instantaneous, revolution
 from toolpoint.cutting.force.laws import (
     Kienzle,
     LinearEdge,
-    TotalEnergy,
     exact_chip,
     oblique_coefficients,
     rigid_forces,

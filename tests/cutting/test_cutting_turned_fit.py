@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,7 +10,8 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.force.calibration import Calibration, average_force, invert_information
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.cutting.force.turned_fit import fit_turns, turn_forces
+from toolpoint.cutting.force.turned_fit import fit_turns
+from toolpoint.cutting.force.turned_forces import turn_forces
 from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
 from toolpoint.vibration import Dof, Record
 
@@ -121,8 +119,7 @@ def test_every_sample_keeps_its_angle() -> None:
 
 @pytest.mark.slow
 def test_intervals_of_random_records_hold() -> None:
-    sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-    import cutting_calibration_records as random_records
+    from benchmarks.cutting import calibration_records as random_records
 
     rng, inside = np.random.default_rng(3), []
     for k in range(6):

@@ -343,6 +343,44 @@ def drive_on_a_circle() -> Report:
     return drive_page(run_drives(read_drives(FOLDER / name), circle=(0.05, 4.0 / 60)), source_text=text(name))
 
 
+def _described_drives() -> Any:
+    """Return two axes of two masses, one with motor and current loop."""
+    from toolpoint.drives.description import (
+        CurrentDescription,
+        DriveAxisDescription,
+        DriveDescription,
+        MechanicsDescription,
+        MotorDescription,
+        PositionDescription,
+        VelocityDescription,
+    )
+
+    mechanics = MechanicsDescription("two-mass", lead=0.01, inertia=0.006, table_mass=300.0, stiffness=1e8, damping=5e3)
+    axis = DriveAxisDescription(
+        mechanics=mechanics, position=PositionDescription(gain=30.0),
+        velocity=VelocityDescription(gain=1.0, integral_time=0.02),
+        motor=MotorDescription(4, 0.5, 5e-3, flux=0.15), current=CurrentDescription(bandwidth=500.0))
+    return DriveDescription("Slide", {"X": axis}, assumptions=("All values are chosen.",))
+
+
+@case
+def servo_steps() -> Report:
+    from toolpoint.pages import step_page
+    from toolpoint.studies import StepSetting, step_drives
+
+    steps = [StepSetting("X", "current", 0.03, True), StepSetting("X", "velocity", 0.5 / 60),
+             StepSetting("X", "position", 5e-4)]
+    return step_page(step_drives(_described_drives(), steps))
+
+
+@case
+def servo_tuning() -> Report:
+    from toolpoint.pages import tuning_page
+    from toolpoint.studies import tune_drives
+
+    return tuning_page(tune_drives(_described_drives()))
+
+
 @case
 def servo_map() -> Report:
     from toolpoint.io import read_drives

@@ -8,7 +8,18 @@ import click
 
 from toolpoint.app.declare import Reading, WordChoice
 from toolpoint.app.values import NUMBERS
-from toolpoint.cutting.description import PARAMETERS, PLACES, VARIATION, CutParameter, SpeedVariationDescription, check_values
+from toolpoint.cutting.description import (
+    PARAMETERS,
+    PLACES,
+    TOTAL_ENERGY,
+    VARIATION,
+    CutParameter,
+    SpeedVariationDescription,
+    TotalEnergyDescription,
+    check_values,
+)
+
+_NESTED = {"speed_variation": SpeedVariationDescription, "total_energy": TotalEnergyDescription}
 
 
 class CutOptions:
@@ -28,14 +39,17 @@ class CutOptions:
         cut: dict[str, Any] = {}
         for option, key in self.keys.items():
             if (value := values.pop(option)) is not None:
-                cut[key] = SpeedVariationDescription(*value) if key == "speed_variation" else PARAMETERS[key].in_si(value)
+                cut[key] = _NESTED[key](*value) if key in _NESTED else PARAMETERS[key].in_si(value)
         check_values(cut, {key: f"--{PARAMETERS[key].option}" for key in cut})
         return cut
 
 
 def _option_of(parameter: CutParameter) -> click.Option:
-    kinds: dict[str, Any] = {"count": int, "text": str, "choice": WordChoice(list(parameter.choices)), "variation": Reading(
-        _variation, "SHARE,REVOLUTIONS or SHARE,REVOLUTIONS,PHASE (degrees), for example 0.1,4")}
+    kinds: dict[str, Any] = {
+        "count": int, "text": str, "choice": WordChoice(list(parameter.choices)),
+        "variation": Reading(_variation, "SHARE,REVOLUTIONS or SHARE,REVOLUTIONS,PHASE (degrees), for example 0.1,4"),
+        "total energy": Reading(_total_energy, "ENERGY,EXPONENT,NORMAL or ENERGY,EXPONENT,NORMAL,AXIAL (N/mm^2 at a chip of "
+                                               "1 mm, then ratios), for example 1200,0.2,0.3")}
     kind = kinds.get(parameter.kind, float if parameter.several == 1 else NUMBERS)
     return click.Option([f"--{parameter.option}", _argument(parameter)], type=kind, help=parameter.help,
                         metavar=parameter.metavar)
@@ -49,6 +63,14 @@ def _variation(text: str) -> tuple[float, int, float]:
     parts = text.split(",")
     share, revolutions, phase = (*parts, *("", "4", "0")[len(parts):])
     return float(share), int(revolutions), float(VARIATION["phase"].in_si(float(phase)))
+
+
+def _total_energy(text: str) -> tuple[float, ...]:
+    parts = text.split(",")
+    numbers = [float(part) for part in (*parts, "0")[:4]]
+    for key, number in zip(TOTAL_ENERGY, numbers, strict=True):
+        TOTAL_ENERGY[key].check(f"--total-energy {key.replace('_', ' ')}", TOTAL_ENERGY[key].in_si(number))
+    return tuple(TOTAL_ENERGY[key].in_si(number) for key, number in zip(TOTAL_ENERGY, numbers, strict=True))
 
 
 CutValues = Annotated[dict[str, Any], CutOptions()]

@@ -12,7 +12,8 @@ from toolpoint._check import LEFT_OUT, ToolpointError, fail, one_of
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import SpeedVariation
 from toolpoint.cutting.cut.tool import Engagement, Tool
-from toolpoint.cutting.description import CuttingDescription
+from toolpoint.cutting.cut.total_energy import TotalEnergy
+from toolpoint.cutting.description import COEFFICIENTS, CoefficientsDescription, CuttingDescription
 from toolpoint.cutting.force.materials import Range, literature, materials
 
 # Keys of a description and the fields of CuttingCoefficients.
@@ -58,11 +59,14 @@ def engagement_of(cut: CuttingDescription) -> Engagement:
 def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
     """Return the coefficients: those of the material where one is named, replaced by the values given beside it.
 
-    A material may have several sets in the literature; the first is taken, ``NAME:2`` takes the second. Kienzle's law is
-    linearised at the mean chip thickness of the cut, which needs its feed per tooth; the sources of Kienzle's constants give
-    the tangential force only, so the normal coefficient must be given.
+    A material may have several sets in the literature; the first is taken, ``NAME:2`` takes the second. Kienzle's law and a
+    total-energy law are linearised at the mean chip thickness of the cut, which needs its feed per tooth. The sources of
+    Kienzle's constants give the tangential force only, so the normal coefficient must be given.
     """
     described = cut.coefficients
+    if (law := total_energy_of(cut)) is not None:
+        _refuse_second_law(described)
+        return law.linearised(mean_chip(cut, "the tangent of the total-energy law"))
     stated = {to: getattr(described, name) for name, to in _FIELD_OF_KEY.items() if getattr(described, name) is not None}
     if not described.material:
         for name in ("tangential", "normal"):
@@ -80,7 +84,7 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
         if "kn" not in stated:
             fail("normal", "missing", f"the source for {material.material} gives the tangential force only",
                  remedy="give the normal coefficient too")
-        base = material.kienzle[number - 1].linearised(mean_chip(cut))
+        base = material.kienzle[number - 1].linearised(mean_chip(cut, "Kienzle's law"))
         which += f", {base.source}"
     return replace(base, **stated, source=f"{material.material}, {which}, {material.source}" + (", changed" if stated else ""))
 
@@ -103,13 +107,25 @@ def find_material(name: str) -> tuple[Range, int]:
     return material, number
 
 
-def mean_chip(cut: CuttingDescription) -> float:
+def total_energy_of(cut: CuttingDescription) -> TotalEnergy | None:
+    """Return the total-energy law of a described cut, where it has one."""
+    law = cut.coefficients.total_energy
+    return None if law is None else TotalEnergy(law.energy, law.exponent, law.normal_ratio, law.axial_ratio)
+
+
+def _refuse_second_law(described: CoefficientsDescription) -> None:
+    for name in ("material", *COEFFICIENTS):
+        if getattr(described, name):
+            fail(name, "given beside total_energy", "must be left out: the law says all forces", remedy="keep one of the two")
+
+
+def mean_chip(cut: CuttingDescription, user: str = "the force law") -> float:
     r"""Return the mean chip thickness over the arc of cut, m.
 
     :math:`f_z (\cos\phi_{st} - \cos\phi_{ex})/(\phi_{ex} - \phi_{st})`, the mean of :math:`f_z \sin\phi`.
     """
     if not cut.feed_per_tooth > 0:
-        fail("feed_per_tooth", "missing", "Kienzle's law is taken at the mean chip thickness and needs it",
+        fail("feed_per_tooth", "missing", f"{user} is taken at the mean chip thickness and needs it",
              remedy="for example 0.1 mm")
     arc = engagement_of(cut)
     return float(cut.feed_per_tooth * (np.cos(arc.entry) - np.cos(arc.exit)) / arc.arc)
@@ -131,7 +147,7 @@ def words(cut: CuttingDescription) -> str:
               + (f", K_a {k.ka / 1e6:g}" if k.ka else "") + " N/mm^2"]
     if k.edge.any():
         parts.append("edge " + "/".join(f"{v / 1e3:g}" for v in k.edge) + " N/mm")
-    if cut.coefficients.material:
+    if cut.coefficients.material or cut.coefficients.total_energy:
         parts.append(k.source)
     if cut.damping.coefficient:
         parts.append(f"process damping {cut.damping.coefficient:g} N/m")

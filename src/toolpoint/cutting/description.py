@@ -139,6 +139,19 @@ class CoefficientsDescription:
     material: str = field(default="", metadata=_states(
         "text", "Coefficients from the literature instead, for example al7075 or 'Al 7075:2' for the second set; 'toolpoint "
         "lobes --materials' lists them", option="material"))
+    total_energy: TotalEnergyDescription | None = field(default=None, metadata=_states(
+        "total energy", "Total-energy law in place of coefficients: energy per volume at a chip of 1 mm, N/mm^2, its exponent, "
+        "normal and axial force over the tangential one", option="total-energy", metavar="1200,0.2,0.3[,0.1]"))
+
+
+@dataclass(frozen=True)
+class TotalEnergyDescription:
+    """Total-energy law: `energy` per volume at a chip of 1 mm (Pa), its `exponent`, ratios of normal and axial force."""
+
+    energy: float = field(metadata=_states("pressure", unit="N/mm^2", gt=0))
+    exponent: float = field(default=0.0, metadata=_states("ratio", ge=0, lt=1))
+    normal_ratio: float = field(default=0.3, metadata=_states("ratio", ge=0, le=10))
+    axial_ratio: float = field(default=0.0, metadata=_states("ratio", ge=0, le=10))
 
 
 @dataclass(frozen=True)
@@ -217,6 +230,8 @@ class CuttingDescription:
             if key not in PLACES:
                 fail("CuttingDescription", repr(key), "is not a key of a cut", remedy=suggestion(key, PLACES))
             *group, name = PLACES[key]
+            if isinstance(value, Mapping):
+                value = _NESTED_KINDS[key](**value)
             changes.setdefault(group[0] if group else "", {})[name] = value
         own_values = changes.pop("", {})
         return replace(self, **own_values, **{group: replace(getattr(self, group), **new) for group, new in changes.items()})
@@ -228,8 +243,11 @@ class CuttingDescription:
             dropped |= {"immersion": None}
         elif "immersion" in values or "direction" in values:
             dropped |= {"entry": None, "exit": None}
-        if "material" in values:
+        if "material" in values or "total_energy" in values:
             dropped |= dict.fromkeys(COEFFICIENTS, None)
+            dropped |= {"material": ""} if "total_energy" in values else {"total_energy": None}
+        elif any(values.get(name) is not None for name in COEFFICIENTS):
+            dropped |= {"total_energy": None}
         return self.replaced(**{**dropped, **values})
 
 
@@ -249,6 +267,8 @@ def _value(cut: CuttingDescription, place: tuple[str, ...]) -> Any:
     return value
 
 
+_NESTED_KINDS: Mapping[str, type[Any]] = {"speed_variation": SpeedVariationDescription,
+                                          "total_energy": TotalEnergyDescription}
 _GROUPS: dict[str, type[Any]] = {"tool": ToolDescription, "engagement": EngagementDescription,
                                  "coefficients": CoefficientsDescription, "damping": ProcessDampingDescription}
 # By flat key, in the order in which options are listed.
@@ -257,7 +277,8 @@ PARAMETERS: Mapping[str, CutParameter] = {p.key or path[-1]: p for path, _, p in
 DEFAULTS: Mapping[str, Any] = {p.key or path[-1]: f.default for path, f, p in _entries(CuttingDescription)
                                if f.default is not MISSING}
 VARIATION: Mapping[str, CutParameter] = {f.name: f.metadata["parameter"] for f in fields(SpeedVariationDescription)}
-COEFFICIENTS = tuple(f.name for f in fields(CoefficientsDescription) if f.name != "material")
+TOTAL_ENERGY: Mapping[str, CutParameter] = {f.name: f.metadata["parameter"] for f in fields(TotalEnergyDescription)}
+COEFFICIENTS = tuple(f.name for f in fields(CoefficientsDescription) if f.name not in ("material", "total_energy"))
 
 
 def flat_values(cut: CuttingDescription) -> dict[str, Any]:

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from toolpoint.io.urdf import read_robot
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
+    from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind
     from toolpoint.io.yaml.machine_file import read as read_machine
     from toolpoint.io.yaml.machine_file import write as write_machine
@@ -121,6 +122,7 @@ __all__ = [
     "read_two_states",
     "write_cutting",
     "write_frf",
+    "write_gains",
     "write_machine",
     "write_multibody",
     "write_noun",
@@ -165,7 +167,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),
     "yaml.component_file": ("read as read_components",),
-    "yaml.drive_file": ("read as read_drives",),
+    "yaml.drive_file": ("read as read_drives", "write_gains"),
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),

@@ -25,9 +25,8 @@ from toolpoint.project.programs.settings import program_command, program_inputs,
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 3,
-                 "limits": 6,
-                 "changes": 2, "next": 1, "contour": 1, "program": 1}
+STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 4,
+                 "limits": 7, "changes": 2, "next": 1, "contour": 1, "program": 1}
 
 
 @dataclass(frozen=True)

@@ -93,9 +93,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.drive_structure import question_structure, structure_of
+    from toolpoint.studies.servos.drive_tuning import TuningTarget, tune_drives
     from toolpoint.studies.servos.driven_responses import study_driven_responses
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
+    from toolpoint.studies.servos.step_test import StepSetting, step_drives
     from toolpoint.studies.testing.modal_test_plan import plan_test
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
@@ -133,10 +135,12 @@ __all__ = [
     "ResponsePeak",
     "Serial",
     "SpindleRange",
+    "StepSetting",
     "Swap",
     "ToolStance",
     "TraverseStudy",
     "TraverseWindow",
+    "TuningTarget",
     "TurningCut",
     "Uncertainty",
     "WorkBlock",
@@ -226,6 +230,7 @@ __all__ = [
     "spindle_signal",
     "spring_ways",
     "square",
+    "step_drives",
     "stock_of",
     "structure_of",
     "study_base_reactions",
@@ -257,6 +262,7 @@ __all__ = [
     "study_videos",
     "study_workspace",
     "tune_damper",
+    "tune_drives",
     "update_from_videos",
     "update_from_virtual_videos",
     "update_machine",
@@ -354,6 +360,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
+    "servos.step_test": ("StepSetting", "step_drives"),
+    "servos.drive_tuning": ("TuningTarget", "tune_drives"),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.filmed_machine": ("magnify_motion", "study_videos"),

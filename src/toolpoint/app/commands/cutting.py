@@ -134,6 +134,9 @@ def calibrate(run: Frame, forces: Files, tool: ToolValues, *,
               angle: Annotated[float | None, Help("Angle of tooth 0 at the first sample, degrees clockwise from y, the same in "
                                                   "all files (a trigger); found for each record where left out.")] = None,
               no_runout: Annotated[bool, Help("Do not fit run-out.")] = False,
+              law: Annotated[Literal["linear-edge", "total-energy"], Help(
+                  "Force law of the section that is written: coefficients of chip and edge, or energy per volume that falls "
+                  "with the chip, and two force ratios.")] = "linear-edge",
               section: Annotated[NewFile | None, Help("Write the 'cutting' section for a machine file.",
                                                       name="--yaml")] = None) -> None:
     """Cutting coefficients and run-out from measured forces, with 95 % intervals.
@@ -144,7 +147,7 @@ def calibrate(run: Frame, forces: Files, tool: ToolValues, *,
     records = [(str(path), io.read_record(path)) for path in forces]
     run.step("fit")
     result = studies.calibrate(records, studies.CuttingTest(
-        tool, speed, depth, None if feed is None else tuple(1e-3 * f for f in feed), force_on, angle, not no_runout))
+        tool, speed, depth, None if feed is None else tuple(1e-3 * f for f in feed), force_on, angle, not no_runout, law))
     run.write("Section 'cutting'", section, io.write_cutting, result.description)
     run.warnings += result.doubts
     run.present(pages.calibration_page, result, run.warnings)

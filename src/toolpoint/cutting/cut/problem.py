@@ -16,6 +16,7 @@ from toolpoint.cutting.cut.coefficients import CuttingCoefficients, mean_matrix
 from toolpoint.cutting.cut.plane import Label, PlaneDynamics, from_frf, from_modes
 from toolpoint.cutting.cut.plane_pairs import from_pair
 from toolpoint.cutting.cut.tool import Engagement, Tool
+from toolpoint.cutting.cut.total_energy import TotalEnergy
 from toolpoint.vibration import Frf, Modes
 
 Response = Modes | Frf | PlaneDynamics
@@ -101,6 +102,8 @@ class MillingProblem(NotebookText):
         Friction share of the process damping.
     speed_variation : SpeedVariation, optional
         Spindle-speed variation; solved by `Collocation`.
+    law : TotalEnergy, optional
+        Force law of the chip in rigid and simulated forces; stability takes `coefficients`, its tangent at a chip thickness.
 
     Raises
     ------
@@ -128,6 +131,7 @@ class MillingProblem(NotebookText):
     damping_friction: float = 0.3
     speed_variation: SpeedVariation | None = None
     z: Label = None
+    law: TotalEnergy | None = None
     plane: PlaneDynamics = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -80,38 +80,6 @@ class Kienzle:
         return CuttingCoefficients(t, n, a, te, ne, ae, f"Kienzle at {1e3 * h:g} mm")
 
 
-@dataclass(frozen=True)
-class TotalEnergy:
-    r"""Total cutting energy per volume with force ratios: :math:`F_t/b = u h`, :math:`u = u_0 (h/h_0)^{-m}`, h_0 = 1 mm,
-    :math:`F_n = r_1 F_t`, :math:`F_a = r_2 F_t`.
-
-    Parameters
-    ----------
-    energy : float
-        u_0, J/m^3 (Pa), at 1 mm chip thickness.
-    exponent : float
-        m, 0 .. 1.
-    normal_ratio, axial_ratio : float
-        r_1, r_2.
-    """
-
-    energy: float
-    exponent: float = 0.0
-    normal_ratio: float = 0.3
-    axial_ratio: float = 0.0
-
-    def __post_init__(self) -> None:
-        positive("TotalEnergy.energy", self.energy)
-        if not 0 <= scalar("TotalEnergy.exponent", self.exponent) < 1:
-            fail("TotalEnergy.exponent", f"{self.exponent:g}", "must be within 0 .. 1")
-
-    def per_length(self, chip: FloatArray) -> FloatArray:
-        """See `ForceLaw.per_length`."""
-        h = np.maximum(np.asarray(chip, float), 0.0)
-        tangential = self.energy * 1e-3**self.exponent * h ** (1 - self.exponent)
-        return tangential[..., None] * np.array([1.0, self.normal_ratio, self.axial_ratio])
-
-
 def oblique_coefficients(shear_stress: float, shear_angle: float, friction_angle: float, *, rake: float,
                          inclination: float = 0.0, chip_flow: float | None = None) -> CuttingCoefficients:
     r"""Return oblique cutting coefficients from orthogonal data.
@@ -207,6 +175,11 @@ class RigidForces:
         return self.torque * 2 * np.pi * speed / 60
 
 
+def law_of(problem: MillingProblem) -> ForceLaw:
+    """Return the force law of a cut: its total-energy law where it has one, or the linear-edge law of its coefficients."""
+    return problem.law or LinearEdge(problem.coefficients)
+
+
 def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, *, law: ForceLaw | None = None,
                  slices: int = 40, trochoidal: bool = False) -> RigidForces:
     r"""Return forces and torque of the rigid cutter, with helix, run-out, unequal pitch and rounded edges.
@@ -228,11 +201,11 @@ def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, *, la
     angle : (n,) floats
         Rotation of tooth 0, rad, clockwise from y.
     law : ForceLaw, optional
-        `LinearEdge` of the problem's coefficients where left out.
+        Where left out the problem's total-energy law, or `LinearEdge` of its coefficients.
     trochoidal : bool
         Exact chip thickness instead of f sin phi.
     """
-    law = law or LinearEdge(problem.coefficients)
+    law = law or law_of(problem)
     turn = floats("angle", np.atleast_1d(angle))
     phi, h, kappa, radius, share = edge_field(problem, positive("depth", depth, 1.0), turn, slices=slices,
                                               trochoidal=trochoidal)

@@ -13,18 +13,17 @@ narrow bins), and two errors are told apart:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint._check import Array, FloatArray, floats
 from toolpoint._doubt import Doubt
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.force.calibration import RUNOUT_SCALE, Calibration, invert_information, report_fit
+from toolpoint.cutting.force.turned_forces import TurnedForces
 from toolpoint.cutting.force.unit_forces import forces_per_coefficient, names_of
-from toolpoint.vibration import Record
 
-MAX_TURN_BINS = 720  # bins of a revolution
 MODEL_TABLE_ANGLES = 1440  # angles of the model's table
 SMOOTH_JUMP_QUANTILE = 0.7  # of the jumps: bins below it show the noise alone
 JUMP_DEVIATION_RATIO = 0.5  # of a jump: standard deviation of a sample beside it
@@ -35,91 +34,7 @@ MIN_FIT_STEPS, REWEIGHTED_STEPS = 2, 8  # least steps; steps after which the wei
 MIN_RENAMING_GAIN = 0.2  # of chi-squared: fall of a record's by which its teeth are named otherwise
 MAX_ACCEPTED_MISFIT = 1.3  # from a larger misfit another offset is tried
 RUNOUT_GUESSES = np.outer([0.3, 1.0], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()  # over RUNOUT_SCALE
-MIN_SCATTER_TURNS = 3  # turns from which the scatter of their means is known
 MIN_TURN_FREEDOM = 4  # turns beyond the first of each record, from which their scatter gives the covariance
-
-
-@dataclass(frozen=True, eq=False)
-class TurnedForces:
-    """Samples of whole revolutions of one record, and their means in narrow bins of the rotation.
-
-    Parameters
-    ----------
-    angle : (n,) floats
-        Mean rotation from the first sample of the samples in each bin that holds any, rad.
-    force : (n, d) floats
-        Their mean force, N.
-    count : (n,) floats
-        Their number.
-    per : float
-        Samples of a revolution.
-    spacing : float
-        Rotation from one sample to the next, or the width of a bin where that is more, rad.
-    samples : (m, d) floats
-        Every sample, N; `bin` (m,) and `turn` (m,) say where it belongs.
-    """
-
-    angle: FloatArray
-    force: FloatArray
-    count: FloatArray
-    per: float
-    spacing: float
-    samples: FloatArray
-    bin: Array
-    turn: Array
-
-    @property
-    def turns(self) -> int:
-        """Whole revolutions."""
-        return int(self.turn[-1]) + 1
-
-    def mean_turn(self) -> tuple[FloatArray, FloatArray]:
-        """Return the mean force over all revolutions (d,) and its standard deviation (d,), N: by their scatter, and by jumps.
-
-        A turn holds a sample more or less than the next: turns are weighed by the angle that each sample stands for. Where
-        every turn is sampled at the same angles, a jump of height J lies anywhere between two of n: J / (n sqrt(12)).
-        """
-        index = np.arange(self.samples.shape[0] + 1.0)
-        total = np.concatenate([np.zeros((1, self.samples.shape[1])), np.cumsum(self.samples, axis=0)])
-        ends = np.linspace(0.0, min(self.turns * self.per, index[-1]), self.turns + 1)
-        courses = np.stack([np.diff(np.interp(ends, index, column)) for column in total.T], axis=1) / np.diff(ends)[:, None]
-        if self.turns < MIN_SCATTER_TURNS:
-            return courses.mean(axis=0), np.full(courses.shape[1], np.nan)
-        return courses.mean(axis=0), np.sqrt(courses.var(axis=0, ddof=1) / self.turns + self._jump_variance())
-
-    def _jump_variance(self) -> FloatArray:
-        """Return the variance (d,) of the mean by jumps between samples; a jump shows in two second differences."""
-        second = self.force - (np.roll(self.force, 1, axis=0) + np.roll(self.force, -1, axis=0)) / 2
-        within = self.mean((self.samples - self.force[self.bin])**2) / np.maximum(self.count - 1, 1)[:, None]
-        jumps = np.sum(4 * second**2 - 6 * within, axis=0)
-        return np.asarray(np.maximum(jumps, 0.0) / (24 * self.angle.size**2))
-
-    def mean(self, values: Array) -> FloatArray:
-        """Return the means (n, k) over each bin of values (m, k) of the samples."""
-        sums = [np.bincount(self.bin, column, self.angle.size) for column in values.T]
-        return np.asarray(np.stack(sums, axis=1) / self.count[:, None], float)
-
-
-def turn_forces(record: Record, speed: float) -> TurnedForces:
-    """Return the samples of a force record by the rotation at which they were taken, at a constant speed in rev/min."""
-    per = record.sample_rate * 60 / speed
-    turn_count = int(record.samples.shape[0] / per + 1e-9)
-    if turn_count < 1:
-        fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
-    size = min(int(np.ceil(turn_count * per - 1e-9)), record.samples.shape[0])
-    turned = np.arange(size) / per
-    turn = np.minimum((turned + 1e-9).astype(int), turn_count - 1)
-    angle = 2 * np.pi * np.maximum(turned - turn, 0.0)
-    bins = int(min(MAX_TURN_BINS, max(per, size // 4)))
-    place = np.minimum((angle / (2 * np.pi) * bins + 1e-6).astype(int), bins - 1)
-    count = np.bincount(place, minlength=bins)
-    held = count > 0
-    index = (np.cumsum(held) - 1)[place]
-    values = np.column_stack([angle, record.samples[:size]])
-    sums = np.stack([np.bincount(index, column, int(held.sum())) for column in values.T], axis=1)
-    means = sums / count[held][:, None]
-    return TurnedForces(means[:, 0], means[:, 1:], count[held].astype(float), per,
-                        2 * np.pi / min(per, bins), np.asarray(record.samples[:size], float), index, turn)
 
 
 def fit_turns(problem: MillingProblem, feeds: FloatArray, records: Sequence[TurnedForces], *, depth: float,
@@ -149,24 +64,23 @@ def fit_turns(problem: MillingProblem, feeds: FloatArray, records: Sequence[Turn
         Residual of the bins over what the scatter of the samples explains: 1 where the model is right, NaN where no bin holds
         two samples. The intervals grow with it.
     """
-    fit = _TurnsFit(problem, floats("feeds", np.atleast_1d(feeds)), records, depth, start, angle or 0.0, slices)
-    result, converged = fit.converge_named(fit.first)
-    if fit.misfit(result) > MAX_ACCEPTED_MISFIT and fit.runout:
-        other = fit.converge_named(fit.guess_offset(result))
-        result, converged = min((result, converged), other, key=lambda each: fit.misfit(each[0]))
-    return fit.reported(result, converged)
+    return TurnsFit(problem, floats("feeds", np.atleast_1d(feeds)), records, depth, start, angle or 0.0, slices).solve()
 
 
-class _TurnsFit:
-    """Weighted Gauss-Newton fit; numbers are coefficients over their scale, offset over RUNOUT_SCALE, phases."""
+class TurnsFit:
+    """Weighted Gauss-Newton fit; numbers are coefficients over their scale, offset over RUNOUT_SCALE, phases.
+
+    Between coefficients and offset a law may have numbers of its own (`TotalEnergyFit`).
+    """
 
     def __init__(self, problem: MillingProblem, feeds: FloatArray, records: Sequence[TurnedForces], depth: float,
                  start: Calibration, angle: float, slices: int) -> None:
         self.problem, self.feeds, self.records, self.depth, self.slices = problem, feeds, records, depth, slices
         self.ways = records[0].force.shape[1]
-        self.names = names_of(self.ways)
+        self.names = self.reported_names = names_of(self.ways)
         numbers = dict(zip(start.names, start.values.tolist(), strict=True))
-        self.linear, self.runout = len(self.names), "runout" in numbers
+        self.linear = self.first_offset = len(self.names)
+        self.runout = "runout" in numbers
         self.shifts = len(records) if "phase_1" in numbers else 0
         self.begin = np.full(len(records), angle)
         values = np.array([numbers[name] for name in self.names])
@@ -175,7 +89,15 @@ class _TurnsFit:
         phases = [numbers[f"phase_{i + 1}"] for i in range(self.shifts)]
         self.first = np.array([*values / self.scale, *([offset.real, offset.imag] if self.runout else []), *phases])
         self.noise = np.full(self.ways, np.nan)
-        self._tables: dict[complex, FloatArray] = {}
+        self._tables: dict[tuple[float, ...], FloatArray] = {}
+
+    def solve(self) -> tuple[Calibration, float]:
+        """Return the Calibration and the misfit; where that is large another offset is tried."""
+        result, converged = self.converge_named(self.first)
+        if self.misfit(result) > MAX_ACCEPTED_MISFIT and self.runout:
+            other = self.converge_named(self.guess_offset(result))
+            result, converged = min((result, converged), other, key=lambda each: self.misfit(each[0]))
+        return self.reported(result, converged)
 
     def converge_named(self, first: FloatArray) -> tuple[FloatArray, bool]:
         """Return the converged numbers, their teeth named as they fit best."""
@@ -192,7 +114,7 @@ class _TurnsFit:
         weights, guesses = self._weights(p), []
         for offset in RUNOUT_GUESSES:
             guess = p.copy()
-            guess[self.linear:self.linear + 2] = offset.real, offset.imag
+            guess[self.first_offset:self.first_offset + 2] = offset.real, offset.imag
             guesses.append(self._name_teeth(guess, weights, 0.0))
         return min(guesses, key=lambda guess: self._cost(guess, weights))
 
@@ -261,7 +183,8 @@ class _TurnsFit:
         rms = float(np.sqrt(np.sum(count * residual**2) / np.sum(count)))
         factor = max(misfit, 1.0)**2 if judged else misfit**2
         covariance = covariance * factor + np.diag(self._slicing_error(p, weights, inverse @ weighted.T)**2)
-        return report_fit(p, covariance, self.names, scale=self.scale, runout=self.runout, shifts=self.shifts,
+        scale = np.append(self.scale, np.ones(len(self.reported_names) - self.linear))
+        return report_fit(p, covariance, self.reported_names, scale=scale, runout=self.runout, shifts=self.shifts,
                           freedom=max(freedom, 1), residual=rms, doubts=doubts), misfit if judged else float("nan")
 
     def _slicing_error(self, p: FloatArray, weights: FloatArray, gain: FloatArray) -> FloatArray:
@@ -273,26 +196,31 @@ class _TurnsFit:
         return np.asarray(gain @ ((coarse - residual) * weights))
 
     def _offset(self, p: FloatArray) -> complex:
-        return complex(p[self.linear], p[self.linear + 1]) * RUNOUT_SCALE if self.runout else 0j
+        return complex(*p[self.first_offset:self.first_offset + 2]) * RUNOUT_SCALE if self.runout else 0j
 
-    def _table(self, offset: complex) -> FloatArray:
+    def _table(self, p: FloatArray) -> FloatArray:
         """Return forces per unit of each coefficient (n, angles, d, p) over the revolution; the latest few tables are kept."""
-        if offset not in self._tables:
+        key = tuple(p[self.linear:p.size - self.shifts].tolist())
+        if key not in self._tables:
             if len(self._tables) > 6:
                 self._tables.clear()
+            offset = self._offset(p)
             tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
-            turn = 2 * np.pi * np.arange(MODEL_TABLE_ANGLES) / MODEL_TABLE_ANGLES
-            parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
-                                            directions=self.ways, slices=self.slices) for x in self.feeds]
-            self._tables[offset] = np.stack(parts).reshape(self.feeds.size, MODEL_TABLE_ANGLES, self.ways, -1)
-        return self._tables[offset]
+            parts = [self._per_unit(replace(self.problem, tool=tool, feed_per_tooth=float(x)), p) for x in self.feeds]
+            self._tables[key] = np.stack(parts).reshape(self.feeds.size, MODEL_TABLE_ANGLES, self.ways, -1)
+        return self._tables[key]
+
+    def _per_unit(self, problem: MillingProblem, p: FloatArray) -> FloatArray:
+        """Return forces per unit of each coefficient (angles * d, p) of one feed over the revolution."""
+        turn = 2 * np.pi * np.arange(MODEL_TABLE_ANGLES) / MODEL_TABLE_ANGLES
+        return forces_per_coefficient(problem, self.depth, turn, directions=self.ways, slices=self.slices)
 
     def _unit_forces(self, p: FloatArray, record: int, offset: float = 0.0) -> FloatArray:
         """Return forces per unit (n, d, p) at the angles of a record's bins, plus an offset in rad."""
         shift = p[p.size - self.shifts + record] if self.shifts else self.begin[record]
         place = (self.records[record].angle + shift + offset) / (2 * np.pi) * MODEL_TABLE_ANGLES
         lower_index = np.floor(place).astype(int)
-        part, table = (place - lower_index)[:, None, None], self._table(self._offset(p))[record]
+        part, table = (place - lower_index)[:, None, None], self._table(p)[record]
         return np.asarray(table[lower_index % MODEL_TABLE_ANGLES] * (1 - part) + table[(lower_index + 1) % MODEL_TABLE_ANGLES]
                           * part)
 
@@ -305,13 +233,13 @@ class _TurnsFit:
         return np.concatenate([(force - record.force).ravel() for force, record in zip(self._forces(p), self.records)])
 
     def _cost(self, p: FloatArray, weights: FloatArray) -> float:
-        offset = p[self.linear:self.linear + 2] if self.runout else np.zeros(2)
+        offset = p[self.first_offset:self.first_offset + 2] if self.runout else np.zeros(2)
         return float(np.sum((self._residual(p) * weights)**2) + np.sum((offset / RUNOUT_PRIOR_DEVIATION)**2))
 
     def _with_prior(self, information: FloatArray, pull: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add the prior that an offset is some tens of micrometres: two teeth do not show its component across them."""
         if self.runout:
-            components = [self.linear, self.linear + 1]
+            components = [self.first_offset, self.first_offset + 1]
             information[components, components] += 1 / RUNOUT_PRIOR_DEVIATION**2
             pull[components] += p[components] / RUNOUT_PRIOR_DEVIATION**2
         return information, pull
@@ -320,7 +248,7 @@ class _TurnsFit:
         """Return the part of the covariance that comes from the prior of the offset, not from the samples."""
         if not self.runout:
             return np.zeros_like(inverse)
-        columns = inverse[:, self.linear:self.linear + 2]
+        columns = inverse[:, self.first_offset:self.first_offset + 2]
         return np.asarray(columns @ columns.T / RUNOUT_PRIOR_DEVIATION**2)
 
     def _jacobian(self, p: FloatArray) -> FloatArray:
@@ -336,7 +264,7 @@ class _TurnsFit:
                                                                                                       -h)) @ values / (2 * h)
             rows.append(part.reshape(-1, p.size))
         jacobian = np.concatenate(rows)
-        for k in range(self.linear, self.linear + 2 * self.runout):
+        for k in range(self.linear, self.first_offset + 2 * self.runout):
             forward, backward = p.copy(), p.copy()
             forward[k], backward[k] = p[k] + RUNOUT_SLOPE_STEP, p[k] - RUNOUT_SLOPE_STEP
             jacobian[:, k] = (self._residual(forward) - self._residual(backward)) / (2 * RUNOUT_SLOPE_STEP)

@@ -6,6 +6,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.cut.total_energy import effective_chip
 from toolpoint.cutting.force.laws import edge_field
 
 NAMES = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
@@ -17,14 +18,15 @@ def names_of(directions: int) -> tuple[str, ...]:
 
 
 def forces_per_coefficient(problem: MillingProblem, depth: float, turn: FloatArray, *, directions: int,
-                           slices: int) -> FloatArray:
+                           slices: int, exponent: float = 0.0) -> FloatArray:
     """Return forces per unit of each coefficient at the run-out of the problem, shape (n_angle * n_directions, n_names).
 
     turn : (n_angle,) rotation of tooth 0, rad; names are those of `NAMES`, without the axial ones for two directions.
+    exponent : m of a total-energy law; the first coefficients then stand before h (h/1 mm)^-m.
     """
     phi, h, kappa, _, share = edge_field(problem, depth, turn, slices=slices)
     s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kappa)[:, None], np.cos(kappa)[:, None]
-    chip, edge = np.maximum(h, 0.0) * share, (h > 0) * share
+    chip, edge = effective_chip(np.maximum(h, 0.0), exponent) * share, (h > 0) * share
     zero = np.zeros(turn.size)
 
     def over(field: FloatArray) -> FloatArray:

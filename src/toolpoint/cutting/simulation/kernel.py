@@ -69,7 +69,7 @@ def simulate(rotation, structure, state, edges, law, trace):
     elements, memory = delay.shape
     tangential, normal, axial = law.cutting
     edge_tangential, edge_normal, edge_axial = law.edge
-    damping, friction, linear = law.damping, law.friction, law.linear
+    damping, friction, linear, exponent = law.damping, law.friction, law.linear, law.exponent
     displacement, force, torque, chip_max = trace.displacement, trace.force, trace.torque, trace.chip
     start, angle_step, feed_step, fed = rotation.start, rotation.step, rotation.feed, rotation.fed
     lead_steps = fed.size - rotation.steps - 1
@@ -122,7 +122,8 @@ def simulate(rotation, structure, state, edges, law, trace):
                     h = min(h, (advance * s + extra[e, i]) * out + present - was)
                 if h <= 0.0 and not linear:
                     continue
-                ft, fn, fa = tangential * h + edge_tangential, normal * h + edge_normal, axial * h + edge_axial
+                chip = h if exponent == 0.0 else h * (h / 1e-3) ** -exponent
+                ft, fn, fa = tangential * chip + edge_tangential, normal * chip + edge_normal, axial * chip + edge_axial
                 if damping[kind] > 0.0:
                     drag = damping[kind] * (present - along(displacement, k - 1, out * s, out * c, up, spatial)) / length[kind]
                     fn += drag

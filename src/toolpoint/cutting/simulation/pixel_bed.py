@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail, floats, positive
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.force.laws import ForceLaw, LinearEdge
+from toolpoint.cutting.force.laws import ForceLaw, law_of
 
 
 @dataclass(eq=False)
@@ -124,7 +124,7 @@ def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], *, s
              remedy="PixelBed.block(..., layers=12)")
     if tool.corner_radius > 0:
         fail("Tool.corner_radius", f"{tool.corner_radius:g} m", "must be 0 in a pixel bed", remedy="rigid_forces knows corners")
-    law, n = law or LinearEdge(problem.coefficients), int(revolutions * steps)
+    law, n = law or law_of(problem), int(revolutions * steps)
     turn, slice_ = 2 * np.pi / steps, depth / layers
     height = (np.arange(layers) + 0.5) * slice_
     lag, radius = tool.angles(height), tool.edge_radius(height)

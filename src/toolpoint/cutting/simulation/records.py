@@ -46,7 +46,8 @@ class ElementForces(NamedTuple):
     """Cutting force of an element: coefficients (tangential, normal, axial) of chip, Pa, and of edge, N/m.
 
     damping : (n,) process damping per metre over cutting speed, for each of the n steps of `ModalSteps`; friction : its share
-    along the tangent; linear : edges outside the material stay in contact.
+    along the tangent; linear : edges outside the material stay in contact; exponent : m of a total-energy law, whose forces
+    follow h (h/1 mm)^-m in place of the chip h, 0 for the linear-edge law.
     """
 
     cutting: tuple[float, float, float]
@@ -54,6 +55,7 @@ class ElementForces(NamedTuple):
     damping: FloatArray
     friction: float
     linear: bool
+    exponent: float = 0.0
 
 
 class Rotation(NamedTuple):

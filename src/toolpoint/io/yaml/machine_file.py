@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
+from toolpoint.cutting.description import CuttingDescription, flat_values
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.meshes import stl
@@ -319,10 +319,7 @@ def cutting_of(part: BaseModel, document: Document) -> CuttingDescription:
     """Return the described cut, its faults in the document."""
     from toolpoint.cutting.build import fault_of  # loaded where a file describes a cut
 
-    values = part.model_dump()
-    variation = values.pop("speed_variation")
-    cut = CuttingDescription.of(
-        **values, speed_variation=None if variation is None else SpeedVariationDescription(**variation))
+    cut = CuttingDescription.of(**part.model_dump())
     if (fault := fault_of(cut)) is not None:
         document.fault(("cutting", *fault[0]), fault[1])
     return cut

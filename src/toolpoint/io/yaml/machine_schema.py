@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, Field, create_model, model_valid
 
 from toolpoint._doubt import Doubt
 from toolpoint.bodies.inertia import inertia_fault
-from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, CutParameter
+from toolpoint.cutting.description import DEFAULTS, PARAMETERS, TOTAL_ENERGY, VARIATION, CutParameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.yaml.description_schema import file_schema, model_of
@@ -217,6 +217,8 @@ def _type_of(key: str, parameter: CutParameter) -> Any:
     """Return the type of a key of the cut from what its description states."""
     if parameter.kind == "variation":
         return SpeedVariationModel
+    if parameter.kind == "total energy":
+        return TotalEnergyModel
     if parameter.kind == "count":
         return Annotated[int, Field(strict=True, ge=parameter.limits["ge"], le=parameter.limits["le"])]
     if parameter.kind == "choice":
@@ -240,6 +242,7 @@ def _model(name: str, parameters: Mapping[str, CutParameter], defaults: Mapping[
     return create_model(name, __base__=Part, **keys)
 
 
+TotalEnergyModel = _model("TotalEnergyModel", TOTAL_ENERGY, {"exponent": 0.0, "normal_ratio": 0.3, "axial_ratio": 0.0})
 SpeedVariationModel = _model("SpeedVariationModel", VARIATION, {"revolutions": 4, "phase": 0.0})
 if TYPE_CHECKING:  # to the type checker a part like any other
     CuttingModel = Part

@@ -13,8 +13,8 @@ change of basis and moves no pole), so with left and right eigenvectors every po
 :math:`\delta s = \sum_l \langle G_l, \delta R_l \rangle`: G is computed once a pole, and the scatter of the blocks gives its
 covariance. The rotation that singular values left out cause is neglected: at the order of the modes it is none, at orders
 above, where vectors of noise stand beside vectors of noise, a single deviation is right to its size (a third). What the
-orders differ by is therefore added to the variance of a mode (`mode_selection`), and benchmarks/operational_random.py holds
-the intervals.
+orders differ by is therefore added to the variance of a mode (`mode_selection`), and benchmarks/operational/random_records.py
+holds the intervals.
 
 Sources: Peeters, De Roeck, MSSP 13 (1999) 855 (SSI with references); Van Overschee, De Moor, Subspace Identification (1996)
 (weights); Reynders, Pintelon, De Roeck, MSSP 22 (2008) 948, and Doehler, Mevel, MSSP 38 (2013) 346 (covariance).

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._doubt import Doubt
 from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.measured.hits import PulseCurve, force_pulses, force_spectra
@@ -36,7 +37,7 @@ def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = 
     return with_remarks(report, [*result.notes, *result.band.notes], warnings, doubts=result.doubts)
 
 
-def with_remarks(report: Report, notes: Sequence[str], warnings: Sequence[str], *, doubts: Sequence[str]) -> Report:
+def with_remarks(report: Report, notes: Sequence[str], warnings: Sequence[str], *, doubts: Sequence[Doubt]) -> Report:
     """Return the report with what was assumed and done, behind the warnings that stand nowhere else."""
     lines = [line for line in dict.fromkeys(warnings) if line not in (*doubts, *notes)]
     parts = [Notes(lines, "warning")] if lines else []

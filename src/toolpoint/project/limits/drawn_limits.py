@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import BoolArray, FloatArray
+from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.project.limits.systems import DrawnSystems, Pose, coefficient_factors, problem_of
+from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import deep_chart
 
 SEARCH_DEPTH_RATIO = 2.0  # depth to which draws are searched, over the nominal limit
@@ -37,8 +38,10 @@ class DrawnLimits:
     """Limits of a cut.
 
     limit, error, frequency : (n_speeds,) of the likeliest system, m, m, Hz; infinite and not a number where none lies above
-    depth_max; draws : (n_draws, n_speeds) m; stable : (n_draws, n_speeds) at the asked depth; frequencies : of the draws, Hz;
-    depth_max : to which was searched, m; shares : of each source in the variance of the logarithm of the least limit.
+    depth_max; the error holds what is stated of the reduction of elastic bodies. draws : (n_draws, n_speeds) m; stable :
+    (n_draws, n_speeds) chance that the asked depth is, the limit of a draw anywhere within the stated error; frequencies : of
+    the draws, Hz; depth_max : to which was searched, m; shares : of each source in the variance of the logarithm of the least
+    limit; notes : what is to be said of the error.
     """
 
     question: CutQuestion
@@ -46,10 +49,11 @@ class DrawnLimits:
     error: FloatArray
     frequency: FloatArray
     draws: FloatArray
-    stable: BoolArray
+    stable: FloatArray
     frequencies: FloatArray
     depth_max: float
     shares: dict[str, float]
+    notes: tuple[str, ...] = ()
 
     def interval(self, weights: FloatArray, level: float = 0.95) -> FloatArray:
         """Return both ends of the interval of the limit at every speed, (2, n_speeds) m; above depth_max infinite."""
@@ -91,8 +95,11 @@ def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
     first loss alone; islands of stability above it count as chatter.
     """
     speeds = np.asarray(question.speeds, float)
-    problem = problem_of(systems.nominal(question.pose), question.cut)
+    dynamics = systems.nominal(question.pose)
+    problem = problem_of(dynamics, question.cut)
     chart = deep_chart(problem, speeds, None, share=0.5, end=question.cut.depth_end[0])
+    reduced = question_reduction(dynamics.machine, question.pose, problem, chart=chart)
+    error = (chart if reduced is None else reduced.widen(chart)).limit_error
     finite = chart.limit[np.isfinite(chart.limit)]
     depth_max = max(SEARCH_DEPTH_RATIO * float(finite.max()) if finite.size else chart.depth_max,
                     GOAL_DEPTH_RATIO * (question.depth or 0.0))
@@ -102,8 +109,14 @@ def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
     draws = np.array([drawn.limit for drawn in charts])
     frequencies = np.array([_frequencies(drawn) for drawn in charts])
     shares = _shares(np.minimum(draws, depth_max).min(axis=1), factors, systems.shares(question.pose, question.cut))
-    return DrawnLimits(question, chart.limit, chart.limit_error, _frequencies(chart), draws, draws > (question.depth or 0.0),
-                       frequencies, depth_max, shares)
+    return DrawnLimits(question, chart.limit, error, _frequencies(chart), draws, _stable_shares(draws, error, question.depth),
+                       frequencies, depth_max, shares, () if reduced is None else reduced.notes)
+
+
+def _stable_shares(draws: FloatArray, error: FloatArray, depth: float | None) -> FloatArray:
+    """Return the chance (n_draws, n_speeds) that a depth is stable, where every limit lies anywhere within its error."""
+    above, half = draws - (depth or 0.0), np.maximum(error, 1e-12)
+    return np.clip(0.5 + 0.5 * above / half, 0.0, 1.0)
 
 
 def _frequencies(chart: StabilityChart) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import BoolArray, FloatArray, fail
+from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt
 from toolpoint.cutting.advice.probability import OUTCOME_RELIABILITY
 from toolpoint.machine.description.project_plan import TriedCut
@@ -56,10 +56,10 @@ def weigh_draws(systems: DrawnSystems, tried: Sequence[TriedCut], questions: Map
 
 @dataclass(frozen=True, eq=False)
 class _HeardCut:
-    """Likelihood of a tried cut's outcome for every draw, and whether it gives stable or chatter as it was."""
+    """Likelihood of a tried cut's outcome for every draw, and the chance that it gives stable or chatter as it was."""
 
     likelihood: FloatArray
-    agrees: BoolArray
+    agrees: FloatArray
     doubts: tuple[Doubt, ...]
 
 
@@ -81,12 +81,12 @@ def _question(cut: TriedCut, questions: Mapping[str, CutQuestion]) -> CutQuestio
 def _hear(systems: DrawnSystems, cut: TriedCut, question: CutQuestion) -> _HeardCut:
     """Return what a tried cut says about the draws, with the doubt where its frequency is none of the model's."""
     limits = draw_limits(systems, question)
-    agrees = np.asarray(limits.stable[:, 0] == cut.stable)
-    likelihood = np.where(agrees, OUTCOME_RELIABILITY, 1 - OUTCOME_RELIABILITY)
+    agrees = limits.stable[:, 0] if cut.stable else 1 - limits.stable[:, 0]
+    likelihood = 1 - OUTCOME_RELIABILITY + (2 * OUTCOME_RELIABILITY - 1) * agrees
     if cut.stable or cut.frequency is None:
         return _HeardCut(likelihood, agrees, ())
     of_frequency, doubts = _frequency_likelihood(limits, cut.frequency, question)
-    return _HeardCut(likelihood * np.where(agrees, of_frequency, 1.0), agrees, tuple(doubts))
+    return _HeardCut(likelihood * (1 + agrees * (of_frequency - 1)), agrees, tuple(doubts))
 
 
 def _frequency_likelihood(limits: DrawnLimits, frequency: float, question: CutQuestion) -> tuple[FloatArray, list[Doubt]]:

@@ -58,11 +58,11 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     limits, weighed = draw_limits(systems, question), _weights(weights, draws)
     data = {"goal": name, **_numbers(limits, weighed)}
     data["next_cut"] = choose_cut(limits, weighed).to_dict()
-    certain_depth = quantile_of(limits.draws[:, 0], weighed, CERTAIN_LEVEL)
+    certain_depth = max(quantile_of(limits.draws[:, 0], weighed, CERTAIN_LEVEL) - float(limits.error[0]), 0.0)
     better_speed = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
     data["better_speed"] = None if better_speed is None else better_speed.to_dict()
     write_json(folder / "limits.json", data)
-    doubts = [*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal)]
+    doubts = [*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal), *doubts_among(limits.notes)]
     if tip_x is not None and goal["pose"] and dict(goal["pose"]) != dict(struck_pose):
         doubts.append(Doubt("pose of the goal", "the tip was struck at another pose; its response is taken for this one too",
                             "strike it at the pose of the goal, or add a test of the structure (components, geometry)"))
@@ -109,7 +109,7 @@ def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
             "limit_m": limit, "interval_m": [float(lower), float(upper)],
             "stable_probability": float(limits.chance(weights)[0]), "chatter_frequency_hz": float(limits.frequency[0]),
             "shares": limits.shares, "draws": int(weights.size), "effective_draws": 1 / float((weights**2).sum()),
-            "depth_max_m": limits.depth_max}
+            "error_m": float(limits.error[0]), "notes": list(limits.notes), "depth_max_m": limits.depth_max}
 
 
 def _limit_words(data: Mapping[str, Any]) -> str:

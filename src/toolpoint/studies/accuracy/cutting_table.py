@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.cutting import MillingProblem
-from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of
+from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, total_energy_of
 from toolpoint.cutting.cut.coefficients import edge_matrix
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import edge_field, rigid_forces
@@ -52,7 +52,7 @@ def cutting_problem(cut: CuttingDescription) -> MillingProblem:
     shape = np.full((2, 1), 1e-3)
     placeholder_modes = Modes(np.array([100.0]), np.array([0.05]), shape, (Dof("tip", "+x"), Dof("tip", "+y")))
     return MillingProblem(tool_of(cut), engagement_of(cut), coefficients_of(cut), placeholder_modes,
-                          feed_per_tooth=cut.feed_per_tooth)
+                          feed_per_tooth=cut.feed_per_tooth, law=total_energy_of(cut))
 
 
 def cutting_table(problem: MillingProblem, *, speed: float, depth: float, largest_feed: float,
@@ -63,7 +63,7 @@ def cutting_table(problem: MillingProblem, *, speed: float, depth: float, larges
     tool, number = problem.tool, count("steps", steps, 16)
     around = number * tool.teeth
     angle = (np.arange(around * _ANGLES_PER_STEP) + 0.5) * (2 * np.pi / (around * _ANGLES_PER_STEP))
-    linear = tool.runout == 0 and tool.tilt == 0
+    linear = tool.runout == 0 and tool.tilt == 0 and problem.law is None  # in the feed
     feeds = np.array([_ZERO_FEED, largest_feed]) if linear else np.linspace(_ZERO_FEED, largest_feed, _RUNOUT_FEEDS)
     table = [rigid_forces(problem.changed(feed_per_tooth=float(f)), depth, angle).force.reshape(around, _ANGLES_PER_STEP,
                                                                                                 3).mean(axis=1)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.result import DOUBTFUL_ERROR_FRACTION
@@ -24,7 +24,7 @@ HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
 class WorstCut:
     """Cut of the least stable depth: pose, feed angle (rad), speed (rev/min), depth (m), chatter frequency (Hz).
 
-    angles : axes of the pose that are angles.
+    angles : axes of the pose that are angles; error : what is stated of the depth, m.
     """
 
     pose: Mapping[str, float]
@@ -33,12 +33,14 @@ class WorstCut:
     depth: float
     frequency: float
     angles: tuple[str, ...] = ()
+    error: float = 0.0
 
     def __str__(self) -> str:
         if not np.isfinite(self.depth):
             return "no limit was found below the depths looked at"
-        return (f"{1e3 * self.depth:.4f} mm at {pose_words(self.pose, self.angles)}, feed at {angle_words(self.feed_angle)}, "
-                f"{self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
+        error = f" ± {1e3 * self.error:.2g}" if self.error > 0 else ""
+        return (f"{1e3 * self.depth:.4f}{error} mm at {pose_words(self.pose, self.angles)}, "
+                f"feed at {angle_words(self.feed_angle)}, {self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,10 @@ class ChatterMap(NotebookText):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """Doubt about limits whose stated error is more than a tenth of them."""
+        """Doubts of the charts, and one about limits whose stated error is more than a tenth of them."""
+        return (*doubts_among(self.notes), *self._rough_limits())
+
+    def _rough_limits(self) -> tuple[Doubt, ...]:
         if self.error is None:
             return ()
         has_limit = np.isfinite(self.limit) & (self.limit > 0)
@@ -116,7 +121,7 @@ class ChatterMap(NotebookText):
         index = (*place, way, speed_index)
         return WorstCut(self.pose(place), float(self.feed_angles[way]), float(self.speeds[speed_index]),
                         float(self.limit[index]),
-                        float(self.frequency[index]), self.angles)
+                        float(self.frequency[index]), self.angles, 0.0 if self.error is None else float(self.error[index]))
 
     def rows(self) -> list[list[str]]:
         """Return a row of texts for every feed direction, see `HEADER`: least depth, where and at which speed."""
@@ -147,24 +152,25 @@ class ChatterMap(NotebookText):
 
     def table(self) -> str:
         """Return the least depth of every feed direction, the worst place, and the failures, as text."""
-        title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
+        title, worst_cut = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}", self.worst()
         return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
-                          *mark_notes(self.doubts), f"Worst: {self.worst()}",
-                          *([self.spread.words(self.worst().depth)] if self.spread is not None else [])])
+                          *mark_notes(self.doubts), f"Worst: {worst_cut}",
+                          *([self.spread.words(worst_cut.depth, worst_cut.error)] if self.spread is not None else [])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and text; None where a pose failed, or no limit lies below depth_max."""
         worst_cut = self.worst()
+        ends = None if self.spread is None else self.spread.ends(self.limit, 0.0 if self.error is None else self.error)
         worst_entry = {"pose": dict(worst_cut.pose), "feed_angle_deg": float(np.degrees(worst_cut.feed_angle)),
                        "speed_rpm": worst_cut.speed,
-                       "depth_m": _finite(np.array(worst_cut.depth)),
+                       "depth_m": _finite(np.array(worst_cut.depth)), "depth_error_m": _finite(np.array(worst_cut.error)),
                        "chatter_frequency_hz": _finite(np.array(worst_cut.frequency))}
         return {"axes": {name: v.tolist() for name, v in self.axes.items()},
                 **({} if self.axes else {"poses": [dict(pose) for pose in self.poses]}),
                 "feed_angle_deg": np.degrees(self.feed_angles).tolist(), "speed_rpm": self.speeds.tolist(),
                 "limit_m": _finite(self.limit), "chatter_frequency_hz": _finite(self.frequency),
                 "depth_max_m": _finite(self.depth_max), "stable_everywhere_m": _finite(self.everywhere), "worst": worst_entry,
-                "limit_interval_m": None if self.spread is None else [_finite(end) for end in self.spread.ends(self.limit)],
+                "limit_interval_m": None if ends is None else [_finite(end) for end in ends],
                 "limit_error_m": None if self.error is None else _finite(self.error), "doubts": list(self.doubts),
                 "failures": self.failed(), "notes": list(self.notes)}
 

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint._doubt import mark_notes, read_marked
+from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.build import words
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.chain import ChartRow, chart_poses, limits_of
@@ -28,6 +30,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
+from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import (
     FEED_ANGLE,
     MAX_CHART_DEPTH,
@@ -168,12 +171,30 @@ class _ChainLimits:
                 break
             # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
             depth = min(2 * depth, MAX_CHART_DEPTH, end)
+        rows, remarks = self._with_reduction(chain, problems, rows)
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
                 "error": np.array([[empty if isinstance(c, str) else c.limit_error for c in row] for row in rows]),
-                "depth_max": np.full(len(chain), depth), "notes": np.array([_notes(row) for row in rows]),
+                "depth_max": np.full(len(chain), depth),
+                "notes": np.array([_notes(row, said) for row, said in zip(rows, remarks, strict=True)]),
                 "reasons": np.array([[c if isinstance(c, str) else "" for c in row] for row in rows])}
+
+
+    def _with_reduction(self, chain: Sequence[Sequence[float]], problems: Sequence[MillingProblem], rows: Sequence[ChartRow]
+                        ) -> tuple[tuple[ChartRow, ...], list[list[str]]]:
+        """Return the charts with the reduction of elastic bodies in their errors, and for every pose what is to be said."""
+        widened, remarks = list[ChartRow](), list[list[str]]()
+        for position, problem, row in zip(chain, problems, rows, strict=True):
+            pose, cells, said = dict(zip(self.names, position, strict=True)), list[StabilityChart | str](), list[str]()
+            for angle, cell in zip(self.feed_angles, row, strict=True):
+                reduced = None if isinstance(cell, str) else question_reduction(
+                    self.machine, pose, problem.at_feed_angle(angle), chart=cell)
+                cells.append(cell if reduced is None or isinstance(cell, str) else reduced.widen(cell))
+                said += [] if reduced is None else reduced.notes
+            widened.append(tuple(cells))
+            remarks.append(said)
+        return tuple(widened), remarks
 
 
 def _is_unlimited(chart: StabilityChart | str) -> bool:
@@ -181,9 +202,10 @@ def _is_unlimited(chart: StabilityChart | str) -> bool:
     return not isinstance(chart, str) and not np.isfinite(chart.limit).any()
 
 
-def _notes(row: ChartRow) -> str:
-    """Return the notes of the charts of one pose, a line each."""
-    return "\n".join(dict.fromkeys(note for chart in row if not isinstance(chart, str) for note in chart.notes))
+def _notes(row: ChartRow, remarks: Sequence[str]) -> str:
+    """Return remarks and the notes of the charts of one pose, a line each; doubts are marked."""
+    of_charts = (note for chart in row if not isinstance(chart, str) for note in chart.notes)
+    return "\n".join(dict.fromkeys(mark_notes([*remarks, *of_charts])))
 
 
 def _chatter_frequency(chart: StabilityChart) -> FloatArray:
@@ -246,7 +268,7 @@ def _assemble_map(outcomes: Sequence[Outcome], places: _Places, angles: FloatArr
         depth.append(np.nan if values is None else float(values["depth_max"]))
         reasons = [outcome.failure] * angles.size if values is None else map(str, values["reasons"])
         failures |= {(*place, way): reason for way, reason in enumerate(reasons) if reason}
-        notes |= {} if values is None else dict.fromkeys(note for note in str(values["notes"]).split("\n") if note)
+        notes |= {} if values is None else dict.fromkeys(read_marked(str(values["notes"]).split("\n")))
     full = (*places.shape, angles.size, speeds.size)
     return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
                       np.array(depth).reshape(places.shape), cut, failures, first_of_each_kind(notes), places.poses,

@@ -7,6 +7,7 @@ from typing import Any
 
 from toolpoint._doubt import Doubt
 from toolpoint.cutting import MillingProblem
+from toolpoint.cutting.cut.total_energy import tangent_deviation
 from toolpoint.cutting.description import PARAMETERS, CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.studies.cuts.example_cut import example_cut
@@ -39,7 +40,16 @@ def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time:
     """
     stated = {name: value for name, value in values.items() if value is not None}
     problem, used, notes = _problem(dynamics, stated, in_time)
-    return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else notes
+    return problem, used, [*notes, *_coefficient_notes(problem, used)]
+
+
+def _coefficient_notes(problem: MillingProblem, used: CuttingDescription) -> list[str]:
+    if problem.law is None:
+        return [f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else []
+    deviation = tangent_deviation(problem.law, problem.coefficients, problem.engagement, problem.feed_per_tooth)
+    return [f"Coefficients: {problem.coefficients.source}. Along the arc of cut the law's slope is another: mean directional "
+            f"factors differ by {100 * deviation:.2g} %, and a limit of stability by about as much. A cut in time takes the "
+            "law itself."]
 
 
 def _problem(dynamics: ToolDynamics, stated: Mapping[str, Any], in_time: bool

@@ -48,22 +48,23 @@ class LimitSpread:
         """Half widths of 95 % intervals over standard deviations (Student)."""
         return float(scipy.special.stdtrit(self.samples - 1, 0.975))
 
-    def ends(self, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return both ends of the 95 % intervals of limits."""
+    def ends(self, limit: FloatArray, error: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
+        """Return both ends of the 95 % intervals of limits, m; error : stated of each besides the spread, m."""
         half_width = self.factor * self.deviation
-        return limit * np.exp(-half_width), limit * np.exp(half_width)
+        return np.maximum(limit * np.exp(-half_width) - error, 0.0), limit * np.exp(half_width) + error
 
-    def rows(self, limit: FloatArray) -> list[list[float] | None]:
-        """Return both ends of every interval as plain numbers, None where there is no limit."""
-        lower, upper = self.ends(limit)
+    def rows(self, limit: FloatArray, error: FloatArray | float = 0.0) -> list[list[float] | None]:
+        """Return both ends of every interval as plain numbers, None where there is no limit; error as in `ends`."""
+        lower, upper = self.ends(limit, error)
         return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(lower, upper, strict=True)]
 
-    def words(self, limit: float) -> str:
-        """Return the interval of the least limit in words."""
+    def words(self, limit: float, error: float = 0.0) -> str:
+        """Return the interval of the least limit in words; error : what is stated of it besides, m."""
         half_width = self.factor * self.lowest
-        return (f"95 % interval of the least limit from the machine's identified numbers: "
-                f"{1e3 * limit * np.exp(-half_width):.4g} .. "
-                f"{1e3 * limit * np.exp(half_width):.4g} mm ({self.samples} samples), mostly of {self.part}")
+        lower, upper = max(limit * np.exp(-half_width) - error, 0.0), limit * np.exp(half_width) + error
+        besides = " and its own stated error" if error > 0 else ""
+        return (f"95 % interval of the least limit from the machine's identified numbers{besides}: {1e3 * lower:.4g} .. "
+                f"{1e3 * upper:.4g} mm ({self.samples} samples), mostly of {self.part}")
 
 
 def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], part_of: Callable[[Machine], FloatArray],

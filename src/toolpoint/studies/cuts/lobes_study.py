@@ -16,8 +16,8 @@ from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
-from toolpoint.cutting.simulation.verdict import run_until_decided
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
@@ -93,7 +93,8 @@ class LobesStudy(NotebookText):
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
                 "lowest_limit": None if self.withheld else _lowest_numbers(self.lowest),
                 "withheld": list(self.withheld),
-                "limit_interval_m": chart.interval_rows() if self.spread is None else self.spread.rows(chart.limit),
+                "limit_interval_m": (chart.interval_rows() if self.spread is None
+                                     else self.spread.rows(chart.limit, chart.limit_error)),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions), "status": chart.status}
 
@@ -144,7 +145,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     spread = spread_of_limits(dynamics, values or {}, chart, method=method,
                               progress=lambda finished, total: progress("sampled machines", finished, total))
     if spread is not None and np.isfinite(chart.limit).any():
-        notes = [spread.words(float(np.min(chart.limit))), *notes]
+        least_index = int(np.argmin(chart.limit))
+        notes = [spread.words(float(chart.limit[least_index]), float(chart.limit_error[least_index])), *notes]
     advice = advice_rows(chart, sampled, uncertainty, withheld=dynamics.withheld)
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)

@@ -21,6 +21,7 @@ from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Frf, Modes
 
+CHARTED_SPEED_COUNT = 400  # spindle speeds of the chart of measured responses
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse(NotebookText):
@@ -104,4 +105,5 @@ def _chart(frf: Frf, cut: CuttingDescription, notes: list[str], *, band: tuple[f
     judged = lines_to_judge(tip, band)
     notes[:] = [*question_tip(judged), *notes, *gain_notes(judged)]
     problem = milling_problem(cut, tip, ways.x, y=ways.y)
-    return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=min(depth_limit(problem), cut.depth_end[0]))
+    return stability.chart(problem, np.linspace(*cut.speeds, CHARTED_SPEED_COUNT),
+                           depth_max=min(depth_limit(problem), cut.depth_end[0]))

@@ -24,7 +24,7 @@ from toolpoint.vibration.correlation import assign_modes
 
 MODEL_ERROR_FRACTION = 0.1  # of a predicted change: standard deviation by what the machine's numbers leave open
 # That the machine's file does not tell which part moves which mode: of 140 random machines whose joint was named, 4 were wrong
-# (benchmarks/drift_random.py), with files 3 and 10 % off.
+# (benchmarks/studies/drift.py), with files 3 and 10 % off.
 WRONG_MODEL_PROBABILITY = 0.05
 # Two parts changed: their share before a test beside one part; how many of the likeliest are joined with all others
 PAIR_WEIGHT, PAIR_LEADERS = 0.1, 3

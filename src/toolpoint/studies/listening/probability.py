@@ -13,12 +13,14 @@ UNDECIDED_PROBABILITY = 0.5  # probability that such power leaves at least
 MIN_HALF_FRACTION = 1e-3  # of the power of the orders at half tooth passings: less says nothing
 MIN_HALF_DOMINANCE = 10.0  # of that power over the other orders of run-out: run-out alone spreads over all of them
 MIN_EVEN_TEETH = 4  # of a tool whose flip can be told from run-out: with two teeth half a tooth passing is the spindle
-# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 by `benchmarks/listen_calibration.py` to 221 of 240
-# random cuts (seed 0, without those of broadband power); the bars tell other seeds.
+# Constant, log ratio, log of side bands: fitted with a ridge of 0.001 by
+# `benchmarks/listening/chatter_probability.py` to 221 of 240 random cuts (seed 0, without those of broadband power); the bars
+# tell other seeds.
 LOGISTIC_COEFFICIENTS = (4.86, 5.49, 4.61)
 
 # Constant and slope of the log odds where the speed was searched: a wrong speed can make either verdict sure. Fitted by
-# `benchmarks/listen_searched.py --fit` to 84 random cuts (seed 4000), 27 % with a wrong speed; the bars tell another seed.
+# `benchmarks/listening/searched_speeds.py --fit` to 84 random cuts (seed 4000), 27 % with a wrong speed; the bars tell
+# another seed.
 SEARCHED_ODDS_COEFFICIENTS = (-0.42, 0.69)
 MIN_TEMPERED_PROBABILITY = 1e-6  # at either end: of what is certain the odds are no number
 

@@ -14,7 +14,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, PanelArnoldi, StabilityChart, stability
-from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
+from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, total_energy_of, variation_of
 from toolpoint.cutting.cut.kept_modes import find_least_frequency
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -199,7 +199,7 @@ def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | Non
     return MillingProblem(
         tool, engagement_of(cut), material, dynamics, x, y, feed_angle=FEED_ANGLE[cut.feed],
         feed_per_tooth=cut.feed_per_tooth, process_damping=cut.damping.coefficient, damping_friction=cut.damping.friction,
-        speed_variation=variation_of(cut), z=_axial_label(dynamics, x) if spatial else None)
+        speed_variation=variation_of(cut), z=_axial_label(dynamics, x) if spatial else None, law=total_energy_of(cut))
 
 
 def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:

@@ -27,7 +27,8 @@ MIN_SCATTER_WINDOWS = 4  # whose scatter has a variance that can be believed
 DAMPING_LOSS_FACTOR = 2.8  # relative error of the damping over the loss (`Quality.loss`), largest seen in compressed films
 MAX_WINDOW_LEVERAGE = 0.8  # share of one window in what decides a pole, above which it is not taken as known
 MIN_WINDOW_FREEDOM = 2.0  # degrees of freedom, windows less one, that are counted at least
-# Share of the damping to which windows follow a decay as it shrinks: fitted to random films (benchmarks/video_records.py).
+# Share of the damping to which windows follow a decay as it shrinks: fitted to random films
+# (benchmarks/vision/ringing_films.py).
 DAMPING_TRACKING_ERROR = 0.012
 
 

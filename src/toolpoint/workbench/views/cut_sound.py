@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import doubts_among
 from toolpoint.cutting.description import flat_values
 from toolpoint.cutting.option_words import cut_words
-from toolpoint.cutting.simulation.milling import Simulation
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.studies import simulate_cut
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest

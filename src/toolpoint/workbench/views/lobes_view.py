@@ -182,7 +182,7 @@ def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     chance = None if depth is None else float(limits.chance(weights)[0])
     return {"speed_rpm": speed, "limit_m": limits.limit[0], "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
             "depth_m": depth, "stable_probability": chance, "shares": limits.shares, "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
 
 
 def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
@@ -193,7 +193,7 @@ def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     weights, is_weighed = _weights(desk, project, systems.count, request)
     lower, upper = limits.interval(weights)
     return {"speeds": pack(speeds), "lower": pack(lower), "upper": pack(upper), "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in systems.doubts]}
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
 
 
 def _weights(desk: Desk, project: Project, count: int, request: MachineRequest) -> tuple[Any, bool]:

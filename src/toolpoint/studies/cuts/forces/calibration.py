@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._check import FloatArray, ToolpointError, fail, one_of, positive
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.description import CuttingDescription
+from toolpoint.cutting.description import CuttingDescription, TotalEnergyDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
-from toolpoint.cutting.force.turned_fit import TurnedForces, fit_turns, turn_forces
+from toolpoint.cutting.force.energy_fit import EnergyAtFeeds, energy_at_feeds, fit_total_energy, forces_of_law, law_of_fit
+from toolpoint.cutting.force.turned_fit import fit_turns
+from toolpoint.cutting.force.turned_forces import TurnedForces, turn_forces
 from toolpoint.studies.cuts.forces.force_doubts import (
     MAX_FORCE_MISFIT,
     NEGLIGIBLE_RESIDUAL_RATIO,
@@ -33,6 +36,8 @@ from toolpoint.vibration import Record
 HEADER = ("parameter", "value", "95 % interval", "unit")
 PRINTED_PARAMETERS = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
                       "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
+                      "energy": ("energy at 1 mm", 1e-6, "N/mm^2"), "exponent": ("exponent", 1.0, ""),
+                      "normal_ratio": ("normal ratio", 1.0, ""), "axial_ratio": ("axial ratio", 1.0, ""),
                       "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
 FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tangential", "edge_n": "edge_normal",
           "edge_a": "edge_axial"}
@@ -43,6 +48,7 @@ TOOTH_REMARK = "Tooth 0 is named by the fit: the run-out angle is known up to wh
 FIT_SLICES = 40  # of the tool along its axis
 TRIAL_ANGLES, TRIAL_SLICES = 90, 12  # angles and slices of trial fits
 FIRST_FIT_ANGLES = 120  # of a helical tool's revolution
+FORCE_LAWS = ("linear-edge", "total-energy")
 MIN_USUAL_KT = 2e7  # Pa, of K_t
 
 
@@ -52,7 +58,7 @@ class CuttingTest:
 
     cut : fields of a CuttingDescription (tool, arc); speed : rev/min; depth : m; feeds : feed per tooth of each file, m;
     force_on : what the forces act on (tool or work); angle : of tooth 0 at the first sample, degrees, None where unknown;
-    runout : whether it is fitted.
+    runout : whether it is fitted; law : one of `FORCE_LAWS`, that of the description.
 
     Examples
     --------
@@ -68,11 +74,15 @@ class CuttingTest:
     force_on: str = "tool"
     angle: float | None = None
     runout: bool = True
+    law: str = "linear-edge"
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationStudy(NotebookText):
-    """Both fits of a cutting test, and the course of the forces over a revolution."""
+    """Both fits of a cutting test, and the course of the forces over a revolution.
+
+    energy : fit of the total-energy law, where it was asked for or the linear-edge law does not explain the forces.
+    """
 
     test: CuttingTest
     description: CuttingDescription
@@ -84,6 +94,16 @@ class CalibrationStudy(NotebookText):
     fitted: FloatArray
     names: tuple[str, ...]
     doubts: tuple[Doubt, ...] = ()
+    energy: Calibration | None = None
+
+    @cached_property
+    def energies(self) -> EnergyAtFeeds | None:
+        """Energy per volume and force ratios of each feed by itself, where the total-energy law was fitted."""
+        if self.energy is None:
+            return None
+        angle = self.angle + (0.0 if self.test.angle is None else float(np.radians(self.test.angle)))
+        return energy_at_feeds(_problem(self.test)[0], self.energy, self.feeds, angle=angle, measured=self.measured,
+                               depth=self.test.depth)
 
     def to_dict(self) -> dict[str, Any]:
         """Return values and 95 % intervals in SI, for JSON."""
@@ -92,7 +112,9 @@ class CalibrationStudy(NotebookText):
                 "parameters": {name: {"value": float(v), "interval": ends.tolist() if np.isfinite(ends).all() else None}
                                for name, v, ends in zip(fit.names, fit.values, fit.interval, strict=True)},
                 "residual_n": fit.residual, "status": fit.status}
-        return {"instantaneous": numbers(self.fit), "average": numbers(self.average), "feeds_m": self.feeds.tolist(),
+        return {"instantaneous": numbers(self.fit), "average": numbers(self.average),
+                "total_energy": numbers(self.energy), "energy_at_feeds": _plain(self.energies), "law": self.test.law,
+                "feeds_m": self.feeds.tolist(),
                 "doubts": list(self.doubts)}
 
     @property
@@ -106,11 +128,23 @@ class CalibrationStudy(NotebookText):
                  f"residual {self.fit.residual:.4g} N, {self.fit.status}"]
         if self.is_named_by_fit:
             lines.append(f"note: {TOOTH_REMARK}")
+        if self.energy is not None:
+            lines += [text_table("Total energy and force ratios", HEADER, fit_rows(self.energy)),
+                      f"residual {self.energy.residual:.4g} N, {self.energy.status}"]
         if self.average is None:
             return "\n".join([*lines, "note: one feed only: no fit of average forces"])
         residual_line = f"residual {self.average.residual:.4g} N, {self.average.status}"
         return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), residual_line,
                           f"note: {MEAN_FORCE_REMARK}"])
+
+
+def _plain(energies: EnergyAtFeeds | None) -> dict[str, Any] | None:
+    if energies is None:
+        return None
+    ratios = {"normal_ratio": energies.normal_ratio.tolist()}
+    if np.isfinite(energies.axial_ratio).all():
+        ratios["axial_ratio"] = energies.axial_ratio.tolist()
+    return {"chip_m": energies.chip.tolist(), "energy_pa": energies.energy.tolist(), **ratios}
 
 
 def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> CalibrationStudy:
@@ -122,10 +156,66 @@ def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> Calib
     problem, cut = _problem(test)
     forces = [(feed, part if test.force_on == "tool" else _reverse_forces(part), name)
               for feed, part, name in split_by_feed(records, test.feeds)]
+    if test.law == "total-energy" and len({feed for feed, _, _ in forces}) < 2:
+        fail("`feed`", "one feed", "must be at least two for the total-energy law, whose exponent is that of the feeds")
     doubts = question_repetition(forces, test.speed, problem.tool.teeth)
     drifting = [] if doubts else speed_doubts(forces, test.speed, problem.tool.teeth)
     result, misfit = _fit_forces(problem, cut, test, forces)
-    return _judge_fit(replace(result, doubts=(*doubts, *drifting, *_question_signs(result.fit))), misfit, bool(drifting))
+    result, energy_misfit = _with_energy(result, problem, forces, misfit)
+    result = replace(result, doubts=(*doubts, *drifting, *_question_signs(result.fit)))
+    is_negligible = result.fit.residual < NEGLIGIBLE_RESIDUAL_RATIO * float(np.sqrt(np.mean(result.measured**2)))
+    changes_with_chip = not drifting and not is_negligible and misfit > MAX_FORCE_MISFIT >= energy_misfit
+    if test.law == "total-energy":
+        return _judge_energy(_name_law(result, misfit, is_main=False) if changes_with_chip else result, energy_misfit)
+    return _name_law(result, misfit) if changes_with_chip else _judge_fit(result, misfit, bool(drifting))
+
+
+def _with_energy(result: CalibrationStudy, problem: MillingProblem, records: Sequence[tuple[float, Record, str]],
+                 misfit: float) -> tuple[CalibrationStudy, float]:
+    """Return the study with its total-energy law where that is asked for or may explain what the linear-edge law does not."""
+    test, is_asked = result.test, result.test.law == "total-energy"
+    if not is_asked and (not misfit > MAX_FORCE_MISFIT or np.unique(result.feeds).size < 2):
+        return result, float("nan")
+    turned = [turn_forces(part, test.speed) for _, part, _ in records]
+    angle = None if test.angle is None else float(np.radians(test.angle))
+    energy, energy_misfit = fit_total_energy(problem, result.feeds, turned, depth=test.depth, start=result.fit, angle=angle,
+                                             slices=FIT_SLICES)
+    if not is_asked:
+        return (replace(result, energy=energy) if energy_misfit < misfit else result), energy_misfit
+    fitted = forces_of_law(problem, energy, result.feeds, angle=result.angle + (angle or 0.0), depth=test.depth,
+                           directions=result.measured.shape[2])
+    return replace(result, energy=energy, fitted=fitted, description=_described_law(result, energy)), energy_misfit
+
+
+def _described_law(result: CalibrationStudy, energy: Calibration) -> CuttingDescription:
+    law = law_of_fit(energy)
+    described = TotalEnergyDescription(law.energy, law.exponent, law.normal_ratio, law.axial_ratio)
+    words = f"total-energy law of {result.feeds.size} force records, residual {energy.residual:.3g} N"
+    return result.description.with_values({"total_energy": described}).replaced(source=words)
+
+
+def _judge_energy(result: CalibrationStudy, misfit: float) -> CalibrationStudy:
+    """Return the study by the total-energy law, marked and widened where the forces contradict it."""
+    assert result.energy is not None
+    if not misfit > MAX_FORCE_MISFIT:
+        no_scatter = Doubt("residual", "too few revolutions: without a scatter between turns it cannot be judged")
+        return replace(result, doubts=(*result.doubts, no_scatter)) if np.isnan(misfit) else result
+    doubt = Doubt("residual", f"the total-energy law leaves {misfit:.3g} times the scatter between turns: tool, arc, angles or "
+                  "law are not as stated", "the intervals are widened, and may still be too narrow", figure=misfit)
+    return replace(result, energy=widen_intervals(result.energy, None, misfit, cause=doubt), doubts=(*result.doubts, doubt))
+
+
+def _name_law(result: CalibrationStudy, misfit: float, is_main: bool = True) -> CalibrationStudy:
+    """Return the study with the doubt that its coefficients change with the chip: the total-energy law explains the forces.
+
+    is_main : whether the doubt is one of the study too, not of the linear-edge fits alone.
+    """
+    doubt = Doubt("force law", f"the linear-edge law leaves {misfit:.3g} times the scatter between turns, the total-energy law "
+                  "explains the forces", "the coefficients hold near these feeds only: take the `law` total-energy",
+                  figure=misfit)
+    fit = widen_intervals(result.fit, result.average, misfit, cause=doubt)
+    means = None if result.average is None else widen_intervals(result.average, result.fit, 1.0, cause=doubt)
+    return replace(result, fit=fit, average=means, doubts=(*result.doubts, *([doubt] if is_main else [])))
 
 
 def _reverse_forces(part: Record) -> Record:
@@ -166,8 +256,9 @@ def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
 
 
 def check_test(test: CuttingTest) -> None:
-    """Refuse a speed or a depth that no cut has."""
+    """Refuse a speed or a depth that no cut has, and a force law that is not known."""
     positive("`speed`", test.speed)
+    one_of("`law`", test.law, FORCE_LAWS)
     if not 0 < test.depth <= 0.5:
         raise ToolpointError(f"`depth`: {1e3 * test.depth:g} mm; must be above zero and at most 500 mm")
 
