@@ -16,6 +16,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project import Project
 from toolpoint.project.changed_machine import change_machine
+from toolpoint.project.limits.coupled_tool import stick_out_range
 from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, problem_of
 from toolpoint.project.limits.tips import read_tip
@@ -50,7 +51,8 @@ def view_lobes(desk: Desk) -> WorkbenchView:
             words.append(f"{name}: {entry.record.words}")
             is_stale = is_stale or is_old
             inherited += [doubt.doubt.within(doubt.step) for doubt in entry.record.doubts]
-    source = "the machine" if _machine_of(project) is not None else "the struck tip"
+    has_tip = any("tip_x" in step.inputs for step in project.chain.steps)
+    source = "the machine" if _machine_of(project) is not None else "the struck tip" if has_tip else "the coupled tool"
     answer = words[0] if words else f"Choose a speed: the limit of the cut at {source} follows, with its interval."
     doubts = [*([Doubt("the limits of the goals", "are of an earlier state", "run the project")] if is_stale else []),
               *inherited, *_deviation_doubts(project)]
@@ -122,6 +124,8 @@ def systems_of(desk: Desk, project: Project, values: Mapping[str, float], draws:
     step = next((step for step in project.chain.steps if "tip_x" in step.inputs), None)
     inputs = {} if step is None else step.inputs
     places = {way: desk.folder / str(inputs[f"tip_{way}"]) for way in "xy" if f"tip_{way}" in inputs}
+    if ("x" not in places or not places["x"].is_file()) and project.description.coupling is not None:
+        return project.coupled_tool(stick_out_range(project.description.coupling, project.folder)[1], draws=draws)
     if "x" not in places or not places["x"].is_file():
         raise ToolpointError("limits: the project has neither a machine nor responses of a tip yet; run it")
     return TipDraws(read_tip(places["x"], places.get("y")), draws, project.description.seed)
