@@ -90,8 +90,8 @@ def motion_map_page(result: MotionMap, name: str) -> Report:
         result.grid, condition, "The condition number of the tool's motion", "", worst_is_high=True),
         subtitle=_grid_words(result))
     lines = result.extremes()
-    for title, wanted in _MOTION_GROUPS:
-        chosen = [k for k, column in enumerate(result.columns) if wanted(column)]
+    for title, belongs in _MOTION_GROUPS:
+        chosen = [k for k, column in enumerate(result.columns) if belongs(column)]
         if chosen:
             unit = result.columns[chosen[0]].unit
             columns = (result.shown[..., chosen], [result.columns[k].name for k in chosen], f"{title}{unit and ', '}{unit}")

@@ -19,10 +19,10 @@ from toolpoint.machine import Machine
 from toolpoint.machine.pose.tool_pose import tool_pair
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
-from toolpoint.studies.robots.own_coordinates import uncommanded_coordinates
+from toolpoint.studies.robots.own_coordinates import free_coordinates
 from toolpoint.studies.text_table import text_table
 
-_DECIMALS = 12  # of m and rad: what is smaller is rounding of the closure
+_POSITION_DECIMALS = 12  # of m and rad: what is smaller is rounding of the closure
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class MotionMap(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What condition numbers and the determinant rest on."""
+        """Assumptions of condition numbers and determinant."""
         notes = [f"Condition numbers weigh lengths by {1e3 * self.length:.4g} mm, the size of the machine; 1 is the best."]
         if any(column.name == "condition of the loops" for column in self.columns):
             notes.append("Conditions of drives and loops depend on which joints close the loops in the file; that of the tool "
@@ -130,7 +130,7 @@ class _Motion:
                         for step in chain.passive_steps]
             if chain.task is not None:
                 columns += [MotionColumn.of_position(f"parasitic {kind}", kind in ANGLES)
-                            for kind in uncommanded_coordinates(chain.task)]
+                            for kind in free_coordinates(chain.task)]
                 columns.append(MotionColumn("determinant", ""))
             columns += [MotionColumn("condition of the drives", ""), MotionColumn("condition of the loops", "")]
         return (*columns, MotionColumn("condition of the tool", ""))
@@ -144,7 +144,7 @@ class _Motion:
         parts = [chain.positions(poses)]
         if isinstance(chain, ClosedChain):
             values = chain.step_values(poses)
-            parts.append(np.round(values[:, list(chain.passive_steps)], _DECIMALS))
+            parts.append(np.round(values[:, list(chain.passive_steps)], _POSITION_DECIMALS))
             if chain.task is not None:
                 parts.append(_parasitic_shift(chain, chain.task, values))
                 parts.append(np.linalg.det(chain.task_rates(poses))[:, None])
@@ -157,8 +157,8 @@ def _parasitic_shift(chain: ClosedChain, task: Task, values: FloatArray) -> Floa
     """Return the parasitic shift (n, k) of a task's point against the reference pose, m and rad."""
     current, reference = (task.read(chain.displacements_of(chain.motions_of(steps)))
                           for steps in (values, chain.step_values({})))
-    kinds = uncommanded_coordinates(task)
-    shifts = [np.round(current[kind] - reference[kind], _DECIMALS) for kind in kinds]
+    kinds = free_coordinates(task)
+    shifts = [np.round(current[kind] - reference[kind], _POSITION_DECIMALS) for kind in kinds]
     return np.stack(shifts, axis=1) if kinds else np.zeros((len(values), 0))
 
 

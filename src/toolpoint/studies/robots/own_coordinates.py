@@ -53,12 +53,12 @@ def own_coordinates(machine: Machine, pose: Mapping[str, float]) -> OwnCoordinat
     task = chain.task
     current, reference = (task.read(chain.displacements_of(chain.motions_of(chain.step_values(
         {name: np.array([value]) for name, value in positions.items()})))) for positions in (pose, {}))
-    kinds, uncommanded = dict(task.coordinates), uncommanded_coordinates(task)
+    kinds, uncommanded = dict(task.coordinates), free_coordinates(task)
     return OwnCoordinates({name: float(current[kind][0]) for name, kind in kinds.items()}, kinds,
                           {kind: float(current[kind][0] - reference[kind][0]) for kind in uncommanded}, described.point)
 
 
-def uncommanded_coordinates(task: Task) -> list[str]:
+def free_coordinates(task: Task) -> list[str]:
     """Return the coordinates of a task's point that it leaves to the closure of the loops, by their kind."""
     kinds = [kind for kind in COORDINATES if kind not in task.kinds]
     # Without a tilt the azimuth of a tool that tilts by itself says nothing alone.
