@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.servos.step_test import StepSetting, step_drives
     from toolpoint.studies.testing.modal_test_plan import plan_test
+    from toolpoint.studies.testing.shaker_stand import describe_shaker, stand_shaker
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
     from toolpoint.studies.video.interfaces import rank_interfaces
@@ -168,6 +169,7 @@ __all__ = [
     "cuts_of_options",
     "decisive_window",
     "describe_machining",
+    "describe_shaker",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -232,6 +234,7 @@ __all__ = [
     "spindle_signal",
     "spring_ways",
     "square",
+    "stand_shaker",
     "step_drives",
     "stock_of",
     "structure_of",
@@ -365,6 +368,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.servo_map": ("map_servo",),
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),
+    "testing.shaker_stand": ("describe_shaker", "stand_shaker"),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.filmed_machine": ("magnify_motion", "study_videos"),
