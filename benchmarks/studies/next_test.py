@@ -114,7 +114,7 @@ def candidates(machine: Machine, poses: list[dict[str, float]], points: list[str
 
 def made(machine: Machine, paths: tuple[str, ...], covariance: np.ndarray, pose: dict[str, float], *, test: Test,
          rng: np.random.Generator) -> tuple[bool, float]:
-    """Draw a true machine, make the test on it, update the numbers: does the new interval hold the true limit, its half width."""
+    """Draw a true machine, make the test, update the numbers: does the new interval hold the true limit, and its half width."""
     truth = next(iter(machine_uncertainty(known(machine, paths, covariance)).samples(1, rng)))
     value = test.measure(truth) + rng.standard_normal(test.measure(machine).size)
     estimate = machine
