@@ -163,6 +163,9 @@ def main() -> None:
         except ToolpointError as error:
             print(f"{seed}: left out: {str(error)[:120]}", flush=True)
             continue
+        if today < 1e-3:  # the cut has no limit below the searched depth, or none of the numbers moves it
+            print(f"{seed}: left out: the limit is known within {196 * today:.2g} %", flush=True)
+            continue
         gains.append((today - after[0]) / max(today - after.mean(), 1e-3 * today))
         shares.append((after[0] / today, after.mean() / today, after.min() / today))
         ranks.append(np.mean(after >= after[0] * 0.999))
