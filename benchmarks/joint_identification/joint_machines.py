@@ -66,11 +66,11 @@ def law_of(seed: int) -> str:
     return LAWS[seed % 2 + 2 * (seed // 2 % 5 == 4)]
 
 
-def random_case(seed: int, law: str = "coupled") -> Case:
-    """Return the case of a seed."""
+def random_case(seed: int, law: str = "coupled", size: tuple[int, int] | None = None) -> Case:
+    """Return the case of a seed; size : number of bodies and of points, random where left out."""
     rng = np.random.default_rng(seed)
     while True:
-        case = _attempt(rng)
+        case = _attempt(rng, size)
         if case is not None:
             return damped(case, law)
 
@@ -105,21 +105,21 @@ def full_response(machine: Machine, lines: np.ndarray, outputs, inputs, pose=Non
     return frequency_response.direct(replace(system, damping=viscous, structural_damping=structural), lines)
 
 
-def _attempt(rng: np.random.Generator) -> Case | None:
-    count = int(rng.integers(3, 7))
+def _attempt(rng: np.random.Generator, size: tuple[int, int] | None = None) -> Case | None:
+    count = int(rng.integers(3, 7)) if size is None else size[0]
     is_tree = rng.random() < 0.4
     bodies, joints, kinds, parents = {}, {}, {}, {}
     for i in range(count):
         name = f"b{i}"
         above = None if i == 0 else f"b{rng.integers(0, i) if is_tree else i - 1}"
-        size = rng.uniform(0.4, 1.0, 3) * (1.6 if i == 0 else 1.0)
+        edges = rng.uniform(0.4, 1.0, 3) * (1.6 if i == 0 else 1.0)
         if above is None:
-            centre = np.array([0.0, 0.0, size[2] / 2])
+            centre = np.array([0.0, 0.0, edges[2] / 2])
         else:
             way = np.array([*rng.uniform(-0.6, 0.6, 2), 1.0]) * rng.choice([1.0, 1.0, -0.6])
-            centre = np.array(bodies[above].centre) + 0.5 * way * (np.array(bodies[above].shape.size) + size)
-        bodies[name] = BodyDescription(float(rng.uniform(400, 1500) * size.prod() * (3 if i == 0 else 1) + 60),
-                                       tuple(map(float, centre)), shape=ShapeDescription("box", tuple(map(float, size))))
+            centre = np.array(bodies[above].centre) + 0.5 * way * (np.array(bodies[above].shape.size) + edges)
+        bodies[name] = BodyDescription(float(rng.uniform(400, 1500) * edges.prod() * (3 if i == 0 else 1) + 60),
+                                       tuple(map(float, centre)), shape=ShapeDescription("box", tuple(map(float, edges))))
         parents[name] = above
         kinds[name] = str(rng.choice(list(FIRST if above is None else LATER)))
     if sum(len(_ways(kinds[n], parents[n])) for n in bodies) > MOST:
@@ -130,7 +130,7 @@ def _attempt(rng: np.random.Generator) -> Case | None:
     frequency = eigen.solve_undamped(assemble(machine, outputs=["tool:+x"])).frequency
     if frequency[0] < 8 or frequency[-1] > 400 or (np.diff(frequency) / frequency[1:]).min() < 0.01:
         return None
-    points = surface_points(machine, int(rng.integers(max(30, 8 * count), 151)), rng)
+    points = surface_points(machine, int(rng.integers(max(30, 8 * count), 151)) if size is None else size[1], rng)
     return Case(machine, kinds, points, float(rng.uniform(0.01, 0.05)))
 
 

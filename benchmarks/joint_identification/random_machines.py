@@ -6,7 +6,7 @@ beside those of the true one at five random poses, with the intervals of its cov
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
         python benchmarks/joint_identification/random_machines.py [--first 0] [--seeds 200] [--case plain]
-        [--results FILE] (resumes from it) [--without-limits] [--laws] [--poses 5]
+        [--results FILE] (resumes from it) [--without-limits] [--laws] [--poses 5] [--size 2 6]
 
 Limits are charted at sixteen speeds, their intervals come from eight samples. With --laws half of the machines have real shapes
 and a fifth viscous joints (`joint_machines.law_of`), and the true limits are those of the full complex response (direct
@@ -88,14 +88,17 @@ def spoilt(case, frf, rng, kind):
     return replace(frf, values=values), coordinates, masses, order, extra
 
 
-def run_case(seed: int, kind: str, with_limits: bool, law: str = "coupled", count: int = 5) -> dict:
-    """Return what one machine gave."""
-    case = jm.random_case(seed, law)
+def run_case(seed: int, kind: str, with_limits: bool, law: str = "coupled", count: int = 5, *,
+             size: tuple[int, int] | None = None) -> dict:
+    """Return what one machine gave; size : as in `joint_machines.random_case`."""
+    case = jm.random_case(seed, law, size)
     rng = np.random.default_rng(10_000 + seed)
     clean = jm.responses(case, rng)
     frf, coordinates, masses, order, extra = spoilt(case, clean, rng, kind)
     deviation = {"masses": "10 %", "scale": "20 %"}.get(kind, "")
-    row = {"seed": seed, "case": kind, "law": law, "joints": len(case.kinds), "noise": case.noise}
+    row = {"seed": seed, "case": kind, "law": law, "joints": len(case.kinds), "noise": case.noise,
+           "spoilt": next((str(dof) for k, dof in enumerate(frf.outputs)
+                           if not np.array_equal(frf.values[:, k], clean.values[:, k])), "")}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         arguments = jm.write_test(case, frf, folder, points=coordinates, masses=masses, order=order, extra=extra,
@@ -292,6 +295,8 @@ def main() -> None:
     parser.add_argument("--without-limits", action="store_true")
     parser.add_argument("--laws", action="store_true")
     parser.add_argument("--poses", type=int, default=5)
+    parser.add_argument("--size", type=int, nargs=2, metavar=("BODIES", "POINTS"),
+                        help="of every machine; random where left out")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     rows = []
@@ -302,7 +307,8 @@ def main() -> None:
         if seed in done:
             continue
         law = jm.law_of(seed) if given.laws else "coupled"
-        row = run_case(seed, given.case, not given.without_limits, law, given.poses)
+        row = run_case(seed, given.case, not given.without_limits, law, given.poses,
+                       size=None if given.size is None else tuple(given.size))
         rows.append(row)
         chosen = (row["chosen"] or {}).get("law", "") if given.laws else ""
         print(f"{seed} {law} {chosen}: {row['found']} of {row['joints']}, code {row['code']}, {row['cpu s']:.1f} s"
@@ -319,7 +325,9 @@ def main() -> None:
     for name, value in summary(rows).items():
         print(f"    {name:42s}{value:.4g}")
     if given.case != "plain":
-        print(f"    found out or inside               {found_out(rows):.4g}")
+        named = np.mean([any(doubt.removeprefix("channel ").startswith(f"{row['spoilt']}:") for doubt in row["doubts"])
+                         for row in rows])
+        print(f"    found out or inside {found_out(rows):.4g}, the one channel by name {named:.4g}")
     s = summary(rows)
     print(f"{given.case}: all joints found in {100 * s['all joints found']:.1f} % of {s['machines']} machines, stiffness 95th "
           f"percentile {s.get('stiffness % 95th', float('nan')):.3g} %, damping {s.get('loss % 95th', float('nan')):.3g} %, "

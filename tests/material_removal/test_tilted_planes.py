@@ -30,10 +30,20 @@ def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str) -> Non
     """Leg^2/2 times the length, and the slot beside it upright, on the same work; the arc is that of the ridge's width."""
     study = _run(_chamfer(3.0, head, end))
     chamfer, slot = (1e9 * stage.removed.total_volume for stage in study.stages)
-    assert chamfer == pytest.approx(3.0**2 / 2 * 40, rel=0.005) and slot == pytest.approx(400, rel=0.005)
+    assert chamfer == pytest.approx(3.0**2 / 2 * 40, rel=1e-4) and slot == pytest.approx(400, rel=0.001)
     depth = 3 / np.sqrt(2)
     width = 2 * (depth - depth / 20)  # at the middle of the lowest of ten slices
     assert np.nanmax(study.stages[0].blocks.arc) == pytest.approx(2 * np.arcsin(width / 10), abs=np.radians(0.5))
+
+
+@pytest.mark.parametrize(("leg", "spacing"), [(2.3, 4e-4), (3.0, 3.1e-4)])
+def test_prisms_whose_edges_lie_across_the_dexels_are_within_a_thousandth(leg: float, spacing: float) -> None:
+    """Ridge and ends of the prism fall between the dexels: volumes taken and left by the closed form."""
+    study = _run(_chamfer(leg), spacing=spacing)
+    assert 1e9 * study.stages[0].removed.total_volume == pytest.approx(leg**2 / 2 * 40, rel=1e-3)
+    assert 1e9 * study.stages[0].removed.left_volume == pytest.approx(16000 - leg**2 / 2 * 40, rel=1e-3)
+    assert 1e9 * study.stages[1].removed.total_volume == pytest.approx(400, rel=1e-3)
+    assert 1e9 * study.stages[1].removed.left_volume == pytest.approx(16000 - leg**2 / 2 * 40 - 400, rel=1e-3)
 
 
 def test_what_one_plane_took_is_gone_in_the_next() -> None:

@@ -38,6 +38,7 @@ from toolpoint.joint_identification.motion.point_places import place_points
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.joint_identification.motion.strangers import strangers
+from toolpoint.joint_identification.motion.wrong_channels import question_channels
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
@@ -164,6 +165,7 @@ def identify_joints(
     aligned = _align_phase(modes)
     real = replace(aligned, shape=aligned.shape.real, shape_variance=_real_variance(aligned))
     parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
+    channel_doubts = question_channels(parts, {name: _row_labels(real, part) for name, part in parts.items()})
     independent, general_doubts = _count_independent(modes, parts)
     strangers_of = {name: strangers(part) for name, part in parts.items()}
     components = _drop_strangers(components, strangers_of)
@@ -178,7 +180,7 @@ def identify_joints(
         choices = candidates(stack_twists(motion, criterion), criterion)
         choices[0] = settle_floor(motion, criterion, choices[0])
         joints.append(estimate_joint(motion, choices, _joint_doubts(motion, choices, independent, flexible)))
-    doubts = [*order_doubts, *general_doubts]
+    doubts = [*channel_doubts, *order_doubts, *general_doubts]
     machine = None
     if masses is not None:
         _check_masses(parts, joints, masses)
@@ -196,6 +198,11 @@ def identify_joints(
                                 "doubts"))
     result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
+
+
+def _row_labels(modes: Modes, part: Component) -> tuple[str, ...]:
+    """Return the labels of the rows of a component."""
+    return tuple(str(dof) for dof in modes.dofs if dof.point in part.points and not dof.is_rotation)
 
 
 def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:

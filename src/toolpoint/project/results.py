@@ -88,7 +88,7 @@ def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: 
                if step.name.startswith(("limits/", "program/", "contour/")) and run.of(step.name) is not None]
     changes = (files.get("changes") or {}).get("changes", [])
     doubts = list(dict.fromkeys(entry for event in run.events for entry in run.doubts[event.decision.step]))
-    draws = next((data["draws"] for data in goals.values()), 0)
+    draws = next((data["draws"] for data in [*goals.values(), *programs.values()]), 0)
     data = {"project": name, "answers": answers, "goals": goals, "programs": programs, "contours": contours, "changes": changes,
             "next": files.get("next") or {},
             "next_steps": _next_steps(run, goals, programs, files=files, absent_parts=absent_parts),

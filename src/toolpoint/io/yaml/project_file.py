@@ -24,6 +24,7 @@ from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
 from toolpoint.machine.description.project_plan import (
     ContourGoal,
+    CoupledTool,
     ProjectChange,
     ProjectCut,
     ProjectDescription,
@@ -135,6 +136,17 @@ class ProgramPart(Part):
     spindle: SpindlePart = SpindlePart()
 
 
+class CouplingPart(Part):
+    """A tool by its shaft file, coupled to a spindle that a gauge or the machine gives."""
+
+    tool: str
+    segment: str = ""
+    gauge: str | None = None
+    responses: tuple[str, ...] = ()
+    noise: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
+    point: str | None = None
+
+
 class ProjectFile(Part):
     """The keys of a project file; cuts are read by the model of cuts, their coefficient_deviation beside it."""
 
@@ -153,6 +165,7 @@ class ProjectFile(Part):
     draws: Annotated[int, Field(ge=20, le=10_000)] = 60
     seed: Annotated[int, Field(ge=0)] = 1
     programs: dict[str, ProgramPart] = {}
+    coupling: CouplingPart | None = None
 
 
 class DeviationPart(Part):
@@ -224,6 +237,7 @@ def _project(part: ProjectFile | None, document: Document) -> ProjectDescription
         _check_cut_name(("goals", name, "cut"), str(goal.get("cut", "")), entries["cuts"], document)
     for name, program in entries["programs"].items():
         _check_program(name, program, entries["cuts"], document)
+    _check_coupling(document.data.get("coupling"), document)
     if document.faults or part is None:
         return None
     tests = {name: ProjectTest(**test.model_dump()) for name, test in part.tests.items()}
@@ -233,7 +247,8 @@ def _project(part: ProjectFile | None, document: Document) -> ProjectDescription
         part.name, tests, part.machine, part.components, part.geometry, part.servo, cuts, goals,
         {name: ContourGoal(**goal.model_dump()) for name, goal in part.contours.items()},
         {name: ProjectChange(**change.model_dump()) for name, change in part.changes.items()}, part.workspace, part.draws,
-        part.seed, {name: _program(program, cuts) for name, program in part.programs.items()})
+        part.seed, {name: _program(program, cuts) for name, program in part.programs.items()},
+        None if part.coupling is None else CoupledTool(**part.coupling.model_dump()))
 
 
 def _program(part: ProgramPart, cuts: Mapping[str, ProjectCut]) -> ProjectProgram:
@@ -241,6 +256,16 @@ def _program(part: ProgramPart, cuts: Mapping[str, ProjectCut]) -> ProjectProgra
     values = {**part.model_dump(exclude={"spindle"}), "cut": part.cut or next(iter(cuts), "")}
     curve = read_curve(part.spindle.curve) if part.spindle.curve else ()
     return ProjectProgram(**values, spindle=SpindleLimits(**{**part.spindle.model_dump(), "curve": curve}))
+
+
+def _check_coupling(entry: Any, document: Document) -> None:
+    """Add the fault of a coupled tool whose spindle nothing gives, or two things."""
+    if not isinstance(entry, dict):
+        return
+    has_gauge, has_point = bool(entry.get("gauge") and entry.get("responses")), bool(entry.get("point"))
+    if has_gauge == has_point:
+        document.fault(("coupling",), "must have gauge and responses (a gauge that was struck in the spindle), or point (of "
+                       "the machine, where the tool begins)")
 
 
 def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any], document: Document) -> None:

@@ -70,6 +70,8 @@ def whole_machine(
     lengths = {joint.child: motion.size for joint, motion in zip(joints, relatives, strict=True)}
     model, full = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
     kept, lonely = _pair_with_machine(model, _modal_data(modes, parts, motions, names, range(modes.count)))
+    if not kept:
+        raise np.linalg.LinAlgError("no measured mode looks like any of the machine's")
     data = _modal_data(modes, parts, motions, names, kept)
     if mixing is not None:
         data = with_mixing(data, mixing[np.ix_(kept, kept)])

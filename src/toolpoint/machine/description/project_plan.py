@@ -121,6 +121,23 @@ class ProjectProgram:
 
 
 @dataclass(frozen=True)
+class CoupledTool:
+    """Tool of a project by its shaft file, coupled to the spindle: then its stick-out can be changed.
+
+    tool : shaft file, from the spindle to the tip; segment : whose length is the stick-out, the first where empty.
+    gauge, responses : shaft file of the gauge that was struck in the spindle, and its responses; noise : their standard
+    deviation, a share, where the files state none. point : of the machine, where the tool begins, in place of a gauge.
+    """
+
+    tool: str
+    segment: str = ""
+    gauge: str | None = None
+    responses: tuple[str, ...] = ()
+    noise: float | None = None
+    point: str | None = None
+
+
+@dataclass(frozen=True)
 class ProjectDescription:
     """Content of a project file; paths are relative to the project, poses in m and rad.
 
@@ -141,6 +158,7 @@ class ProjectDescription:
     draws: int = 60
     seed: int = 1
     programs: Mapping[str, ProjectProgram] = field(default_factory=dict)
+    coupling: CoupledTool | None = None
 
 
 @dataclass(frozen=True)

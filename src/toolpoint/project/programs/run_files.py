@@ -66,18 +66,18 @@ def systems_of_program(machine: Path | None, tip_x: Path | None, tip_y: Path | N
     return tip, tip.nominal({})
 
 
-def run_step(arguments: Mapping[str, Any], *, lobes: int = 0) -> ProgramRun:
+def run_step(arguments: Mapping[str, Any], *, lobes: int = 0, with_advice: bool = False) -> ProgramRun:
     """Return the study of a program from the arguments of its step; raises as `run_files` does."""
     settings = arguments["settings"]
     dynamics = systems_of_program(*(arguments.get(name) for name in ("machine", "tip_x", "tip_y")), zero=settings["zero"],
                                   draws=arguments["draws"], seed=arguments["seed"])[1]
     files = ProgramFiles(arguments["program"], arguments.get("stock"), arguments.get("part"), arguments.get("tools", ()),
                          arguments.get("servo"), arguments.get("record"))
-    return run_files(files, settings, dynamics, lobes=lobes)
+    return run_files(files, settings, dynamics, lobes=lobes, with_advice=with_advice)
 
 
 def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machine | ToolDynamics | None, *, lobes: int = 0,
-              progress: Callable[..., None] = lambda name, finished, total: None) -> ProgramRun:
+              with_advice: bool = True, progress: Callable[..., None] = lambda name, finished, total: None) -> ProgramRun:
     """Return what every block of a project's program meets; settings : those of `ProjectProgram`, the cut as flat values.
 
     Raises ToolpointError where no cut is described, and as `studies.run_program` does.
@@ -98,8 +98,8 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         doubts += _left_out(files)
         staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress)
         return ProgramRun(staged, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
-    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, with_advice=dynamics is not None, lobes=lobes,
-                                progress=progress)
+    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes,
+                                with_advice=with_advice and dynamics is not None, progress=progress)
     if files.record is not None:
         record = io.read_servo_data(files.record)
         signal = studies.spindle_signal(record, settings["signal"])

@@ -67,7 +67,6 @@ def _doubts(run: ProgramRun, systems: DrawnSystems | None, dynamics: Machine | T
                    for name in run.assumed]
     if isinstance(dynamics, ToolDynamics):
         doubts.append(Doubt("pose of the program", "the tip was struck at one pose; its response is taken all along the "
-                            "program",
-                            "add a test of the structure (components, geometry), or strike the tip at the ends of it"))
+                            "program", "add a test of the structure (components, geometry), or strike the tip at its ends"))
     recorded = [doubt for stage in run.stages if stage.record is not None for doubt in stage.record.doubts]
     return [*recorded, *doubts]

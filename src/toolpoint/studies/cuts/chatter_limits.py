@@ -39,8 +39,8 @@ class WorstCut:
         if not np.isfinite(self.depth):
             return "no limit was found below the depths looked at"
         error = f" ± {1e3 * self.error:.2g}" if self.error > 0 else ""
-        return (f"{1e3 * self.depth:.4f}{error} mm at {pose_words(self.pose, self.angles)}, feed at "
-                f"{angle_words(self.feed_angle)}, {self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
+        return (f"{1e3 * self.depth:.4f}{error} mm at {pose_words(self.pose, self.angles)}, "
+                f"feed at {angle_words(self.feed_angle)}, {self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
 
 
 @dataclass(frozen=True, eq=False)

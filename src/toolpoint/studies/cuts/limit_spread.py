@@ -49,8 +49,7 @@ class LimitSpread:
         return float(scipy.special.stdtrit(self.samples - 1, 0.975))
 
     def ends(self, limit: FloatArray, error: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
-        """Return both ends of the 95 % intervals of limits, m; error : of each besides the
-        spread, m, added outside of it."""
+        """Return both ends of the 95 % intervals of limits, m; error : stated of each besides the spread, m."""
         half_width = self.factor * self.deviation
         return np.maximum(limit * np.exp(-half_width) - error, 0.0), limit * np.exp(half_width) + error
 

@@ -38,8 +38,8 @@ class JudgedPlaces:
         return pose
 
     def nearest(self, count: int) -> np.ndarray:
-        """Return at most `count` places, the nearest to its limit (or beyond it) first: of each line of the program, and
-        of each distinct engagement, the worst one.
+        """Return at most `count` places, the nearest to its limit (or beyond it) first: of each line of the program, and of
+        each distinct engagement, the worst one.
 
         Those without a limit within the searched depths come last, the longest edge in cut first.
         """

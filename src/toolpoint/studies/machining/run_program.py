@@ -20,6 +20,7 @@ from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.errors.floor_errors import floor_errors
 from toolpoint.studies.machining.errors.servo_course import find_rounded_corners, follow_program
 from toolpoint.studies.machining.errors.wall_errors import wall_errors
 from toolpoint.studies.machining.judged_places import JudgedPlaces
@@ -121,7 +122,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         progress("servo along the program", 0, 1)
     course = follow_program(laid, removed, loads.force, setup=setup,
                             machine=dynamics if isinstance(dynamics, Machine) else None)
-    errors = table_errors(walls, arcs, course, laid=laid, removed=removed)
+    floors = floor_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
+    errors = table_errors(walls, floors, course, arcs=arcs, laid=laid, removed=removed)
     doubts += errors.doubts
     notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)

@@ -26,6 +26,7 @@ from toolpoint.vibration import Modes
 MAX_MACHINE_SPAN = 200.0  # m; the longest gantry mills reach over about 100 m
 MIN_BODY_DISTANCE = 0.15  # of the machine's size: root-mean-square distance from points' boxes to bodies' that is doubted
 MIN_ASKED_DISTANCE = 0.05  # of the machine's size: distance below which a turn that fits better is chance
+MIN_BOX_POINTS = 6  # points of a body whose box says where both of its ends are
 TINY_DISTANCE = 0.01  # of the machine's size: distance that needs no smaller one
 MAX_NAMED_DISTANCE = 0.05  # of the machine's size: residual of points known by name, above which they fix no frame
 _UNIT_REMEDY = "write the unit in the first line of a CSV file (point,x [mm],y [mm],z [mm]), or in set 164 of a universal file"
@@ -113,8 +114,14 @@ def _extents(places: FloatArray) -> FloatArray:
 
 
 def _distance(matrix: FloatArray, used: Mapping[str, FloatArray], boxes: Mapping[str, FloatArray]) -> float:
-    """Return the root-mean-square difference of the ends of points' boxes and bodies' boxes, m."""
-    gaps = [_extents(tf.move(matrix, used[name])) - _extents(box) for name, box in boxes.items()]
+    """Return the root-mean-square difference of the ends of points' boxes and bodies' boxes, m.
+
+    Of a body with few points only what lies outside its box counts: three points span no box.
+    """
+    gaps = []
+    for name, box in boxes.items():
+        gap = _extents(tf.move(matrix, used[name])) - _extents(box)
+        gaps.append(gap if len(used[name]) >= MIN_BOX_POINTS else np.array([np.minimum(gap[0], 0), np.maximum(gap[1], 0)]))
     return float(np.sqrt(np.mean(np.square(gaps))))
 
 

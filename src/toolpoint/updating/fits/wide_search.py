@@ -1,8 +1,8 @@
 """Wide search: the same fit from starts over decades, where modes alone lead into many minima that look like ends.
 
 A joint that is ten times softer than its file says lies beyond what restarts near the start reach, and a minimum with small
-intervals says nothing of the others. Minima that the evidence does not tell from the best widen its intervals; a misfit above
-the stated deviations widens them, too.
+intervals says nothing of the others. Minima that the evidence does not tell from the best widen its intervals, and so do
+valleys about the best (`valleys`); a misfit above the stated deviations widens them, too.
 
 Every number stays free, with a wide prior about its file's value. A number that was held at its file's value because the data
 do not determine it would be taken as exact: the free ones would make up for its error with intervals that leave it out.
@@ -21,6 +21,7 @@ from toolpoint._threads import on_one_thread
 from toolpoint.updating.fits.fit import fit
 from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares
 from toolpoint.updating.fits.parameter_fit import ParameterFit
+from toolpoint.updating.fits.valleys import with_valleys
 from toolpoint.updating.measured.targets import Targets
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.problem import Problem
@@ -66,7 +67,9 @@ def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24) ->
     best = replace(best, covariance=best.covariance * scale)
     rivals = [result for result in minima if result is not best and result.converged
               and _cost(result) - _cost(best) <= MAX_COST_OF_RIVALS * scale]
-    return _widened(_with_undetermined_moved(held, best), rivals)
+    moved = _with_undetermined_moved(held, best)
+    determined = tuple(name for name in best.free if name not in name_undetermined(best))
+    return _widened(with_valleys(held, moved, determined, cost=MAX_COST_OF_RIVALS * scale), rivals)
 
 
 def name_undetermined(result: ParameterFit) -> tuple[str, ...]:

@@ -1,0 +1,71 @@
+"""One channel of a rigid component whose sign or gain is wrong: named from the rigid motion alone, three points are enough.
+
+The displacements of a rigid component obey linear conditions in every mode. A channel with a wrong factor breaks them in all
+modes by its own values times one pattern: the factor that takes most of the misfit of all modes off is least squares in one
+number, in closed form (the derivative of the residual by a row's factor is its value through the residual projector).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
+from toolpoint.joint_identification.motion.measured import Component, about
+
+# Misfit of a rigid motion over that with one channel corrected from which the channel is named: a component that bends, or
+# noise, loses a tenth to a half by one factor.
+MIN_MISFIT_RATIO = 6.0
+RIVAL_MISFIT_RATIO = 2.0  # misfit over the least, up to which another channel explains it as well
+TURNED_FACTORS = (-1.3, -0.75)  # factors that a turned sensor has, its gain a little wrong besides
+MIN_CHANNEL_DEVIATION = 0.05  # of a factor from one: gains of sensors agree within a few per cent, not better
+MIN_FREE_ROWS = 4  # free rows of all modes together beyond the motions and one factor, to tell a fault from chance
+
+
+def question_channels(parts: Mapping[str, Component], labels: Mapping[str, tuple[str, ...]]) -> list[Doubt]:
+    """Return a doubt on every component whose misfit one wrong channel explains; labels : of the rows of each component."""
+    doubts = []
+    for name, part in parts.items():
+        misfit, factors = _misfits(part)
+        free = (len(part.rows) - 6) * part.values.shape[1] - 1
+        best = int(np.argmin(misfit[:-1]))
+        is_explained = misfit[-1] >= MIN_MISFIT_RATIO * misfit[best] and abs(factors[best] - 1) >= MIN_CHANNEL_DEVIATION
+        if free < MIN_FREE_ROWS or not is_explained:
+            continue
+        rivals = [i for i in np.flatnonzero(misfit[:-1] < RIVAL_MISFIT_RATIO * misfit[best]).tolist() if i != best]
+        doubts.append(_doubt_of(name, labels[name], best, rivals, factor=float(factors[best]),
+                                ratio=float(misfit[-1] / max(misfit[best], 1e-300))))
+    return doubts
+
+
+def _misfits(part: Component) -> tuple[FloatArray, FloatArray]:
+    """Return the misfit with each row's factor fitted (n_rows + 1,), the last as measured, and the factors (n_rows,)."""
+    weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
+    if part.variance is None:
+        weights = weights / np.where(part.motion > 0, part.motion, 1.0)  # loud modes are no better known
+    local = part.rows @ about(part.centre, part.size)
+    slope, power, total = np.zeros(len(local)), np.zeros(len(local)), 0.0
+    for i in range(part.values.shape[1]):
+        q = np.linalg.qr(local * weights[:, i, None])[0]
+        projector = np.eye(len(local)) - q @ q.T
+        value = part.values[:, i] * weights[:, i]
+        residual = projector @ value
+        total += float(residual @ residual)
+        slope += value * residual
+        power += value**2 * np.diag(projector)
+    change = slope / np.maximum(power, 1e-300)
+    return np.append(np.maximum(total - slope * change, 1e-12 * total), total), 1 - change
+
+
+def _doubt_of(name: str, labels: tuple[str, ...], best: int, rivals: list[int], *, factor: float, ratio: float) -> Doubt:
+    """Return the doubt on a channel; factor : by which its values must be multiplied."""
+    others = f", or {' or '.join(labels[i] for i in rivals[:3])} as well" if rivals else ""
+    is_turned = TURNED_FACTORS[0] < factor < TURNED_FACTORS[1]
+    seen = "turned round" if is_turned else f"multiplied by {factor:.3g}"
+    cause = "its calibration is wrong, or it is another channel"
+    if is_turned:
+        cause = "the sensor points the other way than labelled"
+    return Doubt(f"channel {labels[best]}", f"{seen}, {name} moves as one body {ratio:.2g} times better{others}: {cause}",
+                 "check mounting, label and calibration, and correct the records", figure=factor)
