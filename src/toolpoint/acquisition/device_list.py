@@ -1,4 +1,4 @@
-"""Inputs that are there, of every kind, with the reason where a kind has none."""
+"""List of the available inputs of every kind of device, with the reason where a kind has none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Player: recorded samples as if a device delivered them, in real time, faster, or as fast as they are taken; with faults."""
+"""Record player: a device that delivers recorded samples in real time, faster, or as fast as they are read; with faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one way in for matrices: any format by its suffix and content, stiffness and mass from one file or two."""
+"""Reader of matrix files: the format by suffix and content, stiffness and mass from one file or two."""
 
 from __future__ import annotations
 

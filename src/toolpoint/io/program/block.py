@@ -1,4 +1,4 @@
-"""One block of words: modal words kept, cycles and reference moves carried out, the rest told apart as notes and faults."""
+"""Block of a program as moves: modal words are kept, cycles and reference moves carried out, others are notes or faults."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-r"""The frame that a program lays over its coordinates: TRANS, ROT, SCALE, MIRROR and their additive kinds (Siemens), G68, G69,
+r"""Frame of a program, which transforms coordinates: TRANS, ROT, SCALE, MIRROR and their additive kinds (Siemens), G68, G69,
 G51.1 and G50.1 (Fanuc).
 
-A programmed point p stands at :math:`o + t + A p` in machine coordinates, o the settable origin, A a rotation, times a mirror
+A programmed point p lies at :math:`o + t + A p` in machine coordinates, o the settable origin, A a rotation, times a mirror
 or scales where these are programmed.
 """
 

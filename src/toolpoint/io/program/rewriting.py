@@ -1,6 +1,6 @@
-"""Programs written anew with other words S and F and nothing else, in the control's own form, the old words in comments.
+"""Programs with other spindle speeds and feeds (words S and F) and nothing else changed; the old words stay as comments.
 
-The text that is written is read back first: the moves must be those of the original, the feeds and speeds those asked for.
+The new text is read back before it is written: moves must equal those of the original, feeds and speeds those requested.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 r"""Tilted planes (3+2): G68.2 with G53.1 and G69 (Fanuc), CYCLE800 (Siemens), PLANE SPATIAL and PLANE RESET (Heidenhain).
 
-A point p of the tilted plane stands at :math:`o + R p` in the work. While a plane is tilted the modal state counts in the axes
-of R, so that arcs and cycles are what they are upright; each segment keeps the plane that it is in. Other ways to tilt are
+A point p of the tilted plane lies at :math:`o + R p` in the work. While a plane is tilted the modal state is in the axes of R,
+so arcs and cycles are computed as in an upright plane; each segment keeps its plane. Other ways to tilt are
 refused by name.
 """
 

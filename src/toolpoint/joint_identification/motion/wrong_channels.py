@@ -63,9 +63,9 @@ def _doubt_of(name: str, labels: tuple[str, ...], best: int, rivals: list[int], 
     """Return the doubt on a channel; factor : by which its values must be multiplied."""
     others = f", or {' or '.join(labels[i] for i in rivals[:3])} as well" if rivals else ""
     is_turned = TURNED_FACTORS[0] < factor < TURNED_FACTORS[1]
-    seen = "turned round" if is_turned else f"multiplied by {factor:.3g}"
+    change = "turned round" if is_turned else f"multiplied by {factor:.3g}"
     cause = "its calibration is wrong, or it is another channel"
     if is_turned:
         cause = "the sensor points the other way than labelled"
-    return Doubt(f"channel {labels[best]}", f"{seen}, {name} moves as one body {ratio:.2g} times better{others}: {cause}",
+    return Doubt(f"channel {labels[best]}", f"{change}, {name} moves as one body {ratio:.2g} times better{others}: {cause}",
                  "check mounting, label and calibration, and correct the records", figure=factor)

@@ -1,4 +1,4 @@
-"""Drift of operational modes: a frequency that rises or falls from block to block is not one of an unchanging machine."""
+"""Drift of operational modes: a frequency that rises or falls from block to block belongs to a machine that changes."""
 
 from __future__ import annotations
 

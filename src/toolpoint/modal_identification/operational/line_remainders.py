@@ -1,4 +1,4 @@
-"""Remainders of harmonics: what the removal of a strong line leaves beside a speed that wanders looks like a light mode."""
+"""Remainders of removed harmonics: where the speed wanders, they resemble a lightly damped mode beside the line."""
 
 from __future__ import annotations
 

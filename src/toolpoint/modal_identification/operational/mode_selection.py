@@ -1,4 +1,4 @@
-"""Selection of operational modes: groups of poles across the orders whose pole the record determines.
+"""Selection of operational modes: poles that recur across the orders, and scatter between blocks by less than their half width.
 
 A pole of the noise returns across the orders of one decomposition as a mode does, but each block of the record puts it
 elsewhere: its deviation reaches its own half width. A mode's does not. This needs no bound on frequency steps from order to

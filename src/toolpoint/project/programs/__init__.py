@@ -1,1 +1,1 @@
-"""NC programs of a project: the study of its machine along them, judged by the draws that its tests allow."""
+"""NC programs of a project: the study of its machine along them, with draws of the machine within its uncertainty."""

@@ -1,4 +1,4 @@
-"""Places of a program nearest to their limit, judged by the draws of machine and coefficients that a project's tests allow."""
+"""Places of a program nearest to their limit, judged with draws of machine and coefficients within their uncertainty."""
 
 from __future__ import annotations
 

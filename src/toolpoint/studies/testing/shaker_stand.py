@@ -45,8 +45,8 @@ class ShakerStand(NotebookText):
         """Change of each response by standing on the machine, (n_f, n_outputs), over the true one; NaN where that is small."""
         true = self.hung.values[:, :, 0]
         true_size = np.abs(true)
-        shown = true_size > MIN_SHOWN_SHARE * true_size.max(axis=0)
-        return np.where(shown, np.abs(self.standing.values[:, :, 0] - true) / np.where(shown, true_size, 1.0), np.nan)
+        is_large = true_size > MIN_SHOWN_SHARE * true_size.max(axis=0)
+        return np.where(is_large, np.abs(self.standing.values[:, :, 0] - true) / np.where(is_large, true_size, 1.0), np.nan)
 
     @property
     def status(self) -> str:

@@ -1,9 +1,9 @@
 r"""Dynamics of a tapped tip: the modes of both directions as one model, their uncertainty, and their missing cross response.
 
 Limits are computed on modes, not on lines: noise of integrated accelerations grows without limit towards low frequencies, lines
-of short records are wider than light modes, and a window's damping is out of the poles. What is known of modes is drawn: poles
-from their covariance, sizes from the scatter of the hits. A mode that x and y share may be one that is turned, with a cross
-response :math:`\pm\sqrt{R_x R_y}` that was not measured: the draws take either sign, and none.
+of short records are wider than light modes, and the damping that a window adds is removed from the poles. Modes are drawn
+within their uncertainty: poles from their covariance, sizes from the scatter of the hits. A mode that x and y share may be one
+that is turned, with a cross response :math:`\pm\sqrt{R_x R_y}` that was not measured: the draws take either sign, and none.
 """
 
 from __future__ import annotations

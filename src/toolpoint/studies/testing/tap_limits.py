@@ -1,4 +1,4 @@
-"""Depth limits of a tapped tool with their intervals, and three speeds to use that stay stable beside themselves.
+"""Depth limits of a tapped tool with their intervals, and three speeds to use that stay stable also a little beside them.
 
 A rough chart of many speeds (single-frequency solution) says where to look; limits at some speeds, at the least one, and at and
 beside the speeds to use are exact. What the scatter of responses and coefficients does to limits is drawn in closed form.

@@ -1,4 +1,4 @@
-"""Targets: what was measured, how well, and which of it counts in the fit."""
+"""Targets of a fit: measured quantities, their uncertainty, and which of them count."""
 
 from __future__ import annotations
 

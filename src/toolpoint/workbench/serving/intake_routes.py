@@ -1,4 +1,4 @@
-"""Routes by which a project grows: begun, files handed over and told, parts of project.yaml, cuts that were tried."""
+"""Routes that change a project: begin it, hand files over and enter them, write parts of project.yaml, report tried cuts."""
 
 from __future__ import annotations
 
