@@ -80,6 +80,14 @@ def import_peer(name: str) -> Any:
         return None
 
 
+def needed_peer(name: str) -> Any:
+    """Return a module of another package that the whole script is measured against; end with a sentence where it is absent."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise SystemExit(f"not measured: {name.partition('.')[0]} is not installed ({error})") from None
+
+
 def measured_data(*names: str) -> Path:
     """Return a folder of measured data beside the project; where it is absent, end with a sentence that says so."""
     folder = MEASURED_DATA.joinpath(*names)

@@ -24,9 +24,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-ROOT = Path(__file__).resolve().parents[2]
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
 ALLOWED_S = 3.0
 BEGUN_S = 0.15  # s within which the interpreter itself starts: no line of the package has run

@@ -18,7 +18,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 
 MACHINE = "toolpoint: 1\nbodies:\n  column: {mas: 100 kg}\njoints:\n  foot: {parent: ground, child: colum}\n"
 # Command and the arguments that it needs beside wrong files: {yaml} a machine, {frf} responses, {missing} nothing.
@@ -36,7 +36,7 @@ FAULTY = [
 # A good machine, and a number that cannot be.
 IMPOSSIBLE = ["lobes {good} --immersion 3", "lobes {good} --helix nan", "mill {good} --speed 9000 --depth -2",
               "map-chatter {good} --axis X=0:0.1:2 --teeth 0", "modes {good} --pose Q=9", "lobes {good} --pose X=99m"]
-GOOD = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/three_axis_vertical.yaml"
+GOOD = MACHINE_TEMPLATES / "three_axis_vertical.yaml"
 
 
 def cpu_of(arguments: Sequence[str], folder: str) -> tuple[float, int]:

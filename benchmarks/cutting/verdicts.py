@@ -17,8 +17,7 @@ from benchmarks.cutting.time_domain import random_problem
 from benchmarks.frame import CommandLine
 from toolpoint import ToolpointWarning
 from toolpoint.cutting import MillingProblem, stability
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut
-from toolpoint.cutting.simulation.verdict import run_until_decided
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
 
 STEPS, FIRST, KEPT = 20_000_000, 60, 2_000_000  # steps of a cut at most; revolutions of its first look; steps that are kept
 

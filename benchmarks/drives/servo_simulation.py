@@ -20,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-CASES = str(Path(__file__).resolve().parents[2] / "tests" / "drives")
+CASES = str(ROOT / "tests" / "drives")
 sys.path.insert(0, CASES)
 
 PEER = """

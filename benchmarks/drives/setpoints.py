@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, import_peer
 from toolpoint.drives import JerkLimits, plan_motion, seven_phase
 from toolpoint.io.program import gcode
 
@@ -39,9 +39,8 @@ def planner(lines: int) -> dict[str, float]:
 
 def against_ruckig(moves: int) -> dict[str, float]:
     """Return the largest difference of durations and the time per move of both; empty where ruckig is not installed."""
-    try:
-        import ruckig
-    except ImportError:
+    ruckig = import_peer("ruckig")
+    if ruckig is None:
         return {}
     rng, worst, own, other = np.random.default_rng(2), 0.0, 0.0, 0.0
     for _ in range(moves):

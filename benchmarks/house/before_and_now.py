@@ -22,9 +22,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-ROOT = Path(__file__).resolve().parents[2]
 REPEATS = 3
 
 

@@ -19,9 +19,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-ROOT = Path(__file__).resolve().parents[2]
 VAGUE = ("found", "made", "told", "wanted", "one", "own")
 SLOT = re.compile(r"\w\[(?:[A-Za-z_]\w*, )?(?:[2-9]|[1-9]\d)(?::\d+)?\]")
 LONG = 40

@@ -18,12 +18,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from ruamel.yaml import YAML
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
 
-from generate import sources_beside  # noqa: E402
+from generate import sources_beside
 
 NUMBERS = ROOT / "docs" / "sources" / "numbers.yaml"
 

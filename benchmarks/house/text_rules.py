@@ -22,9 +22,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-ROOT = Path(__file__).resolve().parents[2]
 SOURCE = "src/toolpoint"
 
 # A numeric constant of one word says neither what it bounds nor its unit. These are quantities or units by themselves.

@@ -26,7 +26,7 @@ import numpy as np
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat, wavfile
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MEASURED_DATA, CommandLine
 from toolpoint._check import ToolpointError
 from toolpoint.io import uff
 from toolpoint.io.binary import hdf5, numpy_arrays
@@ -44,7 +44,7 @@ SECONDS, GROWTH = 5.0, 1e9
 PACKAGE = Path(machine_file.__file__).parents[2]
 MACHINES = PACKAGE / "app" / "machines"
 # Real files beside the project, where they are; larger ones would only be slower.
-SHARED, LARGEST = Path(__file__).resolve().parents[3] / "shared" / "data", 150_000
+LARGEST = 150_000
 WORDS = [b"-1", b"9" * 400, b"1e999", b"nan", b"*a", b"&a", b"[" * 300, b"\0" * 8, b"\xff" * 8, b"<a>", b"\n", b"-1\n    -1\n",
          b"2147483647", b"18446744073709551615", b"{", b": ", b"UTF-4", b",,,", b"D+400", b"\x7f\xff\xff\xff"]
 Reader = Callable[[Path], object]
@@ -112,7 +112,7 @@ def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
         put(name, lambda path, text=text: path.write_text(text), gcode.read)
     put("plane.bdf", lambda path: path.write_text(MESH), mesh_files.read_nodes, matrix_files.read_labelled)
     for pattern, reader in MEASURED.items():
-        for source in sorted(SHARED.glob(pattern)):
+        for source in sorted(MEASURED_DATA.glob(pattern)):
             if source.stat().st_size < LARGEST:
                 put("real_" + source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), reader)
     return files

@@ -23,13 +23,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 import yaml
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.io.template_files import read_template
 
-SHEET = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot_datasheet.yaml"
+SHEET = MACHINE_TEMPLATES / "milling_robot_datasheet.yaml"
 NUMBER = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
 Data = dict[str, Any]
 

@@ -11,7 +11,8 @@ from scipy import signal
 
 from toolpoint import ToolpointWarning
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.vibration import Dof, Modes, Record
 
 RATE = 44100  # samples a second

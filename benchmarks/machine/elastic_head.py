@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 import time
-from importlib import resources
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -15,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 from scipy.sparse import block_diag, csc_array
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
@@ -31,7 +30,7 @@ POSES = ((-0.9, 0.0, 0.0), (-0.9, 0.3, 0.0), (-0.9, 0.5, 1.0), (-0.75, 0.2, 2.5)
 
 def head() -> Machine:
     """The machine of the demo."""
-    return machine_file.read(resources.files("toolpoint.app") / "machines" / "three_rps_elastic_head.yaml")
+    return machine_file.read(MACHINE_TEMPLATES / "three_rps_elastic_head.yaml")
 
 
 def full(machine: Machine, pose: dict[str, float]) -> np.ndarray:

@@ -6,14 +6,13 @@ Machines are the elastic robot with random springs, masses and poses. Prints one
 from __future__ import annotations
 
 import sys
-from importlib import resources
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io import read_machine
 from toolpoint.machine.description.variation import Factor
@@ -29,8 +28,7 @@ def main() -> None:
     parser = CommandLine(__doc__)
     parser.cases("machines", 50)
     count = parser.parse_args().machines
-    with resources.as_file(resources.files("toolpoint.app") / "machines" / "elastic_robot.yaml") as path:
-        robot = read_machine(path)
+    robot = read_machine(MACHINE_TEMPLATES / "elastic_robot.yaml")
     met, ahead, worst = 0, 0, 0.0
     for seed in range(count):
         rng = np.random.default_rng(seed)

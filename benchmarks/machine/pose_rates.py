@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 
 import numpy as np  # noqa: E402
 
-from benchmarks.frame import CommandLine  # noqa: E402
+from benchmarks.frame import CommandLine, import_peer  # noqa: E402
 from elastic_robot import CENTRES, INERTIAS, LINKS, MASSES, REFERENCE, SPRINGS, link, robot  # noqa: E402
 from toolpoint.machine import assemble  # noqa: E402
 from toolpoint.machine.derivatives import matrix_derivatives  # noqa: E402
@@ -44,9 +44,8 @@ def best(function, repeats: int = 5) -> float:
 
 def pinocchio_rate(poses: np.ndarray) -> tuple[float, float] | None:
     """Return poses per second and the relative error at zero of Pinocchio in a Python loop, or None if not installed."""
-    try:
-        import pinocchio as pin
-    except ImportError:
+    pin = import_peer("pinocchio")
+    if pin is None:
         return None
     model = pin.Model()
     parent, before = 0, np.eye(4)
@@ -83,12 +82,12 @@ def exudyn_rate(poses: np.ndarray) -> tuple[float, float] | None:
 
     The tree is built anew for every pose, as its joint transformations are fixed when it is made.
     """
-    try:
-        import exudyn as exu
-        from exudyn.itemInterface import NodeGenericODE2, ObjectKinematicTree
-        from exudyn.solver import ComputeODE2Eigenvalues
-    except ImportError:
+    exu = import_peer("exudyn")
+    if exu is None:
         return None
+    from exudyn.itemInterface import NodeGenericODE2, ObjectKinematicTree
+    from exudyn.solver import ComputeODE2Eigenvalues
+
     kinds = [exu.JointType.RevoluteX, exu.JointType.RevoluteY, exu.JointType.RevoluteZ] * 6
     springs = [s for k, kz in SPRINGS for s in (k, k, kz)]
 

@@ -19,8 +19,7 @@ from benchmarks.frame import CommandLine
 from toolpoint.cutting import Engagement, MillingProblem
 from toolpoint.cutting.build import coefficients_of, tool_of
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.simulation.milling import RunningCut, simulate
-from toolpoint.cutting.simulation.verdict import run_until_decided
+from toolpoint.cutting.simulation.milling import RunningCut, run_until_decided, simulate
 from toolpoint.io.program.gcode import parse
 from toolpoint.material_removal import Stock
 from toolpoint.studies import describe_machining, modal_dynamics, run_program

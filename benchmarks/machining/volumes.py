@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, needed_peer
 from toolpoint.material_removal import MillShape, RemovalSettings, Stock, remove_material, split_moves
 
 MM = 1e-3
@@ -24,7 +24,7 @@ CIRCLE_SEGMENTS = 720  # of the polygon that stands for a circle: 1.3e-5 of its 
 
 def exact_volume(points: np.ndarray, radius: float, lower: np.ndarray, upper: np.ndarray) -> float:
     """Return the volume (m^3) of the box inside the union of the prisms that a flat end sweeps; moves are level or upright."""
-    from manifold3d import Manifold
+    manifold3d = needed_peer("manifold3d")
 
     scale = 1e3  # in mm: the library works in single precision
     turn = np.linspace(0, 2 * np.pi, CIRCLE_SEGMENTS, endpoint=False)
@@ -36,17 +36,11 @@ def exact_volume(points: np.ndarray, radius: float, lower: np.ndarray, upper: np
     for a, b in pairwise(points):
         level = scale * min(a[2], b[2])
         corners = np.concatenate([ring + scale * a[:2], ring + scale * b[:2]])
-        solids.append(Manifold.hull_points(np.concatenate([np.column_stack([corners, np.full(len(corners), z)])
+        solids.append(manifold3d.Manifold.hull_points(np.concatenate([np.column_stack([corners, np.full(len(corners), z)])
                                                            for z in (level, level + height)])))
-    union = Manifold.batch_boolean(solids, _add())
-    box = Manifold.cube((scale * (upper - lower)).tolist()).translate((scale * lower).tolist())
+    union = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
+    box = manifold3d.Manifold.cube((scale * (upper - lower)).tolist()).translate((scale * lower).tolist())
     return float((box ^ union).volume()) / scale**3
-
-
-def _add() -> object:
-    from manifold3d import OpType
-
-    return OpType.Add
 
 
 def random_program(rng: np.random.Generator) -> np.ndarray:

@@ -24,9 +24,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-CASES = str(Path(__file__).parents[2] / "tests" / "modal_identification")
+CASES = str(ROOT / "tests" / "modal_identification")
 sys.path.insert(0, CASES)
 
 # Peak memory of this process alone: getrusage would report that of the parent it was forked from.

@@ -18,19 +18,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, measured_data
 from toolpoint.io.text import frf_table
 from toolpoint.modal_identification import identify
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.correlation import mac
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data" / "tool_holder_frf"
 BANDS = ((500, 4000), (300, 4500), (700, 3200), (400, 5000), (900, 3000), (600, 3500), (800, 4200), (500, 3000))
 
 
 def measured() -> Frf:
     """Return the responses of the five points."""
-    parts = [frf_table.read(DATA / f"Point_{i}_Channel_1_CH1.txt") for i in range(1, 6)]
+    parts = [frf_table.read(measured_data("tool_holder_frf") / f"Point_{i}_Channel_1_CH1.txt") for i in range(1, 6)]
     values = np.concatenate([part.values for part in parts], axis=1)
     return Frf(parts[0].frequency, values, [f"{i}:+x" for i in range(1, 6)], ["1:+x"])
 
@@ -45,8 +44,6 @@ def pairs(first: Modes, second: Modes) -> list[tuple[int, int]]:
 def main(words: Sequence[str] | None = None) -> None:
     """Run and print; the figure last."""
     CommandLine(__doc__).parse_args(words)
-    if not DATA.exists():
-        sys.exit("../shared/data/tool_holder_frf is not beside the project")
     warnings.simplefilter("ignore")
     frf = measured()
     results = [identify(frf, band=band) for band in BANDS]

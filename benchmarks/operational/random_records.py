@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, needed_peer
 from benchmarks.operational.machines_at_work import Work, random_work
 from toolpoint.modal_identification import identify_operational
 from toolpoint.vibration.correlation import mac
@@ -108,14 +108,12 @@ def run_toolpoint(work: Work, score: Score) -> int:
 
 def run_peer(work: Work, score: Score, settings: dict[str, int]) -> None:
     """Identify one record with pyOMA2's covariance-driven SSI, told the true frequencies."""
-    from pyoma2.algorithms import SSI
-    from pyoma2.setup import SingleSetup
-
+    algorithms, setups = needed_peer("pyoma2.algorithms"), needed_peer("pyoma2.setup")
     logging.disable(logging.CRITICAL)
     start = time.process_time()
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        setup = SingleSetup(work.record.samples, fs=work.record.sample_rate)
-        setup.add_algorithms(SSI(name="ssi", **settings))
+        setup = setups.SingleSetup(work.record.samples, fs=work.record.sample_rate)
+        setup.add_algorithms(algorithms.SSI(name="ssi", **settings))
         setup.run_by_name("ssi")
         frequency, damping, shape = [], [], []
         for target in work.frequency:

@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import ROOT, CommandLine
 
-TESTS = Path(__file__).resolve().parents[2] / "tests"
+TESTS = ROOT / "tests"
 sys.path.insert(0, str(TESTS))
 
 from project_steps import chain, results  # noqa: E402

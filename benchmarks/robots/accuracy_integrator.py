@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numba
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import build
 from toolpoint.machine.robot.model import rigid_members, robot_machine
@@ -25,7 +25,6 @@ from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import line
 
-MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
 STRIPS, STEPS = 2000, 500  # of the helix; in a tooth period
 SPACING = 2.5e-4  # m between nodes of the structure
 
@@ -100,8 +99,8 @@ def main() -> None:
     options.cases("cases", 12)
     options.seed(1)
     asked = options.parse_args()
-    elastic = machine_file.read(MACHINES / "milling_robot.yaml")
-    rigid = build(robot_machine(rigid_members(robot_file.read(MACHINES / "milling_robot_datasheet.yaml")),
+    elastic = machine_file.read(MACHINE_TEMPLATES / "milling_robot.yaml")
+    rigid = build(robot_machine(rigid_members(robot_file.read(MACHINE_TEMPLATES / "milling_robot_datasheet.yaml")),
                                 cutting=elastic.description.cutting))
     rng, held, worst = np.random.default_rng(asked.seed), 0, 0.0
     for case in range(asked.cases):

@@ -10,14 +10,13 @@ from __future__ import annotations
 import resource
 import sys
 import time
-from importlib import resources
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint.io import read_machine
 from toolpoint.studies import Dask, Serial, map_chatter, place_grid
 from toolpoint.studies.machines.reach import reach_places
@@ -45,8 +44,7 @@ def main() -> None:
     parser.cases("poses", 0, "only so many, evenly over the grid")
     parser.add_argument("--save", help="a file for the limits, m")
     options = parser.parse_args()
-    with resources.as_file(resources.files("toolpoint.app") / "machines" / "milling_robot.yaml") as path:
-        robot = read_machine(path)
+    robot = read_machine(MACHINE_TEMPLATES / "milling_robot.yaml")
     grid = place_grid({"x": np.arange(-0.2, 0.701, 0.05), "z": np.arange(-0.3, 0.701, 0.05)})
     places = grid.places.reshape(-1, 3)
     poses = [pose for pose in reach_places(robot, places, point="wrist").poses if pose is not None]

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import sys
 import time
-from importlib import resources
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine, import_peer
 from toolpoint.io import read_machine
 from toolpoint.studies import Factor, NamedMetrics, rank_changes
 from toolpoint.studies.screening.designs import given_points, sobol_pairs
@@ -35,8 +34,7 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=512)
     parser.add_argument("--large", type=int, default=16384)
     options = parser.parse_args()
-    with resources.as_file(resources.files("toolpoint.app") / "machines" / "elastic_robot.yaml") as path:
-        robot = read_machine(path)
+    robot = read_machine(MACHINE_TEMPLATES / "elastic_robot.yaml")
     changes = [Factor(f"torsion {i}", (f"joints.joint_q{i}.stiffness.rz",), 0.5, 2.0) for i in (1, 2, 3)]
     changes.append(Factor("payload", ("bodies.link6.mass",), 0.5, 2.0))
     rng = np.random.default_rng(0)
@@ -51,12 +49,8 @@ def main() -> None:
     for what, row in (("large main", truth[0]), ("large total", truth[1]), ("ours main", ours[0]), ("ours total", ours[1])):
         print(f"{what:12}" + "  ".join(f"{v:12.4f}" for v in row))
     errors = {"ours": np.abs(ours - truth).max()}
-    try:
-        from SALib.analyze import sobol as analyse
-        from SALib.sample import sobol as sample
-    except ImportError:
-        print("SALib is not installed: only our own indices")
-    else:
+    analyse, sample = import_peer("SALib.analyze.sobol"), import_peer("SALib.sample.sobol")
+    if analyse is not None:
         problem = {"num_vars": len(changes), "names": names, "bounds": [[0.0, 1.0]] * len(changes)}
         start = time.process_time()
         points = sample.sample(problem, options.number, calc_second_order=False, seed=1)

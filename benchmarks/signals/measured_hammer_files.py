@@ -17,12 +17,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 from scipy.signal import butter, hilbert, sosfiltfilt
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, measured_data
 from toolpoint.io import read_frf, read_records
 from toolpoint.studies.measured.hammer_study import study_hammer_records
 from toolpoint.studies.measured.identification import identify_modes
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
 HOLDER = ((1074.0, 0.0340), (1961.0, 0.0454), (2617.0, 0.0340))
 PEAKS = (695.6, 1898.0, 3671.0, 5974.0)  # Hz, read off the spectrum of the acceleration
 
@@ -60,12 +59,10 @@ def compare(name: str, result, picked) -> list[tuple[float, float]]:
 def main() -> None:
     """Compare both measurements."""
     CommandLine(__doc__).parse_args()
-    if not DATA.exists():
-        sys.exit("../shared/data is not beside the project")
     warnings.simplefilter("ignore")
-    holder = read_frf(sorted((DATA / "tool_holder_frf").glob("*.txt")), pattern="Point_{output}_*")
+    holder = read_frf(sorted(measured_data("tool_holder_frf").glob("*.txt")), pattern="Point_{output}_*")
     every = compare("tool holder", identify_modes(holder), HOLDER)
-    records = read_records(DATA / "beam_hammer" / "acceleration.lvm")
+    records = read_records(measured_data("beam_hammer", "acceleration.lvm"))
     study = study_hammer_records(records)
     picked = [pick_by_decay(records.records[0], peak) for peak in PEAKS]
     every += compare("beam", identify_modes(study.frf, band=study.band.ends), picked)

@@ -21,8 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-import toolpoint.app
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine, build
 from toolpoint.machine.assembly.system import assemble
@@ -33,7 +32,7 @@ from toolpoint.vibration import Frf, frequency_response
 
 def wrong_machine(points: int, rng: np.random.Generator) -> Machine:
     """Return the published machine with random points on its bodies."""
-    file = Path(toolpoint.app.__file__).parent / "machines" / "three_axis_vertical_drives.yaml"
+    file = MACHINE_TEMPLATES / "three_axis_vertical_drives.yaml"
     described = machine_file.read(file).description
     bodies = list(described.bodies)
     more = {f"p{i}": PointDescription(bodies[i % len(bodies)], tuple(rng.uniform(-0.4, 0.4, 3))) for i in range(points)}

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from benchmarks.vision import frame_scene as bench
 from toolpoint.modal_identification import identify
 from toolpoint.studies.video.video_study import study_video
@@ -323,7 +323,7 @@ def mill_bars(seed: int) -> Row:
     from toolpoint.io import read_machine
     from toolpoint.studies import FILMED_TRUTH
 
-    machine = read_machine(Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines" / MILL_FILE)
+    machine = read_machine(MACHINE_TEMPLATES / MILL_FILE)
     rows: Row = {}
     for method in ("templates", "phase"):
         result = update_from_virtual_videos(machine, FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),

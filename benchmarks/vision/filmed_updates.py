@@ -14,8 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-import toolpoint
-from benchmarks.frame import CommandLine
+from benchmarks.frame import MACHINE_TEMPLATES, CommandLine
 from toolpoint import ToolpointError
 from toolpoint.io import read_machine
 from toolpoint.machine import Machine
@@ -28,7 +27,7 @@ from toolpoint.vision.clip import Clip, clip_of
 from toolpoint.vision.rendering.scene import Camera
 from toolpoint.vision.view import View
 
-MILL = Path(toolpoint.__file__).parent / "app/machines/small_mill.yaml"
+MILL = MACHINE_TEMPLATES / "small_mill.yaml"
 SHAPE, SCALE, ORIGIN, BAND = (432, 384), 2.5e-3, (192.0, 400.0), (5.0, 200.0)
 PLANES = ("xz", "yz")
 

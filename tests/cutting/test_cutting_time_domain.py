@@ -18,7 +18,8 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, simulate
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.cutting.surface.location import location_error, static_force_series
 
 

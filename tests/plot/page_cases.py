@@ -147,6 +147,26 @@ def program_on_a_machine() -> Report:
 
 
 @case
+def program_of_a_project() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import project_program_page
+    from toolpoint.project.programs.run_files import ProgramRun
+    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+
+    program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
+    cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
+    setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.05, 0)), cut, spacing=5e-4)
+    study = run_program(parse(program, start=(-0.02, 0.025, 0.1)), setup, tip(), text=program)
+    places = [{"line": line, "tool": 1, "speed_rpm": 9000.0, "depth_m": 2e-3, "limit_m": limit, "interval_m": [1.7e-3, upper],
+               "stable_probability": chance, "chatter_frequency_hz": 640.0}
+              for line, limit, upper, chance in ((2, 2.2e-3, 2.9e-3, 0.81), (4, None, None, 0.98))]
+    advice = [{"words": "Advice for tool 1: 9600 rev/min in place of 9000."}]
+    return project_program_page(ProgramRun(study, {0: ("slot", 0.1)}, (), ()), {
+        "places": places, "draws": 60, "stable_probability": 0.8, "stable_probability_advised": 0.97, "advice": advice,
+        "record": None})
+
+
+@case
 def program_in_tilted_planes() -> Report:
     from toolpoint.io.program.gcode import parse
     from toolpoint.pages import stages_page
@@ -321,6 +341,44 @@ def drive_on_a_circle() -> Report:
 
     name = "three_axis_vertical_servo.yaml"
     return drive_page(run_drives(read_drives(FOLDER / name), circle=(0.05, 4.0 / 60)), source_text=text(name))
+
+
+def _described_drives() -> Any:
+    """Return two axes of two masses, one with motor and current loop."""
+    from toolpoint.drives.description import (
+        CurrentDescription,
+        DriveAxisDescription,
+        DriveDescription,
+        MechanicsDescription,
+        MotorDescription,
+        PositionDescription,
+        VelocityDescription,
+    )
+
+    mechanics = MechanicsDescription("two-mass", lead=0.01, inertia=0.006, table_mass=300.0, stiffness=1e8, damping=5e3)
+    axis = DriveAxisDescription(
+        mechanics=mechanics, position=PositionDescription(gain=30.0),
+        velocity=VelocityDescription(gain=1.0, integral_time=0.02),
+        motor=MotorDescription(4, 0.5, 5e-3, flux=0.15), current=CurrentDescription(bandwidth=500.0))
+    return DriveDescription("Slide", {"X": axis}, assumptions=("All values are chosen.",))
+
+
+@case
+def servo_steps() -> Report:
+    from toolpoint.pages import step_page
+    from toolpoint.studies import StepSetting, step_drives
+
+    steps = [StepSetting("X", "current", 0.03, True), StepSetting("X", "velocity", 0.5 / 60),
+             StepSetting("X", "position", 5e-4)]
+    return step_page(step_drives(_described_drives(), steps))
+
+
+@case
+def servo_tuning() -> Report:
+    from toolpoint.pages import tuning_page
+    from toolpoint.studies import tune_drives
+
+    return tuning_page(tune_drives(_described_drives()))
 
 
 @case

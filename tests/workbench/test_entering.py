@@ -23,6 +23,20 @@ def test_a_part_is_entered_and_every_other_line_stays(tmp_path):
     assert len(file.read_text().splitlines()) == len(after) and io.read_project(file).goals["my rough: cut"].depth == 0.004
 
 
+def test_beside_a_second_cut_goals_and_programs_that_named_none_get_the_name_of_the_first(tmp_path):
+    """With one cut the key may be left out; a second one would leave its meaning open: what was meant is written."""
+    file = write_folder(tmp_path / "p")
+    add_part(tmp_path / "p", "cuts.slot", CUT)
+    add_part(tmp_path / "p", "goals.rough", "{speed: 8000 rpm, depth: 3 mm}  # as on Monday")
+    add_part(tmp_path / "p", "programs.pocket", '{program: a.nc, stock: "box=0,0,-1,1,1,0"}')
+    named = add_part(tmp_path / "p", "cuts.finish", CUT.replace("16 mm", "8 mm"))
+    assert named == ("goals.rough: cut: slot", "programs.pocket: cut: slot")
+    described = io.read_project(file)
+    assert described.goals["rough"].cut == "slot" and described.programs["pocket"].cut == "slot" and len(described.cuts) == 2
+    assert "{cut: slot, speed: 8000 rpm, depth: 3 mm}  # as on Monday" in file.read_text()
+    assert add_part(tmp_path / "p", "cuts.third", CUT) == ()
+
+
 @pytest.mark.parametrize(("place", "value", "words"), [
     ("goals.x", "{speed: 8000 rpm}", "depth"), ("goals.x", "{speed: 8000 rpm, depth: 3}", "no unit"),
     ("goals.x", "a\nb: 1", "one line"), ("goalz.x", "{}", "goalz"), ("goals.", "{}", "name"), ("draws", "5", "part"),

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from toolpoint.io.urdf import read_robot
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
+    from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind
     from toolpoint.io.yaml.machine_file import read as read_machine
     from toolpoint.io.yaml.machine_file import write as write_machine
@@ -57,7 +58,7 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.plan_file import read as read_plan
     from toolpoint.io.yaml.project_file import line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
-    from toolpoint.io.yaml.project_parts import enter_part
+    from toolpoint.io.yaml.project_parts import enter_part, find_parts_without_cut, name_cut
     from toolpoint.io.yaml.robot_file import read as read_datasheet
     from toolpoint.io.yaml.robot_file import read_robot_machine
     from toolpoint.io.yaml.shaft_file import read as read_shaft
@@ -67,15 +68,73 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.testing.test_file import write as write_test
 
 __all__ = [
-    "AxisColumns", "BlowFolder", "LiveInput", "SpeedAndFeed", "check_noun_name", "check_pose", "check_writable", "enter_part",
-    "hold_records", "json_schema", "kind_of", "lay_grid", "line_of_tried", "list_templates", "open_input", "open_microphone",
-    "read_choice", "read_components", "read_datasheet", "read_described_records", "read_driven_axis", "read_drives",
-    "read_frf", "read_geometry", "read_hammer_test", "read_kind", "read_lines", "read_listened", "read_machine",
-    "read_machine_at", "read_matrices", "read_measured", "read_mesh", "read_modes", "read_path", "read_places", "read_plan",
-    "read_program", "read_project", "read_record", "read_records", "read_robot", "read_robot_machine", "read_servo_data",
-    "read_shaft", "read_step", "read_surface", "read_test_nouns", "read_tried", "read_two_states", "write_cutting",
-    "write_frf", "write_machine", "write_multibody", "write_noun", "write_nouns", "write_pictures", "write_planned_test",
-    "write_points", "write_program", "write_tables", "write_template", "write_test", "write_unit",
+    "AxisColumns",
+    "BlowFolder",
+    "LiveInput",
+    "SpeedAndFeed",
+    "check_noun_name",
+    "check_pose",
+    "check_writable",
+    "enter_part",
+    "find_parts_without_cut",
+    "hold_records",
+    "json_schema",
+    "kind_of",
+    "lay_grid",
+    "line_of_tried",
+    "list_templates",
+    "name_cut",
+    "open_input",
+    "open_microphone",
+    "read_choice",
+    "read_components",
+    "read_datasheet",
+    "read_described_records",
+    "read_driven_axis",
+    "read_drives",
+    "read_frf",
+    "read_geometry",
+    "read_hammer_test",
+    "read_kind",
+    "read_lines",
+    "read_listened",
+    "read_machine",
+    "read_machine_at",
+    "read_matrices",
+    "read_measured",
+    "read_mesh",
+    "read_modes",
+    "read_path",
+    "read_places",
+    "read_plan",
+    "read_program",
+    "read_project",
+    "read_record",
+    "read_records",
+    "read_robot",
+    "read_robot_machine",
+    "read_servo_data",
+    "read_shaft",
+    "read_step",
+    "read_surface",
+    "read_test_nouns",
+    "read_tried",
+    "read_two_states",
+    "write_cutting",
+    "write_frf",
+    "write_gains",
+    "write_machine",
+    "write_multibody",
+    "write_noun",
+    "write_nouns",
+    "write_pictures",
+    "write_planned_test",
+    "write_points",
+    "write_program",
+    "write_tables",
+    "write_template",
+    "write_test",
+    "write_unit",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -108,12 +167,12 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),
     "yaml.component_file": ("read as read_components",),
-    "yaml.drive_file": ("read as read_drives",),
+    "yaml.drive_file": ("read as read_drives", "write_gains"),
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
     "yaml.project_file": ("read as read_project", "read_tried", "line_of_tried"),
-    "yaml.project_parts": ("enter_part",),
+    "yaml.project_parts": ("enter_part", "find_parts_without_cut", "name_cut"),
     "yaml.robot_file": ("read as read_datasheet", "read_robot_machine"),
     "yaml.shaft_file": ("read as read_shaft",),
     "yaml.testing.choice_file": ("read as read_choice",),

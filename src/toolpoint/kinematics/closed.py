@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from toolpoint._check import BoolArray, FloatArray, fail, suggestion
-from toolpoint.kinematics.axis import AXES, Axis
+from toolpoint._check import BoolArray, FloatArray, fail
 from toolpoint.kinematics.chain import Pose
 from toolpoint.kinematics.closure import Closure, Solution, solve_closure
-from toolpoint.kinematics.loops import LoopClosure
+from toolpoint.kinematics.looped_tree import LoopedTree
 from toolpoint.kinematics.reach import first_fault, gap_reasons, limit_reasons, strain_notes
-from toolpoint.kinematics.task import Task
-from toolpoint.kinematics.tree import TreeChain
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedChain(TreeChain):
+class ClosedChain(LoopedTree):
     """Tree of links with loops that close at every pose, and a task in whose coordinates it may be commanded.
 
     Parameters
@@ -48,24 +45,6 @@ class ClosedChain(TreeChain):
     [0.3, -0.3, 0.3]
     """
 
-    loops: tuple[LoopClosure, ...] = ()
-    task: Task | None = None
-    names: tuple[str, ...] = ()
-    limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
-    modes: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
-    mode: str = ""
-    length: float = 1.0
-
-    @cached_property
-    def passive_steps(self) -> tuple[int, ...]:
-        """Indices of the passive steps."""
-        return tuple(range(len(self.steps) - len(self.passive), len(self.steps)))
-
-    @cached_property
-    def balls(self) -> tuple[tuple[int, ...], ...]:
-        """Steps of every ball."""
-        return tuple(group for sequence in self.sequences for group in sequence if len(group) == 3)
-
     @cached_property
     def closure(self) -> Closure:
         """The equations with the passive steps unknown."""
@@ -79,15 +58,7 @@ class ClosedChain(TreeChain):
     @cached_property
     def start(self) -> FloatArray:
         """Values of all steps at the reference pose in the assembly mode in use, shape (1, n_steps)."""
-        values = np.zeros((1, len(self.steps)))
-        if not self.mode:
-            return values
-        if self.mode not in self.modes:
-            fail("assembly mode", repr(self.mode), f"must be of {', '.join(self.modes) or 'none'}",
-                 remedy=suggestion(self.mode, self.modes))
-        for step, value in self.modes[self.mode].items():
-            values[0, step] = value
-        return self.closure.settle(values, self.mode)
+        return self.closure.start
 
     def with_mode(self, mode: str) -> ClosedChain:
         """Return the chain in another assembly mode."""
@@ -123,7 +94,7 @@ class ClosedChain(TreeChain):
         targets = self._targets(batch, count) if is_task else {}
         solution = solve_closure(closure, begin, goal, targets=targets)
         reasons = [limit_reasons(self, solution), gap_reasons(self, solution, closure)]
-        return solution.judged(reasons, strain_notes(self, solution))
+        return solution.judged(reasons, strain_notes(self, solution, closure))
 
     def _targets(self, batch: Mapping[str, FloatArray], count: int) -> dict[str, FloatArray]:
         assert self.task is not None
@@ -185,12 +156,6 @@ class ClosedChain(TreeChain):
             return super().positions(pose)
         return self.positions_of(self.step_values(pose))
 
-    def positions_of(self, values: FloatArray) -> FloatArray:
-        """Return positions of the driven axes for step values, m or rad, shape (n_poses, n_driven)."""
-        reference_positions = np.array([axis.reference_position for axis in self.driven_axes])
-        driven = len(self.steps) - len(self.passive)
-        return values[:, :driven] @ np.linalg.pinv(self.coupling[:driven]).T + reference_positions
-
     def coordinates(self, pose: Pose) -> dict[str, FloatArray]:
         """Return the position of every axis and every coordinate of the task at a batch of poses, m or rad, (n_poses,) each."""
         values = self.step_values(pose)
@@ -203,12 +168,3 @@ class ClosedChain(TreeChain):
     def rates_at(self, values: FloatArray) -> FloatArray:
         """Return the rate of every step per rate of every driven axis at closed loops, shape (n_poses, n_steps, n_driven)."""
         return self.closure.rates(values)
-
-    def step_name(self, step: int) -> str:
-        """Return a step in words: ``knuckle.rx``."""
-        joint_step = self.steps[step]
-        return f"{self.names[joint_step.joint] if self.names else joint_step.joint}.{AXES[joint_step.way]}"
-
-    def axis(self, name: str) -> Axis:
-        """Return an axis by name."""
-        return next(axis for axis in self.axes if axis.name == name)

@@ -9,17 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpoint._check import BoolArray, FloatArray, fail
+from toolpoint._check import BoolArray, FloatArray, fail, suggestion
 from toolpoint.kinematics.axis import AXES
+from toolpoint.kinematics.looped_tree import LoopedTree
 from toolpoint.kinematics.steps import advance
 from toolpoint.kinematics.task import Task
-
-if TYPE_CHECKING:
-    from toolpoint.kinematics.closed import ClosedChain
 
 ELASTIC_WEIGHT = 1e-4  # of the stiffest elastic direction over a locked one: locked ones hold, elastic ones share the strain
 MAX_NEWTON_CORRECTION = 0.12  # rad, or of the chain's length: first correction after a predicted step, so that the mode is kept
@@ -51,7 +48,7 @@ class Solution:
 class Closure:
     """Equations of a chain: all loops, and a task where there is one."""
 
-    chain: ClosedChain
+    chain: LoopedTree
     task: Task | None
 
     @cached_property
@@ -133,10 +130,29 @@ class Closure:
         return [loop.gap(loop.relative(moved)[1]) for loop in self.chain.loops]
 
     @cached_property
+    def start(self) -> FloatArray:
+        """Values of all steps at the reference pose in the chain's assembly mode, its loops closed, shape (1, n_steps)."""
+        chain = self.chain
+        values = np.zeros((1, len(chain.steps)))
+        if not chain.mode:
+            return values
+        if chain.mode not in chain.modes:
+            fail("assembly mode", repr(chain.mode), f"must be of {', '.join(chain.modes) or 'none'}",
+                 remedy=suggestion(chain.mode, chain.modes))
+        for step, value in chain.modes[chain.mode].items():
+            values[0, step] = value
+        return self.settle(values, chain.mode)
+
+    @cached_property
+    def _chain_start(self) -> FloatArray:
+        # The assembly mode closes the loops alone: with a task the axes would move as well.
+        return self.start if self.task is None else Closure(self.chain, None).start
+
+    @cached_property
     def solved_as(self) -> str:
         """Kind of the linear equations: ``square``, ``tall`` (more equations than unknowns) or, rank deficient,
         ``pseudo-inverse``."""
-        matrix = self.evaluate(np.asarray(self.chain.start), self._rest_targets())[1][0] @ self.unknowns / self.scale
+        matrix = self.evaluate(self._chain_start, self._rest_targets())[1][0] @ self.unknowns / self.scale
         rows, columns = matrix.shape
         rank = int(np.linalg.matrix_rank(matrix, tol=1e-9 * max(float(np.abs(matrix).max(initial=0.0)), 1e-300)))
         if rank < columns:
@@ -147,7 +163,7 @@ class Closure:
         if self.task is None:
             return {}
         chain = self.chain
-        read = self.task.read(chain.displacements_of(chain.motions_of(np.asarray(chain.start))))
+        read = self.task.read(chain.displacements_of(chain.motions_of(self._chain_start)))
         return {kind: read[kind] for kind in self.task.kinds}
 
     def correct(self, rate: FloatArray, residual: FloatArray) -> FloatArray:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.kinematics.axis import AXES
-
-if TYPE_CHECKING:
-    from toolpoint.kinematics.chain import Pose
-    from toolpoint.kinematics.closed import ClosedChain
-    from toolpoint.kinematics.closure import Closure, Solution
+from toolpoint.kinematics.chain import Pose
+from toolpoint.kinematics.closure import Closure, Solution
+from toolpoint.kinematics.looped_tree import LoopedTree
 
 LOOP_GAP_TOLERANCE = 1e-8  # of the chain's length, or rad: gap left by rounding, and by files with ten digits
 
 
-def limit_reasons(chain: ClosedChain, solution: Solution) -> list[str]:
+def limit_reasons(chain: LoopedTree, solution: Solution) -> list[str]:
     """Return for every pose the first axis or passive joint beyond its limits, empty where all are within."""
     reasons = [""] * len(solution.values)
     axis_positions = chain.positions_of(solution.values)
@@ -46,7 +44,7 @@ def _span(lower: float, upper: float, turns: bool) -> str:
     return f"{_shown(lower, turns)} .. {_shown(upper, turns)}"
 
 
-def gap_reasons(chain: ClosedChain, solution: Solution, closure: Closure) -> list[str]:
+def gap_reasons(chain: LoopedTree, solution: Solution, closure: Closure) -> list[str]:
     """Return for every pose the loop that does not close in a locked direction, empty where all close."""
     reasons = [""] * len(solution.values)
     for loop, gap in zip(chain.loops, closure.gaps(solution.values), strict=True):
@@ -58,7 +56,7 @@ def gap_reasons(chain: ClosedChain, solution: Solution, closure: Closure) -> lis
     return reasons
 
 
-def _gap_words(chain: ClosedChain, name: str, gap: FloatArray, locked: list[int]) -> str:
+def _gap_words(chain: LoopedTree, name: str, gap: FloatArray, locked: list[int]) -> str:
     part = np.zeros(6)
     part[locked] = gap[locked]
     slide, turn = 1e3 * float(np.linalg.norm(part[:3])), 1e3 * float(np.linalg.norm(part[3:]))
@@ -68,12 +66,12 @@ def _gap_words(chain: ClosedChain, name: str, gap: FloatArray, locked: list[int]
             f"one axis drive both sides of the loop, or free {directions} in {name}, or directions of other joints of the loop")
 
 
-def strain_notes(chain: ClosedChain, solution: Solution) -> list[str]:
+def strain_notes(chain: LoopedTree, solution: Solution, closure: Closure) -> list[str]:
     """Return for every pose the strain of its elastic loops and the force of it in words, empty where there is none."""
     notes = [""] * len(solution.values)
     if not any(loop.elastic for loop in chain.loops):
         return notes
-    for loop, gap in zip(chain.loops, chain.closure.gaps(solution.values), strict=True):
+    for loop, gap in zip(chain.loops, closure.gaps(solution.values), strict=True):
         ways = [AXES.index(name) for name in loop.elastic]
         if not ways or loop.stiffness is None:
             continue
@@ -89,14 +87,14 @@ def strain_notes(chain: ClosedChain, solution: Solution) -> list[str]:
     return notes
 
 
-def first_fault(chain: ClosedChain, pose: Pose, solution: Solution) -> None:
+def first_fault(chain: LoopedTree, pose: Pose, solution: Solution) -> None:
     """Raise ToolpointError for the first unreachable pose of a batch."""
     for i, reason in enumerate(solution.reasons):
         if reason:
             _refuse(chain, pose, i, reason)
 
 
-def _refuse(chain: ClosedChain, pose: Pose, index: int, reason: str) -> NoReturn:
+def _refuse(chain: LoopedTree, pose: Pose, index: int, reason: str) -> NoReturn:
     words = []
     for name, value in pose.items():
         values = np.atleast_1d(value)

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.state_comparison import state_comparison_page
     from toolpoint.pages.measured.traverse import traverse_page
     from toolpoint.pages.measured.update import update_page
+    from toolpoint.pages.project.program import project_program_page
     from toolpoint.pages.project.project import project_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.servos.drive_experiment import drive_page
     from toolpoint.pages.servos.servo_data import servo_data_page
     from toolpoint.pages.servos.servo_map import servo_map_page
+    from toolpoint.pages.servos.servo_tests import step_page, tuning_page
     from toolpoint.pages.testing.tap import tap_page
     from toolpoint.pages.testing.test_plan import plan_page
     from toolpoint.pages.video import video_page
@@ -51,10 +53,10 @@ __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drift_page",
     "drive_page", "driven_axis_page", "driven_responses_page", "finite_element_page", "first_look_page", "hammer_page",
     "head_source_page", "identification_page", "joints_page", "listening_page", "lobes_page", "machine_page",
-    "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "records_page",
-    "responses_page", "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page",
-    "shaker_page", "simulation_page", "stages_page", "state_comparison_page", "tap_page", "tool_coupling_page",
-    "traverse_page", "turning_page", "update_page", "video_page", "workspace_page",
+    "machining_page", "map_page", "operational_page", "place_page", "plan_page", "project_page", "project_program_page",
+    "records_page", "responses_page", "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page",
+    "shaker_page", "simulation_page", "stages_page", "state_comparison_page", "step_page", "tap_page", "tool_coupling_page",
+    "traverse_page", "tuning_page", "turning_page", "update_page", "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -86,6 +88,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.state_comparison": ("state_comparison_page",),
     "measured.traverse": ("traverse_page",),
     "measured.update": ("update_page",),
+    "project.program": ("project_program_page",),
     "project.project": ("project_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),
@@ -94,6 +97,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.drive_experiment": ("drive_page",),
     "servos.servo_data": ("servo_data_page",),
     "servos.servo_map": ("servo_map_page",),
+    "servos.servo_tests": ("step_page", "tuning_page"),
     "testing.tap": ("tap_page",),
     "testing.test_plan": ("plan_page",),
     "video": ("video_page",),

@@ -21,12 +21,12 @@ from toolpoint.machine.description.project_plan import (
     ProjectTest,
 )
 from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
+from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
 
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
 STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 4,
-                 "limits": 7,
-                 "changes": 2, "next": 1, "contour": 1}
+                 "limits": 7, "changes": 2, "next": 1, "contour": 1, "program": 1}
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class _ChainBuilder:
         machine = self._machine(modes)
         tip = self._tip()
         sources = ({"tip": tip} if tip else {}) | ({} if machine is None else {"machine": {"machine": machine}})
-        self._answers(sources, machine)
+        weights = self._answers(sources, machine)
+        self._programs(sources, weights)
         self._contours()
         self._say_missing(sources)
         return self._steps
@@ -179,15 +180,16 @@ class _ChainBuilder:
                       words=f"verdict on the tap, and speeds for the cut {cut_name}")
         return {f"tip_{kind[-1]}": result_path(f"responses/{name}", "responses.h5") for kind, name in tests.items()}
 
-    def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> None:
-        """Add the steps from the machine and the tip to the answers of the goals."""
+    def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> dict[str, dict[str, str]]:
+        """Add the steps from the machine and the tip to the answers of the goals; return the weights of the draws."""
         project = self.project
         cuts = {name: _cut_options(cut) for name, cut in project.cuts.items()}
         goals = {name: _plain(goal) for name, goal in project.goals.items()}
         if not sources or not cuts:
-            return
+            return {}
         kinds = {name: self._source_of(goal["pose"], sources) for name, goal in goals.items()}
-        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(kinds.values())}, cuts)
+        used_kinds = [*kinds.values(), *([_program_source(sources)] if project.programs else [])]
+        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(used_kinds)}, cuts)
         for name, goal in goals.items():
             kind = kinds[name]
             # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
@@ -199,6 +201,23 @@ class _ChainBuilder:
                       words=f"limit and probability of the goal {name}")
         if machine is not None and goals:
             self._advice(machine, cuts, goals)
+        return weights
+
+    def _programs(self, sources: Mapping[str, Mapping[str, str]], weights: Mapping[str, Mapping[str, str]]) -> None:
+        """Add the steps of the NC programs, on the machine where there is one, else on the tip, else without dynamics."""
+        project, kind = self.project, _program_source(sources) if sources else ""
+        for name, program in project.programs.items():
+            inputs = {**program_inputs(program, project.servo), **sources.get(kind, {}), **weights.get(kind, {})}
+            if kind == "machine":
+                inputs["checked"] = result_path("machine", "machine.json")
+            elif kind == "tip" and program.cut:
+                inputs["verdict"] = result_path(f"tip/{program.cut}", "tap.json")
+            self._add("program", f"program/{name}", _late("machining", "judge_program"), inputs,
+                      options={"settings": program_settings(program, project), **self._draws}, outputs=("program.json",),
+                      words=f"blocks of the program {name} on the {kind or 'machine, which is not known'}",
+                      command=program_command(program, project, sources.get(kind, {})))
+            if not kind:
+                self.absent_parts.append(f"program {name}: a machine or a tap of the tip says which of its blocks chatter")
 
     @property
     def _draws(self) -> dict[str, Any]:
@@ -271,6 +290,11 @@ class _ChainBuilder:
                                 "joint to stiffen")
         if sources and not (self.root / TRIED_FILE).is_file():
             self.absent_parts.append("a cut that was tried (toolpoint tried) narrows the intervals")
+
+
+def _program_source(sources: Mapping[str, Any]) -> str:
+    """Return what programs run on: the machine, posed along them, else the tip."""
+    return "machine" if "machine" in sources else "tip"
 
 
 def _late(module: str, name: str) -> LateWork:

@@ -174,8 +174,11 @@ def _stem(place: str) -> str:
     return re.sub(r"[^\w -]+", " ", Path(place).stem).strip() or "structure"
 
 
-def add_part(folder: str | Path, place: str, value: str) -> None:
+def add_part(folder: str | Path, place: str, value: str) -> tuple[str, ...]:
     """Write a part into project.yaml: ``goals.rough`` and ``{speed: 8000 rpm, depth: 3 mm}``; the whole file is checked first.
+
+    Beside a second cut, goals and programs that name none get the name of the first, which is theirs so far; what was so
+    named is returned.
 
     Raises ToolpointError, and writes nothing, where the project file would have a fault with it.
     """
@@ -183,6 +186,9 @@ def add_part(folder: str | Path, place: str, value: str) -> None:
     _check_project(root)
     file = root / PROJECT_FILE
     text = io.enter_part(file.read_text(encoding="utf-8"), place, value)
+    named_parts = _parts_without_cut(file, place)
+    for part, cut in named_parts.items():
+        text = io.name_cut(text, part, cut)
     draft = root / f".{PROJECT_FILE}.draft"
     try:
         draft.write_text(text, encoding="utf-8")
@@ -192,6 +198,18 @@ def add_part(folder: str | Path, place: str, value: str) -> None:
     finally:
         draft.unlink(missing_ok=True)
     write_whole(file, text)
+    return tuple(f"{part}: cut: {cut}" for part, cut in named_parts.items())
+
+
+def _parts_without_cut(file: Path, place: str) -> dict[str, str]:
+    """Return the goals and programs that a second cut would leave without one, with the name of the first cut."""
+    section, _, name = place.partition(".")
+    if section != "cuts":
+        return {}
+    described = io.read_project(file)
+    if len(described.cuts) != 1 or name.strip() in described.cuts:
+        return {}
+    return dict.fromkeys(io.find_parts_without_cut(file), next(iter(described.cuts)))
 
 
 def _check_project(root: Path) -> None:

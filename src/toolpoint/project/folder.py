@@ -28,9 +28,12 @@ from toolpoint.project.results import ProjectResults, gather_results
 from toolpoint.project.steps.plain_files import read_json
 
 if TYPE_CHECKING:
+    from toolpoint.project.limits.coupled_tool import CoupledDraws
     from toolpoint.project.limits.drawn_limits import DrawnLimits
+    from toolpoint.project.programs.run_files import ProgramRun
 
 PROJECT_FILE, RESULT_FILE = "project.yaml", "results/project.json"
+LISTED_LOBES = 8  # engagements of a program whose lobes its page shows
 TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line may be mended or removed by hand.\n"
               "toolpoint: 1\ntried:\n")
 
@@ -115,7 +118,7 @@ class Project:
         return "" if step is None or step.is_of_today else f"{self.folder}: its machine file is not of today: {step.reason}"
 
     def limits(self, pose: Mapping[str, float] | None = None, *, cut: str = "", speeds: Sequence[float] | FloatArray = (),
-               draws: int | None = None) -> DrawnLimits:
+               draws: int | None = None, stick_out: float | None = None) -> DrawnLimits:
         """Return the limits of a cut of the project at a pose, with draws of the machine and of the coefficients.
 
         Parameters
@@ -125,6 +128,8 @@ class Project:
             The first of the project where left out.
         speeds : rev/min; 12 over the range of the cut where left out
         draws : int; those of the project where left out
+        stick_out : float, optional
+            m, of the project's coupled tool in place of that of its machine; its spindle comes from a gauge or the machine.
         """
         from toolpoint.project.limits.drawn_limits import draw_limits
         from toolpoint.project.limits.systems import MachineDraws
@@ -138,7 +143,34 @@ class Project:
         asked_speeds = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
         options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
         question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
-        return draw_limits(MachineDraws(io.read_machine(self.machine_file), draws or project.draws, project.seed), question)
+        count = draws or project.draws
+        if stick_out is not None:
+            return draw_limits(self.coupled_tool(stick_out, draws=count), question)
+        return draw_limits(MachineDraws(io.read_machine(self.machine_file), count, project.seed), question)
+
+    def coupled_tool(self, stick_out: float, *, draws: int) -> CoupledDraws:
+        """Return the draws of the project's coupled tool at a stick-out (m); raises ToolpointError where it has none."""
+        from toolpoint.project.limits.coupled_tool import couple_at
+
+        project = self.description
+        if project.coupling is None:
+            fail("stick_out", f"{stick_out:g}", "needs a coupled tool: its shaft file, and the spindle (coupling: in "
+                 "project.yaml)")
+        machine = io.read_machine(self.machine_file) if project.coupling.point is not None else None
+        return couple_at(project.coupling, self.folder, stick_out, machine=machine, draws=draws, seed=project.seed)
+
+    def program(self, name: str, *, lobes: int = LISTED_LOBES, with_advice: bool = False) -> ProgramRun:
+        """Return the study of an NC program of the project on the likeliest machine or tip, from the files on the disk.
+
+        lobes : of how many engagements, those nearest to their limit, the lobes are computed too; with_advice : whether also
+        which speeds and feeds to change, which takes longer.
+        """
+        from toolpoint.project.programs.run_files import run_step
+
+        steps = {step.name.partition("/")[2]: step for step in self.chain.steps if step.name.startswith("program/")}
+        if name not in steps:
+            fail("program", repr(name), f"must be one of {', '.join(steps) or 'the programs of project.yaml, which has none'}")
+        return run_step(steps[name].arguments(self.folder), lobes=lobes, with_advice=with_advice)
 
     def report_cut(self, cut: TriedCut) -> None:
         """Add a cut that was tried to the project's file of them; the next run weighs its draws by it."""

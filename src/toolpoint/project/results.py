@@ -33,7 +33,7 @@ ASSUMPTIONS = (
 class ProjectResults(NotebookText):
     """Results of a project as its JSON holds them.
 
-    data : plain data, SI: answers, goals, contours, changes, next, steps, doubts, missing, assumptions, methods.
+    data : plain data, SI: answers, goals, programs, contours, changes, next, steps, doubts, missing, assumptions, methods.
     """
 
     data: Mapping[str, Any]
@@ -83,13 +83,15 @@ def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: 
     files = {step.name: _json_of(step, root, run.of(step.name)) for step in steps}
     goals = {key.partition("/")[2]: data for key, data in files.items() if key.startswith("limits/") and data}
     contours = {key.partition("/")[2]: data for key, data in files.items() if key.startswith("contour/") and data}
+    programs = {key.partition("/")[2]: data for key, data in files.items() if key.startswith("program/") and data}
     answers = [_answer(step, run.of(step.name), files[step.name], run.doubts.get(step.name, ())) for step in steps
-               if step.name.startswith(("limits/", "contour/")) and run.of(step.name) is not None]
+               if step.name.startswith(("limits/", "program/", "contour/")) and run.of(step.name) is not None]
     changes = (files.get("changes") or {}).get("changes", [])
     doubts = list(dict.fromkeys(entry for event in run.events for entry in run.doubts[event.decision.step]))
-    draws = next((data["draws"] for data in goals.values()), 0)
-    data = {"project": name, "answers": answers, "goals": goals, "contours": contours, "changes": changes,
-            "next": files.get("next") or {}, "next_steps": _next_steps(run, goals, files, absent_parts),
+    draws = next((data["draws"] for data in [*goals.values(), *programs.values()]), 0)
+    data = {"project": name, "answers": answers, "goals": goals, "programs": programs, "contours": contours, "changes": changes,
+            "next": files.get("next") or {},
+            "next_steps": _next_steps(run, goals, programs, files=files, absent_parts=absent_parts),
             "steps": [_step_entry(step, event, run) for step in steps if (event := run.of(step.name)) is not None],
             "doubts": [entry.to_dict() for entry in doubts], "missing": list(absent_parts), "assumptions": list(ASSUMPTIONS),
             "methods": METHODS.format(draws=draws, version=version)}
@@ -114,11 +116,14 @@ def _answer(step: ProjectStep, event: StepEvent | None, data: Any, doubts: Seque
     if "stable_probability" not in data:
         return f"{name}: {'met' if data['met'] else 'not met'}; {event.words}.{doubt_words}"
     chance = data["stable_probability"]
+    if data.get("grave") or chance is None:
+        return f"{name}: {'no' if data.get('grave') else 'not known'}; {event.words}.{doubt_words}"
     verdict = "yes" if chance >= CERTAIN_PROBABILITY else "no" if chance <= UNLIKELY_PROBABILITY else "not certain"
     return f"{name}: {verdict}; {event.words}.{doubt_words}"
 
 
-def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, Any], absent_parts: Sequence[str]) -> list[str]:
+def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str, Any], *, files: Mapping[str, Any],
+                absent_parts: Sequence[str]) -> list[str]:
     """Return what to do next: mend what failed, mend the gravest doubts, measure, try a cut, add a part."""
     lines = [f"mend {event.decision.step}: {event.words or event.decision.reason}" for event in run.failed]
     remedies = [f"{entry.step}: {entry.doubt.remedy}" for event in run.events for entry in run.doubts[event.decision.step]
@@ -134,12 +139,24 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], files: Mapping[str, An
             lines.append(f"for {name} take {better_speed['speed_rpm']:.0f} rev/min: "
                          f"{1e3 * better_speed['certain_depth_m']:.2g} mm is "
                          "stable there, and 2 % beside it, with 95 %")
+    lines += [line for name, data in programs.items() if (line := _program_step(name, data))]
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "
                      f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's, in the "
                      "mean")
     return [*lines, *absent_parts]
+
+
+def _program_step(name: str, data: Mapping[str, Any]) -> str:
+    """Return what to do about a program that is not certain: the command that writes it with the advised S and F."""
+    chance, chance_after = data["stable_probability"], data["stable_probability_advised"]
+    if chance is None or chance >= CERTAIN_PROBABILITY or chance_after is None or chance_after <= chance:
+        return ""
+    speeds = ", ".join(f"S {tool['advised_rpm']:.0f}" for tool in data["advice"]
+                       if tool["advised_rpm"] != tool["programmed_rpm"])
+    return (f"for the program {name} take {speeds}: every block is stable there with {100 * chance_after:.0f} % "
+            f"(today {100 * chance:.0f} %); its command with --write NEW writes them")
 
 
 def _step_entry(step: ProjectStep, event: StepEvent, run: RunResult) -> dict[str, Any]:

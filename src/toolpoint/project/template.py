@@ -7,7 +7,7 @@ from pathlib import Path
 from toolpoint import io
 from toolpoint._check import ToolpointError
 
-FOLDERS = ("records", "responses")
+FOLDERS = ("records", "responses", "programs")
 
 
 def write_folder(folder: str | Path) -> Path:

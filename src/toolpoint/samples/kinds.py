@@ -78,7 +78,7 @@ def write_samples(kind: str, folder: str | Path | None = None) -> SampleSet:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_samples("program", folder).files
-    ('mill.yaml', 'part.nc', 'servo.yaml', 'README.txt')
+    ('mill.yaml', 'part.nc', 'project.yaml', 'servo.yaml', 'README.txt')
     """
     one_of("samples", kind, KINDS)
     target = Path(folder if folder is not None else f"samples-{kind}")

@@ -23,6 +23,15 @@ N130 G3 X6 Y0 I6 J0
 N140 G0 Z2
 N150 M30
 """
+PROJECT = """# The same program as a part of a project: toolpoint run .
+toolpoint: 1
+name: Pocket mill
+machine: mill.yaml
+cuts:
+  slot: {diameter: 10 mm, teeth: 4, direction: slot, material: al7075, coefficient_deviation: 10 %, speeds: 6000 14000 rpm}
+programs:
+  pocket: {program: part.nc, stock: "box=-10,-10,-10,50,40,0", zero: {Z: -100 mm}}
+"""
 
 
 def write(folder: Path) -> tuple[list[str], list[str]]:
@@ -30,8 +39,10 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
     (folder / "part.nc").write_text(PART, encoding="utf-8")
     io.write_template(folder / "servo.yaml", "servo")
     io.write_template(folder / "mill.yaml", "machine", "three-axis-vertical")
+    (folder / "project.yaml").write_text(PROJECT, encoding="utf-8")
     return ["The contour is 40 x 30 mm with corners of 6 mm, at 2400 mm/min.",
-            "The servo has X and Y with friction; Z follows without error (--ideal Z)."], [
+            "The servo has X and Y with friction; Z follows without error (--ideal Z).",
+            "project.yaml asks how sure it is that every block is stable, with 10 % on the coefficients."], [
         "toolpoint drive servo.yaml --program part.nc --ideal Z", "toolpoint drive servo.yaml --circle 50,4000",
         "toolpoint machining part.nc --machine mill.yaml --zero Z=-100mm --stock box=-10,-10,-10,50,40,0 --diameter 10 "
-        "--teeth 4 --material al7075"]
+        "--teeth 4 --material al7075", "toolpoint run ."]

@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
     from toolpoint.studies.moving.traverse_study import TraverseStudy, study_traverse
     from toolpoint.studies.robots.datasheet_study import study_datasheet
+    from toolpoint.studies.robots.motion_map import map_motion
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
     from toolpoint.studies.robots.reach_study import study_pose, study_reach
@@ -93,9 +94,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.drive_structure import question_structure, structure_of
+    from toolpoint.studies.servos.drive_tuning import TuningTarget, tune_drives
     from toolpoint.studies.servos.driven_responses import study_driven_responses
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
+    from toolpoint.studies.servos.step_test import StepSetting, step_drives
     from toolpoint.studies.testing.modal_test_plan import plan_test
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
@@ -133,10 +136,12 @@ __all__ = [
     "ResponsePeak",
     "Serial",
     "SpindleRange",
+    "StepSetting",
     "Swap",
     "ToolStance",
     "TraverseStudy",
     "TraverseWindow",
+    "TuningTarget",
     "TurningCut",
     "Uncertainty",
     "WorkBlock",
@@ -183,6 +188,7 @@ __all__ = [
     "magnify_motion",
     "map_chatter",
     "map_frequencies",
+    "map_motion",
     "map_places",
     "map_responses",
     "map_servo",
@@ -226,6 +232,7 @@ __all__ = [
     "spindle_signal",
     "spring_ways",
     "square",
+    "step_drives",
     "stock_of",
     "structure_of",
     "study_base_reactions",
@@ -257,6 +264,7 @@ __all__ = [
     "study_videos",
     "study_workspace",
     "tune_damper",
+    "tune_drives",
     "update_from_videos",
     "update_from_virtual_videos",
     "update_machine",
@@ -332,6 +340,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "moving.driven_axis_study": ("DrivenAxisStudy", "study_driven_axis"),
     "moving.mode_tracks": ("TraverseWindow", "cut_windows"),
     "moving.traverse_study": ("TraverseStudy", "study_traverse"),
+    "robots.motion_map": ("map_motion",),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
@@ -354,6 +363,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
+    "servos.step_test": ("StepSetting", "step_drives"),
+    "servos.drive_tuning": ("TuningTarget", "tune_drives"),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.filmed_machine": ("magnify_motion", "study_videos"),

@@ -13,13 +13,15 @@ from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Pose
 from toolpoint.app.values import AxisPositions, AxisRange, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_circle, read_pairs
+from toolpoint.io.quantities.written import read_circle, read_pairs, read_servo_step
 
 if TYPE_CHECKING:
     from toolpoint.drives.description import DriveDescription
     from toolpoint.machine import Machine
 
 Circle = Annotated[tuple[float, float], Reading(read_circle, "RADIUS,FEED in mm and mm/min, for example 50,4000")]
+Step = Annotated[tuple[str, str, float, bool], Reading(
+    read_servo_step, "AXIS:LEVEL=HEIGHT, for example X:velocity=500mm/min, X:position=0.5mm, X:current=2A or X:current=3%")]
 Unit = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "COLUMN=UNIT, for example pos=mm"))]
 
 
@@ -37,6 +39,15 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
                                                  "without it such an axis may only position.", metavar="AXIS")] = (),
           feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                              scale=1 / 60e3)] = None,
+          steps: Annotated[tuple[Step, ...], Help(
+              "Step test instead: set point of the current (A, or % of its limit), velocity or position loop, the loops "
+              "outside it open; several times.", name="--step", metavar="X:velocity=500mm/min")] = (),
+          tune: Annotated[bool, Help("Largest gains that keep the margins, before and after, with a notch where one "
+                                      "helps.")] = False,
+          phase_margin: Annotated[float, Help("With --tune: phase margin of the velocity loops, degrees.")] = 45.0,
+          gain_margin: Annotated[float, Help("With --tune: gain margin of the velocity loops, dB.")] = 8.0,
+          save: Annotated[NewFile | None, Help("With --tune: write the drive file with the new gains here.",
+                                               needs="--tune")] = None,
           fmu: Annotated[NewFile | None, Help("Write the servo as a co-simulation unit (FMI 2.0) here.")] = None,
           fmu_sources: Annotated[bool, Help("The unit with its C sources only: no compiler needed here.")] = False) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control.
@@ -47,6 +58,17 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         positions = io.lay_grid(built, grid)
         mapped = studies.map_servo(description, machine=built, grid=positions, circle=circle, progress=run.progress("poses"))
         run.present(pages.servo_map_page, mapped, warnings=run.warnings)
+        return
+    if steps:
+        settings = [studies.StepSetting(*step) for step in steps]
+        result = studies.step_drives(description, settings, machine=built, pose=pose)
+        run.present(pages.step_page, result, warnings=run.warnings)
+        return
+    if tune:
+        tuned = studies.tune_drives(description, studies.TuningTarget(phase_margin, gain_margin), machine=built, pose=pose,
+                                    progress=run.step)
+        run.write("Drive file", save, io.write_gains, drives, tuned.drives)
+        run.present(pages.tuning_page, tuned, warnings=run.warnings)
         return
     doubts = [] if fmu is None else _export(run, description, built, pose, fmu, fmu_sources)
     if program is None and circle is None:
@@ -60,11 +82,11 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         return
     parsed_program = None if program is None else io.read_program(program, feed=feed)
     path, remarks = (None, ()) if parsed_program is None else (parsed_program.path, parsed_program.notes)
-    result = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal, remarks=remarks,
-                                progress=run.step)
+    experiment = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
+                                    remarks=remarks, progress=run.step)
     # The page has the notes of the result by itself; the terminal prints them before the warnings.
-    warned, run.warnings[:0] = list(run.warnings), result.notes
-    run.present(pages.drive_page, result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned)
+    warned, run.warnings[:0] = list(run.warnings), experiment.notes
+    run.present(pages.drive_page, experiment, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned)
 
 
 def _show_loops(run: Frame, description: DriveDescription) -> None:

@@ -41,11 +41,11 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
     """
     kinds = dict(_pair(text, "=", "--kind") for text in kind)
     entered = project.add_files(folder, files, kinds) if files else None
-    for text in part:
-        project.add_part(folder, *_pair(text, ":", "--part"))
+    named = [line for text in part for line in project.add_part(folder, *_pair(text, ":", "--part"))]
     lines = [f"Added: {place}" for place in (() if entered is None else entered.places)]
     lines += [f"Entered: {place}: {value}" for place, value in (() if entered is None else entered.parts)]
-    run.show_text(*lines, *(f"Entered: {text}" for text in part))
+    run.show_text(*lines, *(f"Entered: {text}" for text in part),
+                  *(f"Entered, as it meant the only cut so far: {line}" for line in named))
     run.suggest(f"run {folder}")
 
 

@@ -73,6 +73,20 @@ def arc_forces(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, 
     return ArcForces(out[:, 0:3], out[:, 3], out[:, 4], out[:, 5], out[:, 6], out[:, 7], out[:, 8])
 
 
+def force_history(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, edges: FloatArray, *, feed: float,
+                  direction: tuple[float, float], steps: int) -> FloatArray:
+    """Return the force on the tool over one passing of its teeth, (steps, 3), N, in the frame of the feed.
+
+    tool : regular; arcs, edges : (slices, m, 2) and (slices, 4) of one place, direction : as in `arc_forces`. The rotation of
+    step k is k/steps of the angle between two teeth.
+    """
+    teeth = np.stack([tool.angles(0.0), 2 * np.tan(tool.helix) / tool.diameter, np.ones(tool.teeth)])
+    force, scratch, chip = np.concatenate([coefficients.cutting, coefficients.edge]), np.zeros(9), (feed, *direction)
+    slices, edges = np.ascontiguousarray(arcs, float), np.ascontiguousarray(edges, float)
+    rotations = np.arange(steps) / steps * 2 * np.pi / tool.teeth
+    return np.array([_at_angle(slices, edges, teeth, force, chip, float(angle), 0.0, scratch)[:3] for angle in rotations])
+
+
 @njit(cache=True, nogil=True)
 def _loads(arcs, edges, teeth, law, feed, direction, turn, out):  # type: ignore[no-untyped-def]
     """Write mean x y z, peak lateral, peak axial, mean and peak torque, peak bending, largest chip of every place."""

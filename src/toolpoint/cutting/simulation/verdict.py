@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from toolpoint._check import FloatArray
-
-if TYPE_CHECKING:
-    from toolpoint.cutting.simulation.milling import RunningCut, Simulation
 
 GROWTH_BLOCK_COUNT = 12  # blocks of the last half of a run
 STUDENT_T_999 = 4.587  # two-sided 99.9 % quantile of Student's t, 10 degrees of freedom (12 blocks less the two of a line)
@@ -50,27 +47,37 @@ class Verdict:
         return None if self.state == "undecided" else self.state == "chatter"
 
 
-def judge(run: Simulation) -> Verdict:
-    """Return the verdict on a run.
+def judge(changes: FloatArray, *, status: str, thickest_chip: float, time_constants: Callable[[int], float]) -> Verdict:
+    """Return the verdict on a run from the change between its periods.
 
     Decay alone proves nothing: beyond the limit a hard start-up may decay to a small vibration that stays. So a cut is
     stable only when the change between its periods has fallen below a thousandth of the thickest chip, which throws no edge
     out of the material any more, and still falls or has settled; it chatters when the change grows, or keeps a higher level
     over ten time constants of the slowest mode. What is left of a settled change is no vibration that regenerates: edges that
     slip out of the thinnest part of their chip a little earlier or later each time.
+
+    Parameters
+    ----------
+    changes : (n,) floats
+        Root mean square change of the displacement from each period of the cut to the next, m.
+    status : str
+        ``complete``, or why the run was stopped: by a vibration without bound.
+    thickest_chip : float
+        Of the last revolution, m.
+    time_constants : callable
+        Time constants of the slowest mode in a number of periods.
     """
-    if run.status != "complete":
-        return Verdict("chatter", float("nan"), float("nan"), run.status)
-    change = run.changes
-    if change.size < MIN_VERDICT_PERIODS:
+    if status != "complete":
+        return Verdict("chatter", float("nan"), float("nan"), status)
+    if changes.size < MIN_VERDICT_PERIODS:
         return Verdict("undecided", float("nan"), float("nan"),
-                       f"{change.size} periods of the cut are too few; at least {MIN_VERDICT_PERIODS} are needed")
-    half = change[-(change.size // 2 // GROWTH_BLOCK_COUNT) * GROWTH_BLOCK_COUNT:]
+                       f"{changes.size} periods of the cut are too few; at least {MIN_VERDICT_PERIODS} are needed")
+    half = changes[-(changes.size // 2 // GROWTH_BLOCK_COUNT) * GROWTH_BLOCK_COUNT:]
     level = np.sqrt(np.mean(half.reshape(GROWTH_BLOCK_COUNT, -1)**2, axis=1))
     slope, error = _slope(np.log(np.maximum(level, 1e-300)))
     each = half.size // GROWTH_BLOCK_COUNT
-    relative = float(level[-1] / max(float(run.chip[-run.steps_per_revolution:].max()), 1e-300))
-    state, reason = _state(slope * GROWTH_BLOCK_COUNT, error * GROWTH_BLOCK_COUNT, relative, _time_constants(run, half.size))
+    relative = float(level[-1] / max(thickest_chip, 1e-300))
+    state, reason = _state(slope * GROWTH_BLOCK_COUNT, error * GROWTH_BLOCK_COUNT, relative, time_constants(half.size))
     growth = float(np.exp(slope / each))
     return Verdict(state, growth, growth * error / each, reason)
 
@@ -81,12 +88,6 @@ def _slope(values: FloatArray) -> tuple[float, float]:
     slope = float(place @ values / (place @ place))
     scatter = values - values.mean() - slope * place
     return slope, STUDENT_T_999 * float(np.sqrt(scatter @ scatter / (values.size - 2) / (place @ place)))
-
-
-def _time_constants(run: Simulation, periods: int) -> float:
-    slowest = float((-run.problem.plane_at(run.speed).poles.real).min())
-    # Periods of the cut are of one length, also where the speed varies within them.
-    return slowest * periods * run.steps_per_repeat / run.steps_per_revolution * 60 / run.speed
 
 
 def _state(drift: float, error: float, relative: float, constants: float) -> tuple[str, str]:
@@ -108,16 +109,3 @@ def _state(drift: float, error: float, relative: float, constants: float) -> tup
         return "chatter", f"the change between periods stays, unevenly, at {relative:.2g} of the thickest chip"
     return "undecided", (f"over the last {constants:.2g} time constants of the slowest mode the change between periods went "
                          f"by a factor {np.exp(drift):.3g}, to {relative:.2g} of the thickest chip")
-
-
-def run_until_decided(cut: RunningCut, first: int, revolutions_max: int) -> Simulation:
-    """Continue a cut to `first`, twice, four times as many revolutions until it is decided, at most `revolutions_max`."""
-    variation = cut.problem.speed_variation
-    variation_period = 1 if variation is None else variation.revolutions
-    revolutions = min(first, revolutions_max)
-    while True:
-        cut.advance(max(-(-(revolutions - cut.revolutions) // variation_period) * variation_period, variation_period))
-        run = cut.result()
-        if cut.revolutions >= revolutions_max or run.verdict().state != "undecided":
-            return run
-        revolutions = min(2 * revolutions, revolutions_max)

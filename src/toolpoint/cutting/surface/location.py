@@ -98,7 +98,7 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
         order_max = harmonics or int(np.ceil(60 * _highest_frequency(plane) / tooth)) + 200
         c = static_force_series(problem, depth, order_max)
         order = np.arange(-order_max, order_max + 1)
-        g = _response(plane, np.abs(order) * tooth)
+        g = response_with_static(plane, np.abs(order) * tooth)
         g = np.where((order < 0)[:, None, None], g.conj(), g)
         turn = (np.pi if side == "exit" else 0.0) - arc.entry
         y = np.einsum("kab,kb,k->a", g, c[:, :plane.size], np.exp(1j * order * tool.teeth * turn)).real
@@ -122,8 +122,8 @@ def _highest_frequency(plane: PlaneDynamics) -> float:
     return float(np.abs(plane.poles[order[last]]) / (2 * np.pi))
 
 
-def _response(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:
-    """Return G; below the first line of a measured FRF the real part of its lowest lines."""
+def response_with_static(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:
+    """Return G (n, d, d); below the first line of a measured FRF the real part of its lowest lines."""
     g = plane.response(frequency)
     if plane.is_modal:
         return g

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, floats, one_of, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.simulation.milling import Simulation
+from toolpoint.cutting.simulation.simulated_run import Simulation
 
 
 @dataclass(frozen=True, eq=False)

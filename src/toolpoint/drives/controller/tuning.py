@@ -13,6 +13,8 @@ from toolpoint.drives.controller.loops import LoopLevel, Margins, bandwidth, com
 from toolpoint.drives.controller.records import MAX_FILTERS
 from toolpoint.drives.controller.servo import Servo
 
+NOTCH_DAMPING, NOTCH_DEPTH = 0.4, 0.1  # of a notch that is added: damping ratio, gain at its frequency
+
 
 @dataclass(frozen=True)
 class Tuning:
@@ -57,7 +59,8 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
         # At half the sample rate no notch helps.
         if not np.isfinite(crossover) or crossover > 0.45 / best.controllers[axis].sample_times.velocity:
             break
-        trial = _tune_velocity(_add_filter(best, axis, notch(crossover, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
+        filtered = _add_filter(best, axis, notch(crossover, NOTCH_DAMPING, NOTCH_DEPTH))
+        trial = _tune_velocity(filtered, axis, phase_margin, gain_margin_db)
         if trial.controllers[axis].velocity.gain < 1.1 * best.controllers[axis].velocity.gain:
             break
         best, used = trial, [*used, crossover]

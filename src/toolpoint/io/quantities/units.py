@@ -21,6 +21,7 @@ _BASE: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, (1, 0, 0, 0, 0, 0)), "g": (1e-3, (0, 1, 0, 0, 0, 0)), "t": (1e3, (0, 1, 0, 0, 0, 0)),
     "s": (1.0, (0, 0, 1, 0, 0, 0)), "rad": (1.0, (0, 0, 0, 1, 0, 0)), "N": (1.0, (1, 1, -2, 0, 0, 0)),
     "Pa": (1.0, (-1, 1, -2, 0, 0, 0)), "Hz": (1.0, (0, 0, 0, 0, 1, 0)),
+    "W": (1.0, (2, 1, -3, 0, 0, 0)),
 }
 _UNPREFIXED_UNITS: dict[str, tuple[float, Dimension]] = {
     "min": (60.0, (0, 0, 1, 0, 0, 0)), "deg": (math.pi / 180, (0, 0, 0, 1, 0, 0)), "°": (math.pi / 180, (0, 0, 0, 1, 0, 0)),
@@ -139,6 +140,7 @@ RATE = _kind("gain", "1/s", 1e6)
 ANGULAR_SPEED = _kind("angular speed", "rad/s", 1e6)
 FEED = _kind("speed", "m/s", 100)
 JERK = _kind("jerk", "m/s^3", 1e7)
+POWER = _kind("power", "W", 1e7)
 
 
 def quantity(value: object, kind: Kind) -> float:

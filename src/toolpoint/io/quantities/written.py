@@ -226,6 +226,31 @@ def read_pole(text: str) -> tuple[float, float]:
     return frequency, percent / 100
 
 
+def read_servo_step(text: str) -> tuple[str, str, float, bool]:
+    """Return axis, level, height (A, m/s, m or their rotary forms) and whether it is a share of the current limit.
+
+    ``X:velocity=500 mm/min``, ``X:position=0.5mm``, ``X:current=2 A`` or ``X:current=3%``.
+    """
+    place, equals, value = text.partition("=")
+    axis, colon, level = (word.strip() for word in place.partition(":"))
+    kinds = {"velocity": (units.FEED, units.ANGULAR_SPEED), "position": (units.LENGTH, units.ANGLE)}
+    if not (equals and colon and axis) or level not in ("current", *kinds):
+        raise ValueError
+    value = value.strip()
+    if level == "current":
+        is_share = value.endswith("%")
+        number = float(value.removesuffix("%")) / 100 if is_share else float(value.removesuffix("A"))
+        return axis, level, number, is_share
+    straight, turning = kinds[level]
+    try:
+        return axis, level, units.quantity(value, straight), False
+    except units.UnitError as error:
+        try:
+            return axis, level, units.quantity(value, turning), False
+        except units.UnitError:
+            raise ToolpointError(str(error)) from None
+
+
 def read_tried_cut(text: str) -> tuple[float, float, bool | Path]:
     """Return speed (rev/min), depth (m) and whether the cut was stable of ``SPEED:DEPTH:stable`` (or chatter), depth in mm; in
     place of the outcome the path of a recording of the cut, which has an ending."""

@@ -10,11 +10,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from toolpoint._check import suggestion
+from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.quantities.written import read_curve, read_stock
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
@@ -23,11 +24,14 @@ from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
 from toolpoint.machine.description.project_plan import (
     ContourGoal,
+    CoupledTool,
     ProjectChange,
     ProjectCut,
     ProjectDescription,
     ProjectGoal,
+    ProjectProgram,
     ProjectTest,
+    SpindleLimits,
     TriedCut,
 )
 
@@ -100,6 +104,49 @@ class ChangePart(Part):
     cost: Annotated[float, Field(ge=0)] = 1.0
 
 
+class SpindlePart(Part):
+    """Limits of the spindle and of the tool at its holder."""
+
+    power: Annotated[float, Scalar(units.POWER, gt=0)] = float("inf")
+    torque: Annotated[float, Scalar(units.MOMENT, gt=0)] = float("inf")
+    speed: Annotated[float, Scalar(units.SPEED, gt=0)] = float("inf")
+    bending: Annotated[float, Scalar(units.MOMENT, gt=0)] = float("inf")
+    curve: str = ""
+
+
+class ProgramPart(Part):
+    """An NC program: its file and stock, the tool, the place of its zero, what the spindle bears, a record of its run."""
+
+    program: str
+    stock: str
+    cut: str = ""
+    tools: dict[int, str] = {}
+    coefficient_deviation: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
+    zero: _Pose = {}
+    speed: Annotated[float, StatedScalar(units.SPEED, ge=0)] = 0.0
+    first_feed: Annotated[float, StatedScalar(units.FEED, gt=0)] | None = None
+    stick_out: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
+    holder: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
+    spacing: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=0.1)] = 0.0
+    servo: bool = True
+    part: str | None = None
+    record: str | None = None
+    signal: str = ""
+    efficiency: Annotated[float, Scalar(units.RATIO, ge=0.1, le=1)] = 1.0
+    spindle: SpindlePart = SpindlePart()
+
+
+class CouplingPart(Part):
+    """A tool by its shaft file, coupled to a spindle that a gauge or the machine gives."""
+
+    tool: str
+    segment: str = ""
+    gauge: str | None = None
+    responses: tuple[str, ...] = ()
+    noise: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
+    point: str | None = None
+
+
 class ProjectFile(Part):
     """The keys of a project file; cuts are read by the model of cuts, their coefficient_deviation beside it."""
 
@@ -117,6 +164,8 @@ class ProjectFile(Part):
     workspace: tuple[_Pose, ...] = ()
     draws: Annotated[int, Field(ge=20, le=10_000)] = 60
     seed: Annotated[int, Field(ge=0)] = 1
+    programs: dict[str, ProgramPart] = {}
+    coupling: CouplingPart | None = None
 
 
 class DeviationPart(Part):
@@ -181,11 +230,14 @@ def line_of_tried(cut: TriedCut) -> str:
 
 def _project(part: ProjectFile | None, document: Document) -> ProjectDescription | None:
     """Return the project, None with faults: those of cuts, tests and goals are looked for whatever else is wrong."""
-    entries = {key: _mappings(document.data.get(key)) for key in ("cuts", "tests", "goals")}
+    entries = {key: _mappings(document.data.get(key)) for key in ("cuts", "tests", "goals", "programs")}
     cuts = {name: cut for name, entry in entries["cuts"].items() if (cut := _cut(name, entry, document)) is not None}
     _check_tests(entries["tests"], document)
     for name, goal in entries["goals"].items():
         _check_cut_name(("goals", name, "cut"), str(goal.get("cut", "")), entries["cuts"], document)
+    for name, program in entries["programs"].items():
+        _check_program(name, program, entries["cuts"], document)
+    _check_coupling(document.data.get("coupling"), document)
     if document.faults or part is None:
         return None
     tests = {name: ProjectTest(**test.model_dump()) for name, test in part.tests.items()}
@@ -195,7 +247,44 @@ def _project(part: ProjectFile | None, document: Document) -> ProjectDescription
         part.name, tests, part.machine, part.components, part.geometry, part.servo, cuts, goals,
         {name: ContourGoal(**goal.model_dump()) for name, goal in part.contours.items()},
         {name: ProjectChange(**change.model_dump()) for name, change in part.changes.items()}, part.workspace, part.draws,
-        part.seed)
+        part.seed, {name: _program(program, cuts) for name, program in part.programs.items()},
+        None if part.coupling is None else CoupledTool(**part.coupling.model_dump()))
+
+
+def _program(part: ProgramPart, cuts: Mapping[str, ProjectCut]) -> ProjectProgram:
+    """Return a program of the file; its cut is the only one of the project where none is named."""
+    values = {**part.model_dump(exclude={"spindle"}), "cut": part.cut or next(iter(cuts), "")}
+    curve = read_curve(part.spindle.curve) if part.spindle.curve else ()
+    return ProjectProgram(**values, spindle=SpindleLimits(**{**part.spindle.model_dump(), "curve": curve}))
+
+
+def _check_coupling(entry: Any, document: Document) -> None:
+    """Add the fault of a coupled tool whose spindle nothing gives, or two things."""
+    if not isinstance(entry, dict):
+        return
+    has_gauge, has_point = bool(entry.get("gauge") and entry.get("responses")), bool(entry.get("point"))
+    if has_gauge == has_point:
+        document.fault(("coupling",), "must have gauge and responses (a gauge that was struck in the spindle), or point (of "
+                       "the machine, where the tool begins)")
+
+
+def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any], document: Document) -> None:
+    """Add the faults of a program: a cut that is not described, a stock that cannot be read."""
+    if cuts or entry.get("cut"):  # without any the tool is that of the machine file
+        _check_cut_name(("programs", name, "cut"), str(entry.get("cut", "")), cuts, document)
+    stock, curve = str(entry.get("stock", "")), str((entry.get("spindle") or {}).get("curve", ""))
+    try:
+        read_curve(curve or "1:1")
+    except (ToolpointError, ValueError):
+        document.fault(("programs", name, "spindle", "curve"), f"{curve!r}; must be RPM:NM,..., for example 1500:60,12000:8")
+    try:
+        kind, lengths = read_stock(stock)
+        counts = {"box": (6,), "cylinder": (3, 5)}.get(kind, (0,))
+        if len(lengths) not in counts:
+            raise ToolpointError(f"{stock!r}: {len(lengths)} lengths")
+    except (ToolpointError, ValueError) as error:
+        document.fault(("programs", name, "stock"), f"{error}; must be box=X1,Y1,Z1,X2,Y2,Z2 or "
+                                                    "cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")
 
 
 def _mappings(section: Any) -> dict[str, dict[str, Any]]:

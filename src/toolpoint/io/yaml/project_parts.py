@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 from toolpoint._check import ToolpointError, fail, one_of
+from toolpoint.io.yaml.document import parse
 
-SECTIONS = ("tests", "cuts", "goals", "contours", "changes")  # keys that hold named parts
+SECTIONS = ("tests", "cuts", "goals", "programs", "contours", "changes")  # keys that hold named parts
 FILE_KEYS = ("machine", "components", "geometry", "servo")  # keys that hold the name of a file
+CUT_SECTIONS = ("goals", "programs")  # keys whose parts name a cut
 MAX_PROJECT_PART_LENGTH = 2000  # characters of a part's line
 _PLAIN_NAME = re.compile(r"[A-Za-z_][\w .()+/-]*")
 _TOP_KEY = re.compile(r"[A-Za-z_]\w*\s*:")
@@ -40,6 +43,30 @@ def enter_part(text: str, place: str, value: str) -> str:
     if not name.strip() or len(name) > 80 or any(ord(letter) < 32 for letter in name):
         fail(section, repr(name), "must have a name of 1 to 80 plain characters")
     return "\n".join(_with_entry(lines, section, _spelled(name.strip()), value))
+
+
+def find_parts_without_cut(path: Path) -> list[str]:
+    """Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut."""
+    data = parse(path).data
+    return [f"{section}.{name}" for section in CUT_SECTIONS for name, entry in (data.get(section) or {}).items()
+            if isinstance(entry, dict) and not entry.get("cut")]
+
+
+def name_cut(text: str, place: str, cut: str) -> str:
+    """Return the text of a project file whose part ``SECTION.NAME`` names its cut; the rest of its line stays.
+
+    Raises ToolpointError for a part that is not written on one line between braces.
+    """
+    section, _, name = place.partition(".")
+    lines, is_inside = text.split("\n"), False
+    for number, line in enumerate(lines):
+        if _TOP_KEY.match(line):
+            is_inside = line.startswith(f"{section}:")
+        parts = re.match(r"(\s+)(.+?)(\s*:\s*\{)(.*)", line) if is_inside else None
+        if parts and parts[2].strip("\"'") == name:
+            lines[number] = f"{parts[1]}{parts[2]}{parts[3]}cut: {_spelled(cut)}, {parts[4]}"
+            return "\n".join(lines)
+    raise ToolpointError(f"{place}: is not written on one line in project.yaml; write its cut there")
 
 
 def _spelled(name: str) -> str:

@@ -76,6 +76,68 @@ class ContourGoal:
 
 
 @dataclass(frozen=True)
+class SpindleLimits:
+    """Limits of a spindle and its tool: power (W), torque (N m), speed (rev/min), bending moment at the holder (N m);
+    infinite where not given. curve : pairs of rev/min and torque (N m), in rising speed."""
+
+    power: float = float("inf")
+    torque: float = float("inf")
+    speed: float = float("inf")
+    bending: float = float("inf")
+    curve: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class ProjectProgram:
+    """NC program of a project, over its stock, on the machine of the project.
+
+    program : file; stock : ``box=X1,Y1,Z1,X2,Y2,Z2`` or ``cylinder=DIAMETER,BOTTOM,TOP[,X,Y]`` in mm, as for
+    `toolpoint machining`, or an STL file; cut : name of the project's cut whose tool and material it is, empty for the cut of
+    the machine file; tools : files of further tools by number; coefficient_deviation : of these, relative.
+    zero : axis positions at the program's zero, m or rad; speed : rev/min, where the program holds no S; first_feed : m/s,
+    before its first F; stick_out, holder : m, 0 where not known; spacing : of the dexels, m, 0 for that of the smallest tool.
+    servo : whether the project's servo follows the program; part : STL file that must not be cut into.
+    record : of the spindle's power, torque or current; signal : its name there; efficiency : power at the tool over that of the
+    record.
+    """
+
+    program: str
+    stock: str
+    cut: str = ""
+    tools: Mapping[int, str] = field(default_factory=dict)
+    coefficient_deviation: float | None = None
+    zero: Mapping[str, float] = field(default_factory=dict)
+    speed: float = 0.0
+    first_feed: float | None = None
+    stick_out: float = 0.0
+    holder: float = 0.0
+    spacing: float = 0.0
+    servo: bool = True
+    part: str | None = None
+    record: str | None = None
+    signal: str = ""
+    efficiency: float = 1.0
+    spindle: SpindleLimits = SpindleLimits()
+
+
+@dataclass(frozen=True)
+class CoupledTool:
+    """Tool of a project by its shaft file, coupled to the spindle: then its stick-out can be changed.
+
+    tool : shaft file, from the spindle to the tip; segment : whose length is the stick-out, the first where empty.
+    gauge, responses : shaft file of the gauge that was struck in the spindle, and its responses; noise : their standard
+    deviation, a share, where the files state none. point : of the machine, where the tool begins, in place of a gauge.
+    """
+
+    tool: str
+    segment: str = ""
+    gauge: str | None = None
+    responses: tuple[str, ...] = ()
+    noise: float | None = None
+    point: str | None = None
+
+
+@dataclass(frozen=True)
 class ProjectDescription:
     """Content of a project file; paths are relative to the project, poses in m and rad.
 
@@ -95,6 +157,8 @@ class ProjectDescription:
     workspace: tuple[Mapping[str, float], ...] = ()
     draws: int = 60
     seed: int = 1
+    programs: Mapping[str, ProjectProgram] = field(default_factory=dict)
+    coupling: CoupledTool | None = None
 
 
 @dataclass(frozen=True)

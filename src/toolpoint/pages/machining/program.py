@@ -17,7 +17,8 @@ from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
 from toolpoint.studies.machining.tilted_stages import StagedStudy, tilt_words
 
 LISTED_BLOCKS = 40  # worst ones, with their lines
-ERROR_KEY = "Total: normal to the wall, positive where material is left. Location: of the forced vibration. \
+ERROR_KEY = "Total: along the normal of wall or floor, the larger, positive where material is left. Wall, floor: of the forced \
+vibration. Cusp: between neighbouring tracks of a ball. \
 Contour: of the tables from the path. Push: of the servo by the mean cutting force"
 MARK_OF_VERDICT = {"chatters": "doubtful", "stable": "good"}
 

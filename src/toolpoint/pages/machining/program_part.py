@@ -12,7 +12,8 @@ from toolpoint.studies.machining.result import VERDICTS, MachiningStudy
 MAX_SURFACE_CELLS = 120  # along the longer side
 MAX_TEXT_LINES = 150_000  # of the program
 MAX_SHOWN_DEMAND = 4.0  # of depth over stable depth: more is one colour
-QUANTITY_OF_ERROR = {"total": ("Total error of the wall", "µm", 1e6), "location": ("Surface location error", "µm", 1e6),
+QUANTITY_OF_ERROR = {"total": ("Total error", "µm", 1e6), "location": ("Surface location error of walls", "µm", 1e6),
+                     "floor": ("Error of the floor", "µm", 1e6), "cusp": ("Cusps", "µm", 1e6),
                      "contour": ("Contour error", "µm", 1e6), "push": ("Servo pushed by the force", "µm", 1e6),
                      "marks": ("Feed marks", "µm", 1e6), "feed_force": ("Feed force", "N", 1.0),
                      "drive_use": ("Drives, of their limit", "%", 100.0)}

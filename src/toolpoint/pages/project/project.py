@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from toolpoint.pages.project.program import program_parts
 from toolpoint.plot import Cell, Notes, Report, Table
 from toolpoint.project import ProjectResults
 
@@ -22,6 +23,8 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
         report = report.with_section("What to do next", Notes(list(result.next_steps), "note", "In this order"))
     if data["goals"]:
         report = report.with_section("Limits of the goals", _limits(data["goals"]), _sources(data["goals"]))
+    for name, program in data.get("programs", {}).items():
+        report = report.with_section(f"Program {name}", *program_parts(program))
     if data["contours"]:
         rows = [[name, f"{1e6 * goal['deviation_m']:.3g}", f"{1e6 * goal['goal_m']:.3g}", "yes" if goal["met"] else "no"]
                 for name, goal in data["contours"].items()]

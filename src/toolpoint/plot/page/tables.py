@@ -71,7 +71,7 @@ class Table:
         texts = list(zip(*(_column([row[i] for row in cells], self.digits) for i in range(len(self.header)))))
         body = "".join("<tr>" + "".join(_cell_markup(c, t, r) for c, t, r in zip(row, text, is_numeric_column)) + "</tr>"
                        for row, text in zip(cells, texts))
-        caption = f"<caption>{mark_up(self.caption)}</caption>" if self.caption else ""
+        caption = f"<caption><span>{mark_up(self.caption)}</span></caption>" if self.caption else ""
         width_class = " wide" if len(self.header) > _MIN_SMALL_PRINT_COLUMNS else ""
         used = [mark for mark in MARKS if mark and any(cell.mark == mark for row in cells for cell in row)]
         key = "".join(f"<span class=\"mark {m}\">{m}</span>" for m in used)

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.cutting import PanelArnoldi, stability
-from toolpoint.cutting.simulation.milling import Simulation
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.studies.machines.tool_point import MAX_CHART_DEPTH, depth_limit
 
 

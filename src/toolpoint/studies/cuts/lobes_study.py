@@ -16,8 +16,8 @@ from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
-from toolpoint.cutting.simulation.verdict import run_until_decided
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits

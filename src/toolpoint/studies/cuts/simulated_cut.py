@@ -14,8 +14,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.description import check_cut
 from toolpoint.cutting.simulation.march import KEPT_STEPS
-from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, Simulation
-from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
+from toolpoint.cutting.simulation.simulated_run import Simulation
+from toolpoint.cutting.simulation.verdict import Verdict
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.drawn_cut import DrawnCut, question_cut

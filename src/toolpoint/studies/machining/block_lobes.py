@@ -8,11 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.material_removal import RemovedMaterial
-from toolpoint.studies.machining.engagement_classes import EngagementClasses, PlaceArcs
-from toolpoint.studies.machining.margins import PlaceMargins, limit_over_depth
-from toolpoint.studies.machining.program_path import ProgramPath
-from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.judged_places import JudgedPlaces
+from toolpoint.studies.machining.margins import limit_over_depth
 
 LOBE_SPEED_RANGE = (0.5, 1.5)  # of the programmed speed
 LOBE_SPEED_COUNT = 81
@@ -30,21 +27,9 @@ class EngagementLobes:
     programmed: float
 
 
-@dataclass(frozen=True, eq=False)
-class JudgedPlaces:
-    """Places of a program with their groups and margins, and the solver that judged them."""
-
-    laid: ProgramPath
-    removed: RemovedMaterial
-    arcs: PlaceArcs
-    groups: EngagementClasses
-    margins: PlaceMargins
-    solver: StabilitySolver
-
-
 def lobes_of_blocks(judged: JudgedPlaces, count: int, progress: Callable[[int, int], None]) -> tuple[EngagementLobes, ...]:
     """Return the lobes of the `count` engagements nearest to their limit; those that cannot be solved are left out."""
-    groups, block = judged.groups, judged.laid.moves.block[judged.removed.piece[judged.arcs.place]]
+    groups, block = judged.groups, judged.block
     ratio = np.nan_to_num(limit_over_depth(judged.margins, judged.arcs), nan=np.inf)
     order = np.argsort(-ratio, kind="stable")
     group_of_block = np.full(judged.laid.path.count, -1)

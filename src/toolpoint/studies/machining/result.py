@@ -15,6 +15,7 @@ from toolpoint.studies.machining.advice import ProgramAdvice
 from toolpoint.studies.machining.block_lobes import EngagementLobes
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER, BlockErrors
+from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.loads import LOAD_COLUMNS, CutLoads
 from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
@@ -82,6 +83,7 @@ class MachiningStudy(NotebookText):
     loads: CutLoads | None = None
     record: RecordComparison | None = None
     lobes: tuple[EngagementLobes, ...] = ()
+    judged: JudgedPlaces | None = None
 
     @property
     def chatter_blocks(self) -> np.ndarray:

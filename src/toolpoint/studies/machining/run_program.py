@@ -15,13 +15,15 @@ from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
-from toolpoint.studies.machining.block_lobes import EngagementLobes, JudgedPlaces, lobes_of_blocks
+from toolpoint.studies.machining.block_lobes import EngagementLobes, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.errors.block_errors import error_notes, table_errors
+from toolpoint.studies.machining.errors.floor_errors import floor_errors
 from toolpoint.studies.machining.errors.servo_course import find_rounded_corners, follow_program
 from toolpoint.studies.machining.errors.wall_errors import wall_errors
+from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
@@ -86,7 +88,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                               progress=lambda finished, total: progress("pieces cut", finished, total))
     loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
     margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
-    solver, pose, charts = None, None, tuple[EngagementLobes, ...]()
+    solver, pose, charts, judged = None, None, tuple[EngagementLobes, ...](), None
     if dynamics is not None and arcs.place.size:
         if rotation is not None and isinstance(dynamics, Machine):
             pose, poses, turns = find_tilted_poses(dynamics, removed, setup, rotation=rotation)
@@ -105,8 +107,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                                            setup=setup)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
+        judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
         if lobes:
-            judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
             charts = lobes_of_blocks(judged, lobes, lambda finished, total: progress("lobes", finished, total))
         if with_advice:
             case = AdviceCase(setup, laid, removed, arcs, loads, margins, solver, pose, isotropic)
@@ -120,7 +122,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         progress("servo along the program", 0, 1)
     course = follow_program(laid, removed, loads.force, setup=setup,
                             machine=dynamics if isinstance(dynamics, Machine) else None)
-    errors = table_errors(walls, arcs, course, laid=laid, removed=removed)
+    floors = floor_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
+    errors = table_errors(walls, floors, course, arcs=arcs, laid=laid, removed=removed)
     doubts += errors.doubts
     notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
@@ -130,7 +133,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
         0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads,
-        lobes=charts)
+        lobes=charts, judged=judged)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 

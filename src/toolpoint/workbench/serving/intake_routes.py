@@ -83,8 +83,8 @@ class _Intake:
 
         def work() -> dict[str, Any]:
             place, value = text_of(data, "place"), text_of(data, "value")
-            project.add_part(self.bench.desk.folder, place, value)
-            return {"entered": f"{place}: {value}"}
+            named = project.add_part(self.bench.desk.folder, place, value)
+            return {"entered": f"{place}: {value}", "named": list(named)}
         return await write_answer(work, self.bench.desk.lock)
 
     async def tried(self, request: Request) -> Response:

@@ -72,10 +72,10 @@ class Workbench:
 
     def _load(self) -> None:
         from toolpoint.workbench.state.machine_request import MachineRequest
-        from toolpoint.workbench.views.machine_view import look_at_machine
+        from toolpoint.workbench.views.catalogue import machine_deed
 
         with contextlib.suppress(ToolpointError, OSError):  # a project without a machine yet
-            look_at_machine(self.desk, MachineRequest())
+            machine_deed(self.desk, "look", MachineRequest())
 
     def close(self) -> None:
         """Stop watching and the job that runs."""

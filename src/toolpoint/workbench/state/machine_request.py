@@ -24,7 +24,8 @@ class MachineRequest:
     values : path of a number in the machine file to its changed value, SI; pose : axis to m or rad; mode : index of the drawn
     mode, from 0; speed : rev/min, None where not asked; cut : name of a cut of the project, empty where none is chosen;
     cut_values : flat key of the cut to its changed value, SI; count : number of charted speeds; is_moving : whether a slider is
-    on its way, so that the limit may be that of the quick method, which says so.
+    on its way, so that the limit may be that of the quick method, which says so; stick_out : m, of the project's coupled tool,
+    None for the machine or the tip as they are.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
@@ -35,6 +36,7 @@ class MachineRequest:
     cut_values: Mapping[str, float] = field(default_factory=dict)
     count: int = 100
     is_moving: bool = False
+    stick_out: float | None = None
 
     @classmethod
     def of(cls, data: Any) -> MachineRequest:
@@ -44,12 +46,12 @@ class MachineRequest:
         """
         if not isinstance(data, dict):
             fail("request", type(data).__name__, "must be a mapping")
-        speed = data.get("speed")
+        speed, stick_out = data.get("speed"), data.get("stick_out")
         return cls(_numbers("values", data.get("values")), _numbers("pose", data.get("pose")),
                    min(_count("mode", data.get("mode", 0), 0), MAX_LOOKED_MODES - 1),
                    None if speed is None else _number("speed", speed), str(data.get("cut") or ""),
                    _numbers("cut_values", data.get("cut_values")), _count("count", data.get("count", 100), 1),
-                   data.get("is_moving") is True)
+                   data.get("is_moving") is True, None if stick_out is None else _number("stick_out", stick_out))
 
 
 def _numbers(name: str, entries: Any) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import threading
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,11 @@ MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_v
                  "band": ("lobes_view", "band_deed"), "map": ("workspace_map", "map_deed"),
                  "sound": ("cut_sound", "sound_deed")}
 
+# Rooms load their modules on first use. Two threads that do so at once may each see a half-loaded module of the other, so the
+# first call of every function is made alone; later ones are not held.
+_first_calls = threading.RLock()
+_called = set[tuple[str, str]]()
+
 
 def list_views(desk: Desk) -> dict[str, Any]:
     """Return the names of the views that have something to show, in their order, and the name of the project."""
@@ -41,7 +47,8 @@ def _has(name: str, project: Project) -> bool:
     if name == "lobes":
         has_tip = any("tip_x" in step.inputs and (project.folder / str(step.inputs["tip_x"])).is_file()
                       for step in project.chain.steps)
-        return bool(project.description.cuts) and (_has_machine(project) or has_tip)
+        return bool(project.description.cuts) and (
+            _has_machine(project) or has_tip or project.description.coupling is not None)
     if name == "blows":
         return any(path.name == "hits.json" for paths in files.values() for path in paths)
     first = {"modes": "modes/", "advice": "changes"}.get(name)
@@ -57,19 +64,18 @@ def _has_machine(project: Project) -> bool:
 
 def view_of(desk: Desk, name: str, options: Mapping[str, str] | None = None) -> WorkbenchView:
     """Return a view by name; options : of those that take some."""
-    function = _load(VIEWS[one_of("view", name, VIEWS)])
-    view: WorkbenchView = function(desk, **dict(options)) if options else function(desk)
+    view: WorkbenchView = _call(VIEWS[one_of("view", name, VIEWS)], desk, **dict(options or {}))
     return view
 
 
 def machine_deed(desk: Desk, deed: str, request: MachineRequest) -> Any:
     """Return what a deed of the machine view gives for one state of the page."""
-    return _load(MACHINE_DEEDS[one_of("deed", deed, MACHINE_DEEDS)])(desk, request)
+    return _call(MACHINE_DEEDS[one_of("deed", deed, MACHINE_DEEDS)], desk, request)
 
 
 def save(desk: Desk, name: str, values: Mapping[str, float]) -> str:
     """Write the machine with changed numbers to a new file of the project; return its place."""
-    place: str = _load(("machine_view", "save_machine"))(desk, name, values)
+    place: str = _call(("machine_view", "save_machine"), desk, name, values)
     return place
 
 
@@ -79,5 +85,21 @@ def page_of(desk: Desk, name: str) -> str:
     return text
 
 
+def _call(place: tuple[str, str], *arguments: Any, **options: Any) -> Any:
+    """Call a function of the views; the first call of each is made alone."""
+    if place in _called:
+        return _find(place)(*arguments, **options)
+    with _first_calls:
+        result = _load(place)(*arguments, **options)
+        _called.add(place)
+        return result
+
+
 def _load(place: tuple[str, str]) -> Any:
+    """Return a function of the views, no other being loaded meanwhile."""
+    with _first_calls:
+        return _find(place)
+
+
+def _find(place: tuple[str, str]) -> Any:
     return getattr(importlib.import_module(f"toolpoint.workbench.views.{place[0]}"), place[1])

@@ -9,11 +9,12 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import doubts_among
 from toolpoint.cutting.description import flat_values
-from toolpoint.cutting.simulation.milling import Simulation
+from toolpoint.cutting.option_words import cut_words
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.studies import simulate_cut
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
-from toolpoint.workbench.views.lobes_view import ask_cut, cut_words
+from toolpoint.workbench.views.lobes_view import ask_cut
 from toolpoint.workbench.views.machine_look import pack, resolve_speed
 from toolpoint.workbench.views.view import command_line, pose_words_of
 

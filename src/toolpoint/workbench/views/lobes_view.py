@@ -10,11 +10,13 @@ import numpy as np
 from toolpoint import io
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint.cutting.description import PARAMETERS, SI_VALUE, CuttingDescription, flat_values
+from toolpoint.cutting.description import CuttingDescription, flat_values
+from toolpoint.cutting.option_words import cut_words
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project import Project
 from toolpoint.project.changed_machine import change_machine
+from toolpoint.project.limits.coupled_tool import stick_out_range
 from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, problem_of
 from toolpoint.project.limits.tips import read_tip
@@ -23,6 +25,7 @@ from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views.machine_look import apply_cut_values, limit_of, pack, resolve_speed
+from toolpoint.workbench.views.stick_out import stick_out_slider, stick_out_words
 from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_words_of
 
 # Values of a cut with a slider: key, factor of its ends over the value, unit shown, SI of that unit.
@@ -48,12 +51,14 @@ def view_lobes(desk: Desk) -> WorkbenchView:
             words.append(f"{name}: {entry.record.words}")
             is_stale = is_stale or is_old
             inherited += [doubt.doubt.within(doubt.step) for doubt in entry.record.doubts]
-    source = "the machine" if _machine_of(project) is not None else "the struck tip"
+    has_tip = any("tip_x" in step.inputs for step in project.chain.steps)
+    source = "the machine" if _machine_of(project) is not None else "the struck tip" if has_tip else "the coupled tool"
     answer = words[0] if words else f"Choose a speed: the limit of the cut at {source} follows, with its interval."
     doubts = [*([Doubt("the limits of the goals", "are of an earlier state", "run the project")] if is_stale else []),
               *inherited, *_deviation_doubts(project)]
     data = {"cuts": [_cut(name, cut.cut, project) for name, cut in described.cuts.items()], "goals": goals,
-            "tried": _tried(project), "axes": _axes(project), "draws": described.draws, "source": source}
+            "tried": _tried(project), "axes": _axes(project), "draws": described.draws, "source": source,
+            "stick_out": stick_out_slider(project)}
     return WorkbenchView("lobes", ("Of an earlier state: " if is_stale else "") + answer, tuple(doubts),
                          (command_line("run", "."),), ("limits = project.Project.open('.').limits()",), data, is_stale)
 
@@ -105,14 +110,22 @@ def _machine_of(project: Project) -> Machine | None:
         return None
 
 
-def systems_of(desk: Desk, project: Project, values: Mapping[str, float], draws: int) -> DrawnSystems:
-    """Return the draws that limits of a project rest on: of its machine with changed numbers, else of the struck tip."""
+def systems_of(desk: Desk, project: Project, values: Mapping[str, float], draws: int, *, stick_out: float | None = None
+               ) -> DrawnSystems:
+    """Return the draws that limits of a project rest on: of its machine with changed numbers, else of the struck tip.
+
+    stick_out : m, of the coupled tool in place of these.
+    """
     machine = _machine_of(project)
+    if stick_out is not None:
+        return project.coupled_tool(stick_out, draws=draws)
     if machine is not None:
         return MachineDraws(change_machine(machine, values), draws, project.description.seed)
     step = next((step for step in project.chain.steps if "tip_x" in step.inputs), None)
     inputs = {} if step is None else step.inputs
     places = {way: desk.folder / str(inputs[f"tip_{way}"]) for way in "xy" if f"tip_{way}" in inputs}
+    if ("x" not in places or not places["x"].is_file()) and project.description.coupling is not None:
+        return project.coupled_tool(stick_out_range(project.description.coupling, project.folder)[1], draws=draws)
     if "x" not in places or not places["x"].is_file():
         raise ToolpointError("limits: the project has neither a machine nor responses of a tip yet; run it")
     return TipDraws(read_tip(places["x"], places.get("y")), draws, project.description.seed)
@@ -128,7 +141,8 @@ def _asked(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescrip
     cut = apply_cut_values(cuts[name].cut, request.cut_values)
     deviation = cuts[name].coefficient_deviation or ASSUMED_COEFFICIENT_DEVIATION
     draws = min(project.description.draws, MAX_INTERVAL_DRAWS)
-    return project, cut, deviation, name, systems_of(desk, project, request.values, draws)
+    return project, cut, deviation, name, systems_of(desk, project, request.values, draws,
+                                                                  stick_out=request.stick_out)
 
 
 def ask_cut(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescription, DrawnSystems]:
@@ -142,7 +156,8 @@ def limit_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     project, cut, _, _, systems = _asked(desk, request)
     dynamics = systems.nominal(request.pose)
     data, doubts = limit_of(dynamics, cut, request)
-    return {"limit": data, "doubts": [str(doubt) for doubt in dict.fromkeys(doubts)],
+    coupled_doubts = systems.doubts if request.stick_out is not None else ()
+    return {"limit": data, "doubts": [str(doubt) for doubt in dict.fromkeys([*coupled_doubts, *doubts])],
             "calls": _calls(desk, project, request, cut), "commands": _commands(desk, project, request, cut)}
 
 
@@ -185,7 +200,7 @@ def _weights(desk: Desk, project: Project, count: int, request: MachineRequest) 
     """Return the weights of the draws by the tried cuts, where they are of today and of the machine as it is saved."""
     kind = "machine" if _machine_of(project) is not None else "tip"
     entry = next((entry for entry in desk.outlook(project) if entry.step.name == f"tried/{kind}"), None)
-    if entry is not None and entry.is_of_today and not request.values:
+    if entry is not None and entry.is_of_today and not request.values and request.stick_out is None:
         weights = np.asarray(read_json(desk.folder / entry.step.output_paths[0])["weights"], float)
         if weights.size == count:
             return weights, True
@@ -195,6 +210,9 @@ def _weights(desk: Desk, project: Project, count: int, request: MachineRequest) 
 def _calls(desk: Desk, project: Project, request: MachineRequest, cut: CuttingDescription) -> list[str]:
     """Return the Python calls that give the same."""
     values = {key: value for key, value in flat_values(cut).items() if value is not None and value != ""}
+    if request.stick_out is not None:
+        return [f"limits = project.Project.open('.').limits(cut={request.cut!r}, speeds=[{resolve_speed(cut, request):.6g}], "
+                f"stick_out={request.stick_out:.6g})", "print(limits.limit, limits.draws)"]
     if _machine_of(project) is None:
         return ["limits = project.Project.open('.').run()"]
     file = project.machine_file.relative_to(desk.folder).as_posix()
@@ -204,23 +222,10 @@ def _calls(desk: Desk, project: Project, request: MachineRequest, cut: CuttingDe
 
 def _commands(desk: Desk, project: Project, request: MachineRequest, cut: CuttingDescription) -> list[str]:
     """Return the command that charts the same cut on the machine, the run of the project where there is none."""
+    if request.stick_out is not None:
+        return [command_line(*stick_out_words(desk, project, request.stick_out), "--lobes", *cut_words(cut))]
     if _machine_of(project) is None:
         return [command_line("run", ".")]
     file = project.machine_file.relative_to(desk.folder).as_posix()
     pose = ["--pose", pose_words_of(request.pose)] if request.pose else []
     return [command_line("lobes", file, *pose, *cut_words(cut))]
-
-
-def cut_words(cut: CuttingDescription) -> list[str]:
-    """Return a cut as the options of `toolpoint lobes`, in the units that they take."""
-    words: list[str] = []
-    for key, value in flat_values(cut).items():
-        parameter = PARAMETERS.get(key)
-        if parameter is None or not parameter.option or value in (None, "", ()) or parameter.kind == "variation":
-            continue
-        numbers = value if isinstance(value, tuple) else (value,)
-        scale = SI_VALUE.get(parameter.unit, 1.0)
-        is_word = parameter.kind in ("count", "choice", "text")
-        texts = [str(number) if is_word else f"{number / scale:.9g}" for number in numbers]
-        words += [f"--{parameter.option}", ",".join(texts)]
-    return words

@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint.project import Project
+from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk, collect_doubts
 from toolpoint.workbench.state.kept_files import keep_file
 from toolpoint.workbench.views.view import WorkbenchView, command_line
@@ -44,6 +45,7 @@ def pages_of(desk: Desk) -> dict[str, KnownPage]:
     entries |= _machine_pages(project)
     entries |= _map_pages(desk, project)
     entries |= _servo_pages(project)
+    entries |= _program_pages(desk, project)
     return {name: page for name, page in entries.items() if all(file.is_file() for file in page.files)}
 
 
@@ -57,6 +59,22 @@ def _servo_pages(project: Project) -> dict[str, KnownPage]:
             command_line("drive", described.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"),
             partial(_circle, servo, goal.radius, goal.feed))
     return entries
+
+
+def _program_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
+    """Return the pages of the NC programs that were run."""
+    steps = [step for step in project.chain.steps if step.name.startswith("program/")]
+    return {step.name: KnownPage(f"NC program {name}: blocks in space, lobes, text",
+                                 tuple(project.folder / path for path in (*step.input_paths, step.output_paths[0])),
+                                 step.command, partial(_program, desk, project, name))
+            for step in steps for name in [step.name.partition("/")[2]]}
+
+
+def _program(desk: Desk, project: Project, name: str) -> Any:
+    data = read_json(project.folder / "results" / "program" / name / "program.json")
+    records = [entry.record for entry in desk.outlook(project) if entry.step.name == f"program/{name}"]
+    doubts = [entry.doubt.within(entry.step) for record in records if record is not None for entry in record.doubts]
+    return pages.project_program_page(project.program(name), data).preceded_by(*doubts)
 
 
 def _circle(servo: Path, radius: float, feed: float) -> Any:

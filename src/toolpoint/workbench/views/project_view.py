@@ -106,7 +106,8 @@ def _traced_doubts(results: dict[str, Any]) -> list[Doubt]:
 def describe_parts(project: Project) -> dict[str, Any]:
     """Return what the project file names: tests, cuts, goals, changes, files."""
     described = project.description
-    return {"tests": list(described.tests), "cuts": list(described.cuts), "changes": list(described.changes),
+    return {"tests": list(described.tests), "programs": list(described.programs),
+            "cuts": list(described.cuts), "changes": list(described.changes),
             "goals": {name: {"cut": goal.cut, "speed_rpm": goal.speed, "depth_m": goal.depth, "pose": dict(goal.pose)}
                       for name, goal in described.goals.items()},
             "machine": described.machine, "components": described.components, "geometry": described.geometry,

@@ -23,7 +23,10 @@ window.Workbench = window.Workbench || { views: {} };
     return node;
   }
 
-  const part = async (place, value) => (await W.ask("part", { place, value }), W.word("entered", { text: `toolpoint add . --part '${place}: ${value}'` }));
+  const part = async (place, value) => {
+    const { named } = await W.ask("part", { place, value });
+    return [W.word("entered", { text: `toolpoint add . --part '${place}: ${value}'` }), ...(named.length ? [W.word("cut.named", { text: named.join("; ") })] : [])].join(" ");
+  };
 
   function cutForm() {
     return form(W.word("new.cut"), [["cut-name", W.word("name"), "face"], ["cut-diameter", W.word("diameter"), "50 mm"], ["cut-teeth", W.word("teeth"), "5"],
@@ -38,7 +41,7 @@ window.Workbench = window.Workbench || { views: {} };
     let cuts = view.data.parts.cuts;
     const node = form(W.word("new.goal"), [["goal-name", W.word("name"), "as tested"], ["goal-cut", W.word("cut"), "", cuts], ["goal-speed", W.word("spindle"), "1200 rpm"],
       ["goal-depth", W.word("depth.unit"), "3 mm"], ["goal-pose", W.word("pose"), ""]], W.word("enter"), (v) => part(`goals.${v["goal-name"]}`,
-      `{${cuts.length > 1 ? `cut: ${v["goal-cut"]}, ` : ""}speed: ${v["goal-speed"]}, depth: ${v["goal-depth"]}${v["goal-pose"] ? `, pose: {${v["goal-pose"]}}` : ""}}`));
+      `{${v["goal-cut"] ? `cut: ${v["goal-cut"]}, ` : ""}speed: ${v["goal-speed"]}, depth: ${v["goal-depth"]}${v["goal-pose"] ? `, pose: {${v["goal-pose"]}}` : ""}}`));
     node.refresh = (current) => {
       const names = current.data.parts.cuts, select = node.querySelector("#goal-cut"), chosen = select.value;
       if (names.join("\n") === cuts.join("\n")) return;

@@ -11,6 +11,17 @@ window.Workbench = window.Workbench || { views: {} };
       show, read: (text) => Number.parseFloat(text) * slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
   }
 
+  // Another stick-out is another tip: the coupled tool takes the place of the machine or the struck tip until it is put back.
+  function stickOut(entry, state, send) {
+    if (entry.reason || W.isExport) return entry.reason ? [W.make("p", { class: "key", id: "stick-out-reason", text: entry.reason })] : [];
+    const label = W.word("stick.out", { segment: entry.segment });
+    const slider = W.plainSlider({ id: "stick-out", label, low: entry.lower, high: entry.upper, value: entry.value,
+      show: (v) => `${W.number(1e3 * v, 4)} mm`, read: (text) => Number.parseFloat(text) / 1e3, onmove: (v) => { state.stick_out = v; back.disabled = false; send(); } });
+    const back = W.make("button", { type: "button", id: "stick-out-back", disabled: true, text: W.word("stick.out.back"),
+      onclick: () => { delete state.stick_out; slider.put(entry.value); back.disabled = true; send(); } });
+    return [slider, W.make("p", { class: "wb-run" }, back, W.make("span", { class: "key", text: W.word("stick.out.key") }))];
+  }
+
   // A slider with a field for a number; the unit beside it is fixed.
   W.plainSlider = function ({ id, label, low, high, value, show, read, onmove }) {
     const slider = W.make("input", { type: "range", id, min: low, max: high, step: (high - low) / 500, value, "aria-label": label });
@@ -105,7 +116,7 @@ window.Workbench = window.Workbench || { views: {} };
           show: (v) => `${Math.round(v)} ${W.word("speed")}`, read: number, onmove: (v) => { state.speed = v; send(); } });
         depth = W.plainSlider({ id: "lobes-depth", label: W.word("my.depth"), low: 1e-4, high: Math.max(0.02, 3 * (cut.depth_m || 0.005)), value: cut.depth_m || 0.003,
           show: (v) => `${W.number(1e3 * v, 3)} mm`, read: (text) => number(text) / 1e3, onmove: (v) => { state.cut_values.depth = v; send(); } });
-        sliders.replaceChildren(speed, depth, ...cut.sliders.map((slider) => cutSlider(slider, state, send)));
+        sliders.replaceChildren(speed, depth, ...cut.sliders.map((slider) => cutSlider(slider, state, send)), ...stickOut(data.stick_out, state, send));
         const goals = Object.entries(data.goals).filter(([, goal]) => goal.cut === cut.name);
         marks.goals = goals.filter(([, goal]) => goal.kept && !goal.is_old && !Object.keys(goal.pose).length).map(([name, goal]) => ({ x: goal.speed_rpm, y: 1e3 * goal.depth_m, kind: "goal", name: `${W.word("goal")} ${name}` }));
         marks.tried = data.tried.filter((tried) => !tried.cut || tried.cut === cut.name).map((tried) => ({ x: tried.speed_rpm, y: 1e3 * tried.depth_m, kind: tried.stable ? "stable" : "chatter", name: W.word(tried.stable ? "tried.stable" : "tried.chatter") }));

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
-from toolpoint.cutting.simulation.milling import Simulation
+from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.plot.figures.cuts.lobes import StabilityIntervals
 from toolpoint.plot.figures.measured.frf import real_imaginary
 from toolpoint.plot.figures.theme import COLOURS, figure

@@ -35,6 +35,7 @@ class ServoCourse:
     block : index of the segment; place : arc length of the foot along the path, m; error : (n, 2)
     deviation of the tables from the path without cutting force, in the plane, m;
     yielding : (n, 2) further motion of the motors under the cutting force, in the plane, m; tangent : (n, 2) unit direction.
+    rise : (n,) deviation and further motion along the axis, m.
     contour, push : (blocks,) largest distance from the path under the cutting force, and largest further motion by it, m.
     use : (blocks,) largest share of the limit of torque or current of any axis; axis : (blocks,) index of that axis.
     feed_force : (blocks,) largest mean force against a driven axis, N.
@@ -46,6 +47,7 @@ class ServoCourse:
     error: FloatArray
     yielding: FloatArray
     tangent: FloatArray
+    rise: FloatArray
     contour: FloatArray
     push: FloatArray
     use: FloatArray
@@ -141,7 +143,8 @@ def _course(laid: ProgramPath, drives: DriveDescription, runs: _ServoRuns, *, fo
     np.maximum.at(push, block[mask], np.linalg.norm(further, axis=1)[mask])
     np.maximum.at(use, at_set_point, share.max(axis=1))
     return ServoCourse(tuple(drives.axes), block[mask], following.progress[mask], following.vector[mask][:, :2],
-                       further[mask][:, :2], _tangents(path, block, following)[mask], contour, push, use,
+                       further[mask][:, :2], _tangents(path, block, following)[mask],
+                       following.vector[mask][:, 2] + further[mask][:, 2], contour, push, use,
                        _axis_of_largest(share, at_set_point, n), force)
 
 

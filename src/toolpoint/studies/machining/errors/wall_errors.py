@@ -122,10 +122,11 @@ def _marks(feed: FloatArray, tools: np.ndarray, is_wall: np.ndarray, *, setup: M
     return marks
 
 
-def feed_mark_height(tool: Tool, feed_per_tooth: float) -> float:
+def feed_mark_height(tool: Tool, feed_per_tooth: float, *, share: float = 1.0) -> float:
     r"""Return the height of the feed marks that a rigid tool leaves on a wall, m: peak to valley, with its run-out and pitch.
 
-    :math:`h(x) = \min_j (x - x_j)^2/2R - e_j`, x_j the way of the axis at tooth j, e_j how far it stands out.
+    :math:`h(x) = \min_j (x - x_j)^2/2R - e_j`, x_j the way of the axis at tooth j, e_j how far it stands out, of
+    whose run-out a ball shows the `share` that lies along its normal.
 
     Examples
     --------
@@ -139,7 +140,7 @@ def feed_mark_height(tool: Tool, feed_per_tooth: float) -> float:
     if revolution <= 0:
         return float("nan")
     turn = tool.angles(0.0) / (2 * np.pi)
-    stands_out = tool.runout * np.cos(tool.runout_angle - tool.angles(0.0))
+    stands_out = share * tool.runout * np.cos(tool.runout_angle - tool.angles(0.0))
     x = np.linspace(0.0, revolution, _MARK_POINTS, endpoint=False)[:, None]
     places = np.concatenate([revolution * (turn + k) for k in (-1.0, 0.0, 1.0)])
     profile = ((x - places) ** 2 / tool.diameter - np.tile(stands_out, 3)).min(axis=1)
@@ -154,23 +155,23 @@ def total_errors(walls: WallErrors, arcs: PlaceArcs, course: ServoCourse | None,
     material is left. Not a number for blocks whose location error is not known.
     """
     n, block = laid.path.count, laid.moves.block[removed.piece[arcs.place]]
-    location = _larger(*(_largest(walls.location[:, k], block, n) for k in (0, 1)))
+    location = larger_of(*(largest_of_sign(walls.location[:, k], block, n) for k in (0, 1)))
     if course is None or not arcs.place.size:
         return location, location
     length = lengths_of_places(laid, removed)[arcs.place]
     place = np.searchsorted((length[1:] + length[:-1]) / 2, course.place)
     left = np.stack([-course.tangent[:, 1], course.tangent[:, 0]], axis=1)
     towards = ((course.error + course.yielding) * left).sum(axis=1)
-    totals = [_largest(walls.location[place, k] - sign * towards, course.block, n) for k, sign in ((0, 1.0), (1, -1.0))]
-    return location, _larger(*totals)
+    totals = [largest_of_sign(walls.location[place, k] - sign * towards, course.block, n) for k, sign in ((0, 1.0), (1, -1.0))]
+    return location, larger_of(*totals)
 
 
-def _larger(left: FloatArray, right: FloatArray) -> FloatArray:
+def larger_of(left: FloatArray, right: FloatArray) -> FloatArray:
     """Return the values of the larger size, not a number where neither is known."""
     return np.asarray(np.where(np.nan_to_num(np.abs(left), nan=-1.0) >= np.nan_to_num(np.abs(right), nan=-1.0), left, right))
 
 
-def _largest(values: FloatArray, block: np.ndarray, count: int) -> FloatArray:
+def largest_of_sign(values: FloatArray, block: np.ndarray, count: int) -> FloatArray:
     """Return the value of largest size of each block with its sign, not a number where it has none."""
     largest = np.full(count, np.nan)
     order = np.argsort(np.where(np.isnan(values), -1.0, np.abs(values)), kind="stable")

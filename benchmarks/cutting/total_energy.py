@@ -6,11 +6,15 @@ fitted by the linear-edge law first: a doubt that names the force law is wanted 
 
 from __future__ import annotations
 
-import argparse
+import sys
 import warnings
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
+from benchmarks.frame import CommandLine
 from toolpoint.cutting import Engagement, MillingProblem, Tool
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.total_energy import TotalEnergy
@@ -36,9 +40,9 @@ def records(random: np.random.Generator, tool: Tool, law: TotalEnergy) -> list[t
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=40)
-    count = parser.parse_args().count
+    parser = CommandLine(__doc__)
+    parser.cases("cuts", 40)
+    count = parser.parse_args().cuts
     inside, named = [], 0
     for seed in range(count):
         random = np.random.default_rng(seed)

@@ -1,0 +1,153 @@
+"""Study of a project's NC program from its files: as `toolpoint machining` runs it, on the likeliest machine or tip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from toolpoint import io, studies
+from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.io.quantities.written import read_stock
+from toolpoint.machine import Machine
+from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
+from toolpoint.material_removal import Stock
+from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
+from toolpoint.project.limits.tips import read_tip
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.tilted_stages import StagedStudy
+
+
+@dataclass(frozen=True)
+class ProgramFiles:
+    """Files of a program: itself, and those of its stock, part, tools, servo and record, None where it has none."""
+
+    program: Path
+    stock: Path | None = None
+    part: Path | None = None
+    tools: tuple[Path, ...] = ()
+    servo: Path | None = None
+    record: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramRun:
+    """Study of a program; and by tool number (0 for all others) the name under which the draws of its coefficients are made,
+    with their relative deviation; assumed : names of those whose deviation is; doubts : of its files alone."""
+
+    study: MachiningStudy | StagedStudy
+    deviations: Mapping[int, tuple[str, float]]
+    assumed: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
+
+    @property
+    def stages(self) -> tuple[MachiningStudy, ...]:
+        """Studies of the stages: the one study of an upright program."""
+        return self.study.stages if isinstance(self.study, StagedStudy) else (self.study,)
+
+    def deviation_of(self, tool: int) -> tuple[str, float]:
+        """Return name and deviation of a tool's coefficients."""
+        return self.deviations.get(tool, self.deviations[0])
+
+
+def systems_of_program(machine: Path | None, tip_x: Path | None, tip_y: Path | None, *, zero: Mapping[str, float], draws: int,
+                       seed: int) -> tuple[DrawnSystems | None, Machine | ToolDynamics | None]:
+    """Return the draws that a program is judged by, and what it runs on: the machine posed along it, a tip, or nothing."""
+    if machine is not None:
+        built = io.read_machine_at(machine, zero or None)
+        return MachineDraws(built, draws, seed), built
+    if tip_x is None:
+        return None, None
+    tip = TipDraws(read_tip(tip_x, tip_y), draws, seed)
+    return tip, tip.nominal({})
+
+
+def run_step(arguments: Mapping[str, Any], *, lobes: int = 0, with_advice: bool = False) -> ProgramRun:
+    """Return the study of a program from the arguments of its step; raises as `run_files` does."""
+    settings = arguments["settings"]
+    dynamics = systems_of_program(*(arguments.get(name) for name in ("machine", "tip_x", "tip_y")), zero=settings["zero"],
+                                  draws=arguments["draws"], seed=arguments["seed"])[1]
+    files = ProgramFiles(arguments["program"], arguments.get("stock"), arguments.get("part"), arguments.get("tools", ()),
+                         arguments.get("servo"), arguments.get("record"))
+    return run_files(files, settings, dynamics, lobes=lobes, with_advice=with_advice)
+
+
+def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machine | ToolDynamics | None, *, lobes: int = 0,
+              with_advice: bool = True, progress: Callable[..., None] = lambda name, finished, total: None) -> ProgramRun:
+    """Return what every block of a project's program meets; settings : those of `ProjectProgram`, the cut as flat values.
+
+    Raises ToolpointError where no cut is described, and as `studies.run_program` does.
+    """
+    machine = dynamics if isinstance(dynamics, Machine) else None
+    stock, parsed = read_stock_and_program(files, settings)
+    text = files.program.read_text(encoding="utf-8-sig", errors="replace")
+    cuts = {int(number): io.read_kind(path, "cut")[1] for number, path in zip(settings["tools"], files.tools, strict=True)}
+    is_tilted, doubts = parsed.is_tilted, list[Doubt]()
+    servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
+    setup = studies.describe_machining(
+        stock, _cut(machine, settings), cuts=cuts, stick_out=settings["stick_out"], holder_diameter=settings["holder"],
+        zero=settings["zero"], speed=settings["speed"], spacing=settings["spacing"],
+        limits=studies.CuttingLimits(**settings["spindle"]), drives=servo,
+        part=None if files.part is None or is_tilted else io.read_surface(files.part))
+    name = files.program.name
+    if is_tilted:
+        doubts += _left_out(files)
+        staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress)
+        return ProgramRun(staged, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
+    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes,
+                                with_advice=with_advice and dynamics is not None, progress=progress)
+    if files.record is not None:
+        record = io.read_servo_data(files.record)
+        signal = studies.spindle_signal(record, settings["signal"])
+        study = studies.compare_record(study, signal.time, signal.values, unit=signal.unit, name=signal.name,
+                                       efficiency=settings["efficiency"])
+    return ProgramRun(study, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
+
+
+def read_stock_and_program(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[Stock, Any]:
+    """Return the stock of a program, and the program as its reader gives it, begun above the stock."""
+    kind, lengths = read_stock(settings["stock"])
+    stock = studies.stock_of(kind, lengths, None if files.stock is None else io.read_surface(files.stock))
+    return stock, io.read_program(files.program, start=(0.0, 0.0, float(stock.upper[2]) + 0.1), feed=settings["first_feed"])
+
+
+def _cut(machine: Machine | None, settings: Mapping[str, Any]) -> CuttingDescription:
+    """Return the cut of the project, else that of the machine file."""
+    if settings["cut"] is not None:
+        return cut_of(settings["cut"]["values"])
+    described = None if machine is None else machine.description.cutting
+    if described is None:
+        raise ToolpointError("cut: the project describes none, and the machine file has no section 'cutting'; add one under "
+                             "cuts: in project.yaml")
+    return described
+
+
+def _deviations(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[dict[int, tuple[str, float]], tuple[str, ...]]:
+    """Return name and deviation of the coefficients of every tool, and the names of those whose deviation is assumed."""
+    described = {} if settings["cut"] is None else settings["cut"]
+    entries = {0: (settings["cut_name"] or "the machine file's cut", described.get("deviation"))}
+    entries |= {int(number): (path.name, settings["coefficient_deviation"])
+                for number, path in zip(settings["tools"], files.tools, strict=True)}
+    assumed = tuple(dict.fromkeys(name for name, deviation in entries.values() if not deviation))
+    stated = {number: (name, deviation or ASSUMED_COEFFICIENT_DEVIATION) for number, (name, deviation) in entries.items()}
+    return stated, assumed
+
+
+def _tool_doubts(cuts: Mapping[int, CuttingDescription], dynamics: Machine | ToolDynamics | None) -> list[Doubt]:
+    """Return the doubt that one response stands for the tips of all tools."""
+    if not cuts or dynamics is None:
+        return []
+    return [Doubt("response of the tips", f"tools {', '.join(map(str, cuts))} are given the response of the tool that the "
+                  "machine or the tap describes", "tap the tool that the answer hangs on (of: tip x), or couple it (toolpoint "
+                  "rcsa)")]
+
+
+def _left_out(files: ProgramFiles) -> list[Doubt]:
+    """Return the doubt about files that programs in tilted planes do not take."""
+    names = [name for name in ("servo", "part", "record") if getattr(files, name) is not None]
+    return [] if not names else [Doubt("program in tilted planes", f"{', '.join(names)} left out: taken upright alone",
+                                       "judge the upright part of the program by itself")]
