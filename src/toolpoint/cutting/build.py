@@ -127,7 +127,7 @@ def mean_chip(cut: CuttingDescription, user: str = "the force law") -> float:
     """
     if not cut.feed_per_tooth > 0:
         fail("feed_per_tooth", "missing", f"{user} is taken at the mean chip thickness and needs it",
-             remedy="for example 0.1 mm")
+             remedy="for example 0.1 mm (`feed`)")
     arc = engagement_of(cut)
     return float(cut.feed_per_tooth * (np.cos(arc.entry) - np.cos(arc.exit)) / arc.arc)
 
