@@ -36,8 +36,8 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
 
     Raises ToolpointError where the path never comes over the stock.
     """
-    from toolpoint.material_removal.march import march  # brings the compiler
     from toolpoint.material_removal.cell_volumes import measure_by_lines
+    from toolpoint.material_removal.march import march  # brings the compiler
     from toolpoint.material_removal.surface import Work, begin_heights, measure_volumes
 
     _check_place(moves, stock, shapes)
