@@ -22,7 +22,7 @@ from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
 
-_SPEED_TOLERANCE = 1e-9  # of factors on a spindle speed
+_SPEED_WORD_TOLERANCE = 1e-9  # of factors on a spindle speed
 TILTED_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
 
 
@@ -67,7 +67,7 @@ class StagedStudy(NotebookText):
             feed |= {line: min(factor, feed.get(line, np.inf)) for line, factor in advice.feed.items()}
             for line in {line for other in advised for line in other.speed}:
                 factor = advice.speed.get(line, 1.0)
-                if abs(speed.setdefault(line, factor) - factor) > _SPEED_TOLERANCE:
+                if abs(speed.setdefault(line, factor) - factor) > _SPEED_WORD_TOLERANCE:
                     raise ToolpointError(f"advice: the word S of line {line} serves stages that want different speeds; "
                                          "program a word S in each plane")
         return speed, feed
@@ -147,6 +147,12 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     >>> study = studies.run_stages(parse(text, start=(0, 0, 0.05)), setup)
     >>> study.rotations[0][:, 2].round(9).tolist(), bool(study.removed_volume < 1e-9)
     ([0.0, -1.0, 0.0], False)
+
+    A record in which the program is not to be seen is told as such:
+
+    >>> noise = np.random.default_rng(0).normal(300, 5, 600)
+    >>> any(doubt.grave for doubt in studies.compare_stages(study, 0.1 * np.arange(600), noise).doubts)
+    True
     """
     from toolpoint.material_removal.cut_stock import CutStock  # brings the compiler
 
@@ -203,10 +209,10 @@ def _place_stages(stages: Sequence[MachiningStudy], numbers: Sequence[int], time
     assert record is not None
     place = record.alignment
     begin = time[0] - place.start / place.pace
-    before = time < begin
-    behind = time > begin + float(stages[best].laid.time.sum()) / place.pace
-    left = _place_stages(stages, [k for k in numbers if k < best], time[before], values[before], options=options)
-    right = _place_stages(stages, [k for k in numbers if k > best], time[behind], values[behind], options=options)
+    is_earlier = time < begin
+    is_later = time > begin + float(stages[best].laid.time.sum()) / place.pace
+    left = _place_stages(stages, [k for k in numbers if k < best], time[is_earlier], values[is_earlier], options=options)
+    right = _place_stages(stages, [k for k in numbers if k > best], time[is_later], values[is_later], options=options)
     return {best: compared[best], **left, **right}
 
 
