@@ -35,6 +35,7 @@ from toolpoint.machine.description.project_plan import (
     TriedCut,
 )
 
+CUT_SECTIONS = ("goals", "programs")  # keys whose parts name a cut
 SOURCE_KEYS = ("test", "records", "responses", "modes")
 
 
@@ -204,6 +205,13 @@ def read(path: str | Path) -> ProjectDescription:
     if document.faults or project is None:
         raise FileFaults(str(path), document.text, document.faults)
     return project
+
+
+def find_parts_without_cut(path: Path) -> list[str]:
+    """Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut."""
+    data = parse(path).data
+    return [f"{section}.{name}" for section in CUT_SECTIONS for name, entry in (data.get(section) or {}).items()
+            if isinstance(entry, dict) and not entry.get("cut")]
 
 
 @door("file of tried cuts")
