@@ -16,10 +16,9 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.quantities.written import read_curve, read_stock
+from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
-from toolpoint.io.yaml.machine_file import cutting_of
-from toolpoint.io.yaml.machine_schema import CuttingModel
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
 from toolpoint.machine.description.project_plan import (
