@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
-    from toolpoint.studies.machining.tilted_stages import refuse_in_tilted_planes, run_stages
+    from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -161,6 +161,7 @@ __all__ = [
     "cite_package",
     "compare_branches",
     "compare_record",
+    "compare_stages",
     "compare_two_states",
     "compare_with_test",
     "core_count",
@@ -215,7 +216,6 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
-    "refuse_in_tilted_planes",
     "response_dynamics",
     "run_drives",
     "run_plan",
@@ -328,7 +328,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
-    "machining.tilted_stages": ("refuse_in_tilted_planes", "run_stages"),
+    "machining.tilted_stages": ("compare_stages", "run_stages"),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),

@@ -118,7 +118,7 @@ class MachineResponse:
     inputs: Annotated[tuple[str, ...], Help("Force here; where it is seen, where left out.", name="--force",
                                             metavar="POINT:DIRECTION")] = ()
     drives: Annotated[SourceFile | None, Help("Drive file: responses with its drives on, off, shorted and braked.")] = None
-    shaker: Annotated[Shaker | None, Help("Responses measured by a shaker that pushes at --force or --at, hung and standing.",
+    shaker: Annotated[Shaker | None, Help("Responses as a shaker measures them that pushes at --force or --at.",
                                           metavar="stands=table,body=20kg,armature=0.4kg,suspension=5N/mm")] = None
     lines: Annotated[Lines | None, Help("Lines in Hz, for example 5:400:1600; over all modes where left out.",
                                         metavar="LOW:HIGH:NUMBER")] = None

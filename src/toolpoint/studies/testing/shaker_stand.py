@@ -45,8 +45,8 @@ class ShakerStand(NotebookText):
         """Change of each response by standing on the machine, (n_f, n_outputs), over the true one; NaN where that is small."""
         true = self.hung.values[:, :, 0]
         true_size = np.abs(true)
-        is_large = true_size > MIN_SHOWN_SHARE * true_size.max(axis=0)
-        return np.where(is_large, np.abs(self.standing.values[:, :, 0] - true) / np.where(is_large, true_size, 1.0), np.nan)
+        has_size = true_size > MIN_SHOWN_SHARE * true_size.max(axis=0)
+        return np.where(has_size, np.abs(self.standing.values[:, :, 0] - true) / np.where(has_size, true_size, 1.0), np.nan)
 
     @property
     def status(self) -> str:
@@ -149,8 +149,8 @@ def stand_shaker(machine: Machine, shaker: ElectrodynamicShaker, driven: Dof | s
     >>> machine = read_machine(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml")
     >>> shaker = ElectrodynamicShaker(body_mass=20.0, armature_mass=0.4, suspension=5e3)
     >>> result = stand_shaker(machine, shaker, "tool:+z", stand="table", frequency=[20.0, 60.0])
-    >>> result.stand
-    Dof('table', '+z')
+    >>> print(result.stand)
+    table:+z
     """
     force = Dof.parse(str(driven))
     if force.direction[1:] not in ("x", "y", "z"):
