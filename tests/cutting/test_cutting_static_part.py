@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -53,15 +54,23 @@ def limit_of(problem: MillingProblem, method=None, speed: float = 9000.0, depth_
     return float(chart.limit[0])
 
 
-@pytest.mark.parametrize("name", SLOW)
-@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.slow)])
-def test_every_method_has_the_same_limit_with_a_static_part(name: str, seed: int) -> None:
-    """Those with a place for it: the exact one. The others say what stands in for it, and have that one's limit."""
+@cache
+def exact_limit(seed: int) -> tuple[float, float]:
+    """Depth to which limits are searched, and the exact limit, which the static part moves; the same for every method."""
     problem = random_residual(seed)
     without = limit_of(problem.changed(dynamics=replace(problem.plane, static=np.zeros((2, 2)))))
     depth = 1.5 * limit_of(problem)
     exact = limit_of(problem, FloquetDeterminant(tolerance=1e-9), depth_max=depth)
     assert abs(without / exact - 1) > 1e-3
+    return depth, exact
+
+
+@pytest.mark.parametrize("name", SLOW)
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.slow)])
+def test_every_method_has_the_same_limit_with_a_static_part(name: str, seed: int) -> None:
+    """Those with a place for it: the exact one. The others say what stands in for it, and have that one's limit."""
+    problem = random_residual(seed)
+    depth, exact = exact_limit(seed)
     method = METHODS[name](**TIGHT.get(name, {}))
     if name in STOOD_IN:
         chart = stability.chart(problem, [9000.0], method, depth_max=depth)
