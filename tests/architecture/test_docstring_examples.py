@@ -14,7 +14,7 @@ MODULES = [f"toolpoint.{path.relative_to(SOURCE).with_suffix('').as_posix().repl
 # constants.
 ROOMS_WITH_EXAMPLES = {
     "acquisition": set(),
-    "spatial": {"Registration", "Screw"},
+    "spatial": set(),
     "joints": {"DIRECTIONS"},
     "bodies": set(),
     "bodies.solid": {"CAST_IRON", "STEEL"},

@@ -25,6 +25,14 @@ class Screw(NotebookText):
         Translation along the axis per rad, m/rad; infinite for a pure translation.
     magnitude : float
         Rotation in rad, or translation in m for a pure translation.
+
+    Examples
+    --------
+    A turn of 0.5 rad about z, which rises by 0.1 m with it:
+
+    >>> axis = screw([0, 0, 0.1, 0, 0, 0.5])
+    >>> axis.direction.tolist(), axis.pitch, axis.magnitude
+    ([0.0, 0.0, 1.0], 0.2, 0.5)
     """
 
     direction: FloatArray

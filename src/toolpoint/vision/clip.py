@@ -38,7 +38,14 @@ class FrameSource(Protocol):
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of the picture in pixels: left column, top row, columns, rows."""
+    """A rectangle of the picture in pixels: left column, top row, columns, rows.
+
+    Examples
+    --------
+    >>> region = Region.parse("100,50,640,480")
+    >>> region.width, region.holds(np.array([[100, 50], [99, 50]])).tolist()
+    (640, [True, False])
+    """
 
     left: int
     top: int

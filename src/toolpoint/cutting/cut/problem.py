@@ -223,6 +223,17 @@ class TurningProblem:
         v in m/s, constant over the spindle speeds; needed with process damping unless `diameter` is given.
     diameter : float, optional
         m, for v = pi D n.
+
+    Examples
+    --------
+    A tool of 10 N/um and 3 % damping never chatters below 2 k zeta (1 + zeta) / K_f = 0.618 mm of width:
+
+    >>> from toolpoint.cutting import stability
+    >>> from toolpoint.vibration import Modes
+    >>> tool = Modes([500.0], [0.03], [[2 * np.pi * 500 / 1e7**0.5]], ("tool:+x",))
+    >>> chart = stability.chart(TurningProblem(1e9, tool), np.linspace(4000, 20000, 200), depth_max=0.01)
+    >>> f"{1e3 * chart.limit.min():.2f} mm"
+    '0.62 mm'
     """
 
     stiffness: float

@@ -26,6 +26,14 @@ class ComponentMass(NotebookText):
 
     `mass_deviation` is the standard deviation of the mass as a share of it (the inertia goes with the mass),
     `inertia_deviation` that of each principal moment beside it, `centre_deviation` that of each coordinate of the centre, m.
+
+    Examples
+    --------
+    A head of 400 kg, known to 5 %, with its mass 1.2 m above the origin:
+
+    >>> head = ComponentMass(400.0, [0, 0, 1.2], np.diag([30.0, 30.0, 20.0]), mass_deviation=0.05)
+    >>> head.mass * head.mass_deviation
+    20.0
     """
 
     mass: float
