@@ -42,7 +42,7 @@ COMMANDS: dict[str, list[str]] = {
 FAST = ("lobes", "turn", "report")
 MAX_LINES = 2500  # of a response: with 12 000 the commands that identify modes take half a minute each
 PARTS = 8  # in which the structures are asked
-EVERY = 6  # slips of which one goes through the commands that identify modes, another one in each structure
+EVERY = 15  # slips of which one goes through the commands that identify modes, another one in each structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +135,9 @@ def _clipped(case: Case, above: bool) -> Files | None:
     ends = (float(case.lines[0]), 0.85 * softest) if above else (1.2 * softest, float(case.lines[-1]))
     if not any(ends[0] * 1.1 < f < ends[1] * 0.9 for f in inside):
         return None  # nothing would be left to be cut on
+    real = np.minimum(*np.einsum("fii->if", case.tip.receptance(case.lines).real))
+    if real[(case.lines >= ends[0]) & (case.lines <= ends[1])].min() < 0.95 * real.min():
+        return None  # limits do not feel it
     return replace(files, x=files.x.between(*ends), y=files.y.between(*ends))
 
 

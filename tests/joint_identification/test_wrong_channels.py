@@ -10,7 +10,6 @@ from toolpoint.joint_identification.motion.wrong_channels import question_channe
 from toolpoint.vibration import Dof, Modes
 
 LABELS = tuple(Dof(point, way) for point in (1, 2, 3) for way in ("+x", "+y", "+z"))
-NAMES = {"head": tuple(map(str, LABELS))}
 
 
 def questioned(seed: int, row: int, factor: float, *, bending: float = 0.0) -> list:
@@ -23,7 +22,7 @@ def questioned(seed: int, row: int, factor: float, *, bending: float = 0.0) -> l
     shape += 1e-3 * np.sqrt((shape**2).mean(axis=0)) * rng.standard_normal(shape.shape)
     shape[row] *= factor
     part = component("head", Modes([10.0, 20.0, 30.0, 40.0], [0.01] * 4, shape, LABELS, "unscaled"), places, labels=[1, 2, 3])
-    return question_channels({"head": part}, NAMES)
+    return question_channels({"head": part}, LABELS)
 
 
 @pytest.mark.parametrize(("factor", "words"), [(-1.0, "turned round"), (1.25, "multiplied by"), (0.1, "multiplied by")])

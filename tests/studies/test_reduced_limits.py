@@ -21,11 +21,14 @@ from toolpoint.machine.description import (
     PointDescription,
 )
 from toolpoint.machine.parts.elastic_body import reduce_solid
+from toolpoint.material_removal import Stock
 from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits
 from toolpoint.project.limits.systems import MachineDraws
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
+from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
 SPRINGS = {"x": 2e8, "y": 3e8, "z": 2.5e8, "rx": 1e6, "ry": 2e6, "rz": 8e5}
@@ -103,3 +106,13 @@ def test_doubts_stay_doubts_through_kept_maps_and_merged_remarks() -> None:
     merged = first_of_each_kind(read_marked([*mark_notes([*doubts, "a note"]), ""]))
     assert merged == ("reduction: at 2 to 7 of 12 speeds chatter lies above 900 Hz; write a larger band", "a note")
     assert [isinstance(note, Doubt) for note in merged] == [True, False] and merged[0].remedy == "write a larger band"
+
+
+def test_limits_of_the_blocks_of_a_program_hold_those_of_a_good_reduction(post) -> None:
+    setup = MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), CuttingDescription.of(**CUT))
+    poor, good = (StabilitySolver(setup, [machine_dynamics(machine_of(post, **reduction))]).chart(
+        0, 0, (0.0, np.pi / 2), angle=0.3, speeds=SPEEDS, depth=5e-3) for reduction in (POOR, GOOD))
+    both = np.isfinite(poor.limit) & np.isfinite(good.limit)
+    held = np.abs(poor.limit[both] - good.limit[both]) <= (poor.limit_error + good.limit_error)[both]
+    assert held.mean() > 0.9  # each mode is lowered alone: where lobes pass a speed, two at once change a limit by more
+    assert (poor.limit_error[both] > 3 * good.limit_error[both]).all()

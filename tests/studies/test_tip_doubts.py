@@ -79,6 +79,18 @@ def test_a_band_without_the_softest_mode_is_grave(low, high, words):
     assert [doubt.grave for doubt in doubts] == [True] and f"what vibrates {words}" in doubts[0]
 
 
+@pytest.mark.parametrize("start", [670, 720, 800])
+def test_the_flank_of_a_mode_below_the_band_is_not_taken_for_structural_damping(start):
+    """A soft mode at 620 Hz, the band from its flank on: its loss falls with frequency, that of structural damping does not."""
+    modes = [(620.0, 0.025, 1.5e7), (1900.0, 0.03, 9e6), (14000.0, 0.02, 2e8)]
+    lines = np.arange(start, 5000.0, 2.0)
+    values = sum(1 / stiffness / (1 - (lines / f) ** 2 + 2j * zeta * lines / f) for f, zeta, stiffness in modes)
+    doubts = [doubt for doubt in question_tip(response(values, lines=lines)) if doubt.grave]
+    assert len(doubts) == 1 and f"below {start} Hz" in doubts[0]
+    assert not question_tip(response(sum(1 / stiffness / (1 - (lines / f) ** 2 + 2j * zeta * lines / f)
+                                         for f, zeta, stiffness in modes[1:]), lines=lines))
+
+
 def test_a_sensor_is_doubted_where_its_mass_tells():
     loaded = WHOLE / (1 - 0.06 * (2 * np.pi * LINES) ** 2 * WHOLE)
     assert question_tip(response(loaded)) == []  # any structure may be so heavy

@@ -165,7 +165,7 @@ def identify_joints(
     aligned = _align_phase(modes)
     real = replace(aligned, shape=aligned.shape.real, shape_variance=_real_variance(aligned))
     parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
-    channel_doubts = question_channels(parts, {name: _row_labels(real, part) for name, part in parts.items()})
+    channel_doubts = question_channels(parts, real.dofs)
     independent, general_doubts = _count_independent(modes, parts)
     strangers_of = {name: strangers(part) for name, part in parts.items()}
     components = _drop_strangers(components, strangers_of)
@@ -198,11 +198,6 @@ def identify_joints(
                                 "doubts"))
     result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
-
-
-def _row_labels(modes: Modes, part: Component) -> tuple[str, ...]:
-    """Return the labels of the rows of a component."""
-    return tuple(str(dof) for dof in modes.dofs if dof.point in part.points and not dof.is_rotation)
 
 
 def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:

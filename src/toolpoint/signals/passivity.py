@@ -224,9 +224,14 @@ def _structural_shortfall(lines: BandLines) -> float:
 
     Such damping loses nearly as much at low lines as at high ones, and no causal response does: Kramers and Kronig turn a loss
     L that is constant from w up to a resonance into :math:`(2/\pi) L \ln(\omega_r/w)`, which the response does not have.
+    The loss of modes above rises with frequency. What falls from the lowest lines on is the flank of a mode below them, and
+    no such loss: of blocks of lines up to the largest response the least counts.
     """
-    constant = max(float(np.median(-lines.receptance.imag[:MIN_LOW_END_LINES])), 0.0)
-    peak = float(lines.omega[np.argmax(np.abs(lines.receptance))])
+    place = int(np.argmax(np.abs(lines.receptance)))
+    count = max(place // MIN_LOW_END_LINES, 1)
+    loss = -lines.receptance.imag[:count * MIN_LOW_END_LINES]
+    constant = max(min(float(np.median(block)) for block in np.array_split(loss, count)), 0.0)
+    peak = float(lines.omega[place])
     return constant * (STRUCTURAL_LOSS_FACTOR + STRUCTURAL_LOSS_RISE * float(np.log(max(peak / lines.omega[0], 1.0))))
 
 

@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.moving.mode_tracks import TraverseWindow, cut_windows
     from toolpoint.studies.moving.traverse_study import TraverseStudy, study_traverse
     from toolpoint.studies.robots.datasheet_study import study_datasheet
+    from toolpoint.studies.robots.motion_map import map_motion
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.published_head import study_published_head
     from toolpoint.studies.robots.reach_study import study_pose, study_reach
@@ -99,6 +100,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.servos.step_test import StepSetting, step_drives
     from toolpoint.studies.testing.modal_test_plan import plan_test
+    from toolpoint.studies.testing.shaker_stand import describe_shaker, stand_shaker
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
     from toolpoint.studies.video.interfaces import rank_interfaces
@@ -168,6 +170,7 @@ __all__ = [
     "cuts_of_options",
     "decisive_window",
     "describe_machining",
+    "describe_shaker",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -188,6 +191,7 @@ __all__ = [
     "magnify_motion",
     "map_chatter",
     "map_frequencies",
+    "map_motion",
     "map_places",
     "map_responses",
     "map_servo",
@@ -230,6 +234,7 @@ __all__ = [
     "spindle_signal",
     "spring_ways",
     "square",
+    "stand_shaker",
     "step_drives",
     "stock_of",
     "structure_of",
@@ -338,6 +343,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "moving.driven_axis_study": ("DrivenAxisStudy", "study_driven_axis"),
     "moving.mode_tracks": ("TraverseWindow", "cut_windows"),
     "moving.traverse_study": ("TraverseStudy", "study_traverse"),
+    "robots.motion_map": ("map_motion",),
     "robots.datasheet_study": ("study_datasheet",),
     "machines.check.file_check": ("question_part",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
@@ -362,6 +368,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.servo_map": ("map_servo",),
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),
+    "testing.shaker_stand": ("describe_shaker", "stand_shaker"),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.filmed_machine": ("magnify_motion", "study_videos"),

@@ -80,20 +80,26 @@ def base(run: Frame, machine: MachineFile, *, poses: Poses = ()) -> None:
 
 @command("map", page_beside_json=False)
 def frequency_map(run: Frame, machine: MachineFile, axes: Axes, *, count: Count = 6,
-                  quantity: Annotated[Literal["frequency", "static", "dynamic", "response"], Help(
-                      "Natural frequencies; static or dynamic stiffness, or responses, of tool against work.")] = "frequency",
+                  quantity: Annotated[Literal["frequency", "static", "dynamic", "response", "motion"], Help(
+                      "Natural frequencies; static or dynamic stiffness, or responses, of tool against work; motion: legs, "
+                      "passive joints, parasitic shift, determinant and condition.")] = "frequency",
                   lines: Annotated[Lines | None, Help("Lines of the responses in Hz, for example 5:400:1600; over the lowest "
                                                       "twelve modes where left out.", metavar="LOW:HIGH:NUMBER")] = None,
+                  frequency: Annotated[float | None, Help("Responses at this frequency alone, Hz; their greatest over all "
+                                                          "lines where left out.", above=0, excludes="--lines")] = None,
                   workers: Workers = 0, folder: Folder = None) -> None:
     """Natural frequencies, or the tool's stiffness or responses, over a grid of axis positions; chatter limits: map-chatter."""
-    if lines is not None and quantity != "response":
-        raise click.UsageError(f"--lines: is for --quantity response; {quantity} has none")
+    for option, value in (("--lines", lines), ("--frequency", frequency)):
+        if value is not None and quantity != "response":
+            raise click.UsageError(f"{option}: is for --quantity response; {quantity} has none")
+    response_lines = lines if frequency is None else [frequency]
     built = io.read_machine(machine)
     positions = io.lay_grid(built, axes)
     how: dict[str, Any] = {"engine": studies.choose_engine(workers), "folder": folder,
                            "progress": run.progress("blocks of poses", folder)}
-    result: Any = (studies.map_responses(built, positions, lines, **how) if quantity == "response" else
+    result: Any = (studies.map_responses(built, positions, response_lines, **how) if quantity == "response" else
                    studies.map_frequencies(built, positions, count, **how) if quantity == "frequency" else
+                   studies.map_motion(built, positions, **how) if quantity == "motion" else
                    studies.map_stiffness(built, positions, quantity, **how))
     run.warnings += result.failed()
     run.present(pages.map_page, result, built.name, notes=getattr(result, "notes", ()))

@@ -7,13 +7,14 @@ number, in closed form (the derivative of the residual by a row's factor is its 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.joint_identification.motion.measured import Component, about
+from toolpoint.vibration import Dof
 
 # Misfit of a rigid motion over that with one channel corrected from which the channel is named: a component that bends, or
 # noise, loses a tenth to a half by one factor.
@@ -24,8 +25,8 @@ MIN_CHANNEL_DEVIATION = 0.05  # of a factor from one: gains of sensors agree wit
 MIN_FREE_ROWS = 4  # free rows of all modes together beyond the motions and one factor, to tell a fault from chance
 
 
-def question_channels(parts: Mapping[str, Component], labels: Mapping[str, tuple[str, ...]]) -> list[Doubt]:
-    """Return a doubt on every component whose misfit one wrong channel explains; labels : of the rows of each component."""
+def question_channels(parts: Mapping[str, Component], dofs: Sequence[Dof]) -> list[Doubt]:
+    """Return a doubt on every component whose misfit one wrong channel explains; dofs : of the shapes that they are part of."""
     doubts = []
     for name, part in parts.items():
         misfit, factors = _misfits(part)
@@ -35,7 +36,8 @@ def question_channels(parts: Mapping[str, Component], labels: Mapping[str, tuple
         if free < MIN_FREE_ROWS or not is_explained:
             continue
         rivals = [i for i in np.flatnonzero(misfit[:-1] < RIVAL_MISFIT_RATIO * misfit[best]).tolist() if i != best]
-        doubts.append(_doubt_of(name, labels[name], best, rivals, factor=float(factors[best]),
+        labels = tuple(str(dof) for dof in dofs if dof.point in part.points and not dof.is_rotation)
+        doubts.append(_doubt_of(name, labels, best, rivals, factor=float(factors[best]),
                                 ratio=float(misfit[-1] / max(misfit[best], 1e-300))))
     return doubts
 
@@ -63,9 +65,9 @@ def _doubt_of(name: str, labels: tuple[str, ...], best: int, rivals: list[int], 
     """Return the doubt on a channel; factor : by which its values must be multiplied."""
     others = f", or {' or '.join(labels[i] for i in rivals[:3])} as well" if rivals else ""
     is_turned = TURNED_FACTORS[0] < factor < TURNED_FACTORS[1]
-    seen = "turned round" if is_turned else f"multiplied by {factor:.3g}"
+    change = "turned round" if is_turned else f"multiplied by {factor:.3g}"
     cause = "its calibration is wrong, or it is another channel"
     if is_turned:
         cause = "the sensor points the other way than labelled"
-    return Doubt(f"channel {labels[best]}", f"{seen}, {name} moves as one body {ratio:.2g} times better{others}: {cause}",
+    return Doubt(f"channel {labels[best]}", f"{change}, {name} moves as one body {ratio:.2g} times better{others}: {cause}",
                  "check mounting, label and calibration, and correct the records", figure=factor)

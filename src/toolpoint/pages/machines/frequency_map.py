@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -16,10 +16,18 @@ from toolpoint.studies.machines.pose_map import PoseMap
 from toolpoint.studies.machines.response_map import NAMES as DIRECTIONS
 from toolpoint.studies.machines.response_map import ResponseMap
 from toolpoint.studies.machines.stiffness_map import NAMES, StiffnessMap
+from toolpoint.studies.robots.motion_map import MotionColumn, MotionMap
+
+_MOTION_GROUPS: tuple[tuple[str, Callable[[MotionColumn], bool]], ...] = (
+    ("Lengths", lambda column: column.unit == "mm"), ("Angles", lambda column: column.unit == "°"),
+    ("Determinant", lambda column: column.name == "determinant"),
+    ("Condition number", lambda column: column.name.startswith("condition")))  # sections, and the columns of each
 
 
-def map_page(result: PoseMap | StiffnessMap | ResponseMap, name: str) -> Report:
-    """Return the page of a map of frequencies, stiffness or responses; name : of the machine, for the title."""
+def map_page(result: PoseMap | StiffnessMap | ResponseMap | MotionMap, name: str) -> Report:
+    """Return the page of a map of frequencies, stiffness, responses or motion; name : of the machine, for the title."""
+    if isinstance(result, MotionMap):
+        return motion_map_page(result, name)
     if isinstance(result, ResponseMap):
         return response_map_page(result, name)
     return frequency_map_page(result, name) if isinstance(result, PoseMap) else stiffness_map_page(result, name)
@@ -53,11 +61,12 @@ def stiffness_map_page(result: StiffnessMap, name: str) -> Report:
 def response_map_page(result: ResponseMap, name: str) -> Report:
     """Return a page with the responses over one axis and frequency, and the greatest of each pose over two axes."""
     report = Report(f"Responses over the workspace: {name}", _extreme_sentence(
-        result.grid, 1e6 * result.greatest().max(axis=-1), "The greatest receptance of the tool", "µm/N", worst_is_high=True),
+        result.grid, 1e6 * result.greatest().max(axis=-1), "The greatest receptance of the tool"
+        + (f" at {result.frequency[0]:.4g} Hz" if result.frequency.size == 1 else ""), "µm/N", worst_is_high=True),
         subtitle=_grid_words(result))
     grid = result.grid
     first = next((k for k, positions in enumerate(grid.axes.values()) if len(positions) > 1), None)
-    if first is not None:
+    if first is not None and result.frequency.size > 1:
         name = list(grid.axes)[first]
         size = np.abs(result.values[tuple(slice(None) if k == first else 0 for k in range(len(grid.axes)))])
         others = [other for other in grid.axes if other != name]
@@ -66,9 +75,31 @@ def response_map_page(result: ResponseMap, name: str) -> Report:
                               units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of µm/N",
                               is_logarithm=True)
         report = report.with_section("Responses over the position", f"Receptance over {name}{other_axes}.", Chart(chart))
-    greatest = (1e6 * result.greatest(), list(DIRECTIONS), "Greatest receptance, µm/N")
-    report = _map_page(report, "Greatest response", grid, greatest, lines=result.extremes(), failures=result.failures)
+    at_line = f" at {result.frequency[0]:.4g} Hz" if result.frequency.size == 1 else ""
+    kind = "Receptance" if at_line else "Greatest receptance"
+    greatest = (1e6 * result.greatest(), list(DIRECTIONS), f"{kind}, µm/N")
+    report = _map_page(report, f"Response{at_line}" if at_line else "Greatest response", grid, greatest,
+                       lines=result.extremes(), failures=result.failures)
     return with_remarks(report, [*result.notes, "Along the tool's x, y and z, force and motion in the same direction."])
+
+
+def motion_map_page(result: MotionMap, name: str) -> Report:
+    """Return a page with maps of driven axes, passive joints, parasitic shift, determinant and condition."""
+    condition = result.of("condition of the tool")
+    report = Report(f"Motion over the workspace: {name}", _extreme_sentence(
+        result.grid, condition, "The condition number of the tool's motion", "", worst_is_high=True),
+        subtitle=_grid_words(result))
+    lines = result.extremes()
+    for title, belongs in _MOTION_GROUPS:
+        chosen = [k for k, column in enumerate(result.columns) if belongs(column)]
+        if chosen:
+            unit = result.columns[chosen[0]].unit
+            columns = (result.shown[..., chosen], [result.columns[k].name for k in chosen], f"{title}{unit and ', '}{unit}")
+            report = _map_page(report, title, result.grid, columns, lines=[lines[k] for k in chosen], failures={})
+    if result.failures:
+        report = report.with_section("Failed poses", Notes(result.failed(), "warning")).with_doubts(
+            f"{len(result.failures)} of {int(np.prod(result.grid.shape))} poses could not be computed")
+    return with_remarks(report, list(result.notes))
 
 
 def _frequency_half_width(result: PoseMap) -> FloatArray | None:
@@ -76,7 +107,7 @@ def _frequency_half_width(result: PoseMap) -> FloatArray | None:
     return None if result.uncertainty is None else result.uncertainty.interval[..., 0]
 
 
-def _grid_words(result: PoseMap | StiffnessMap | ResponseMap) -> str:
+def _grid_words(result: PoseMap | StiffnessMap | ResponseMap | MotionMap) -> str:
     """Return the number of poses computed, and of those failed."""
     return f"{result.grid} poses computed" + (f", {len(result.failures)} failed" if result.failures else "")
 

@@ -109,7 +109,8 @@ def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
             "limit_m": limit, "interval_m": [float(lower), float(upper)],
             "stable_probability": float(limits.chance(weights)[0]), "chatter_frequency_hz": float(limits.frequency[0]),
             "shares": limits.shares, "draws": int(weights.size), "effective_draws": 1 / float((weights**2).sum()),
-            "error_m": float(limits.error[0]), "notes": list(limits.notes), "depth_max_m": limits.depth_max}
+            "error_m": float(limits.error[0]), "notes": [note for note in limits.notes if not isinstance(note, Doubt)],
+            "depth_max_m": limits.depth_max}
 
 
 def _limit_words(data: Mapping[str, Any]) -> str:
@@ -118,7 +119,8 @@ def _limit_words(data: Mapping[str, Any]) -> str:
                                        f"more than {1e3 * data['depth_max_m']:.3g} mm")
     limit = f"{1e3 * data['limit_m']:.3g} mm" if np.isfinite(data["limit_m"]) else f"above {1e3 * data['depth_max_m']:.3g} mm"
     return (f"{1e3 * data['depth_m']:.3g} mm at {data['speed_rpm']:.5g} rev/min is stable with a probability of "
-            f"{100 * data['stable_probability']:.0f} %; the limit there is {limit}, 95 % interval {ends}")
+            f"{100 * data['stable_probability']:.0f} %; the limit there is {limit}, 95 % interval {ends}"
+            + "".join(f"; {note}" for note in data["notes"]))
 
 
 def rank_changes(folder: Path, machine: Path, checked: Path, *, cuts: Mapping[str, Any], goals: Mapping[str, Any],

@@ -53,7 +53,7 @@ class Grid:
 
     def extreme_lines(self, values: FloatArray, names: Sequence[str], unit: str) -> list[str]:
         """Return a line on every column of values (n_1, ..., n_columns): where it is lowest and highest."""
-        lines = []
+        lines, spaced_unit = [], unit if unit in ("", "°") else f" {unit}"
         for k, name in enumerate(names):
             column = values[..., k]
             if np.isnan(column).all():
@@ -62,13 +62,38 @@ class Grid:
             lowest, highest = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
             span = float(column[highest] - column[lowest])
             if span <= 1e-9 * abs(float(column[highest])):
-                lines.append(f"{name}: {number_text(float(column[lowest]))} {unit} at every pose")
+                lines.append(f"{name}: {number_text(float(column[lowest]))}{spaced_unit} at every pose")
                 continue
             # To the digits by which both ends differ.
             lowest_text, highest_text = (number_text(float(column[index]), span / 20) for index in (lowest, highest))
-            lines.append(f"{name}: lowest {lowest_text} {unit} at {self.words([int(i) for i in lowest])}; "
-                         f"highest {highest_text} {unit} at {self.words([int(i) for i in highest])}")
+            lines.append(f"{name}: lowest {lowest_text}{spaced_unit} at {self.words([int(i) for i in lowest])}; "
+                         f"highest {highest_text}{spaced_unit} at {self.words([int(i) for i in highest])}")
         return lines
+
+    def path_lines(self, values: FloatArray, names: Sequence[str]) -> list[str]:
+        """Return a line on every column of values over two axes: where along the second its greatest value runs over the first.
+
+        Further axes stand at their first position; without two axes of several positions there is no path.
+        """
+        drawn = [k for k, positions in enumerate(self.axes.values()) if len(positions) > 1][:2]
+        if len(drawn) < 2:
+            return []
+        flat = values[tuple(slice(None) if k in drawn else 0 for k in range(len(self.axes)))]
+        first, second = (list(self.axes)[k] for k in drawn)
+        return [f"{name}: over {first} the greatest runs along {second} {self._runs(flat[..., k], first, second)}"
+                for k, name in enumerate(names) if not np.isnan(flat[..., k]).all(axis=1).any()]
+
+    def _runs(self, column: FloatArray, first: str, second: str) -> str:
+        """Return the positions of the second axis at which each row is greatest, equal ones together, in words."""
+        greatest = np.nanargmax(column, axis=1)
+        ends = np.flatnonzero(np.append(np.diff(greatest) != 0, True))
+        begins = np.concatenate([[0], ends[:-1] + 1])
+        parts = []
+        for begin, end in zip(begins, ends, strict=True):
+            place = f"{self.shown(second)[greatest[end]]:.4g} {self.unit(second)}".replace(" °", "°")
+            span = [f"{self.shown(first)[i]:.4g} {self.unit(first)}".replace(" °", "°") for i in (begin, end)]
+            parts.append(f"{place} at {span[0]}" + ("" if begin == end else f" to {span[1]}"))
+        return ", ".join(parts)
 
     def __str__(self) -> str:
         return " x ".join(f"{name} {len(positions)}" for name, positions in self.axes.items())
@@ -111,7 +136,13 @@ def _failure_reasons(machine: Machine, poses: Mapping[str, FloatArray], count: i
     chain = machine.chain
     if not isinstance(chain, ClosedChain):
         return [""] * count
-    can_be, reasons = chain.reachable(poses)
+    try:
+        can_be, reasons = chain.reachable(poses)
+    except ToolpointError as error:  # one position beyond its travel refuses the batch: the poses are asked one by one
+        if count == 1:
+            return [str(error)]
+        return [_failure_reasons(machine, {name: column[i:i + 1] for name, column in poses.items()}, 1)[0]
+                for i in range(count)]
     if can_be.any() and chain.loops:
         reached = {name: axis_positions[can_be] for name, axis_positions in poses.items()}
         singular = pose_condition(chain, reached).reasons()

@@ -50,11 +50,12 @@ class ReducedLimits:
 
 
 def question_reduction(machine: Machine | None, pose: Mapping[str, float], problem: MillingProblem, *,
-                       chart: StabilityChart) -> ReducedLimits | None:
-    """Return what reduced bodies leave open of a chart's limits at a pose; None without such bodies, and for lines."""
-    if machine is None or not problem.plane.is_modal or not can_estimate(machine):
-        return None
-    estimate = estimate_reduction(machine, pose, modes=problem.plane.poles.size)
+                       chart: StabilityChart, estimate: ReductionEstimate | None = None) -> ReducedLimits | None:
+    """Return what reduced bodies leave open of a chart's limits at a pose; None without such bodies, and for lines.
+
+    estimate : of the machine at the pose (`estimate_of`), where several charts share it.
+    """
+    estimate = estimate_of(machine, pose, problem) if estimate is None else estimate
     if estimate is None:
         return None
     error = _frequency_errors(problem.plane, estimate)
@@ -64,6 +65,13 @@ def question_reduction(machine: Machine | None, pose: Mapping[str, float], probl
         lowered = with_plane(problem, _with_lower_pole(problem.plane, k, float(error[k])))
         share += np.abs(rough_limits(lowered, chart.speeds, chart.depth_max) / middle - 1)
     return ReducedLimits(chart.speeds, np.minimum(share, MAX_LIMIT_SHARE), _notes(share, estimate, chart))
+
+
+def estimate_of(machine: Machine | None, pose: Mapping[str, float], problem: MillingProblem) -> ReductionEstimate | None:
+    """Return the estimate for the modes of a problem at a pose; None where no body is reduced, and for lines."""
+    if machine is None or not problem.plane.is_modal or not can_estimate(machine):
+        return None
+    return estimate_reduction(machine, pose, modes=problem.plane.poles.size)
 
 
 def _frequency_errors(plane: PlaneDynamics, estimate: ReductionEstimate) -> FloatArray:

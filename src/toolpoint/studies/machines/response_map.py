@@ -57,8 +57,9 @@ class ResponseMap(NotebookText):
         return self.grid.failure_lines(self.failures)
 
     def extremes(self) -> list[str]:
-        """Return a line on every direction: where its greatest receptance is lowest and highest."""
-        return self.grid.extreme_lines(_MICRONS_PER_METRE * self.greatest(), NAMES, "µm/N")
+        """Return a line on every direction: where its greatest receptance is lowest and highest; its path over two axes."""
+        greatest = _MICRONS_PER_METRE * self.greatest()
+        return [*self.grid.extreme_lines(greatest, NAMES, "µm/N"), *self.grid.path_lines(greatest, NAMES)]
 
     def table(self) -> str:
         """Return each direction's greatest receptance with its place and frequency as text."""
@@ -84,8 +85,9 @@ class ResponseMap(NotebookText):
                 "notes": list(self.notes)}
 
     def __repr__(self) -> str:
-        return (f"ResponseMap({self.grid}, {self.frequency.size} lines, {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz, "
-                f"{len(self.failures)} poses failed)")
+        lines = (f"{self.frequency.size} lines, {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if self.frequency.size > 1
+                 else f"at {self.frequency[0]:.4g} Hz")
+        return f"ResponseMap({self.grid}, {lines}, {len(self.failures)} poses failed)"
 
 
 @dataclass(frozen=True)

@@ -69,12 +69,14 @@ def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: P
         return np.asarray(np.log(np.abs(np.real(plane.response(lines))).max(keepdims=True).ravel()))
 
     spread = sample_limits(machine, limits, compliance, rng=np.random.default_rng(0))
-    return None if spread is None else _interval(spread, float(margins.limit[m]), depth, int(laid.path.line[block]))
+    if spread is None:
+        return None
+    return _interval(spread, float(margins.limit[m]), depth, line=int(laid.path.line[block]), error=float(margins.error[m]))
 
 
-def _interval(spread: LimitSpread, limit: float, depth: float, line: int) -> LimitInterval:
+def _interval(spread: LimitSpread, limit: float, depth: float, *, line: int, error: float) -> LimitInterval:
     half_width = spread.factor * spread.lowest
     if not np.isfinite(half_width):
         return LimitInterval(line, f"line {line}: a machine drawn from the identified numbers has no limit there", True)
-    holds = limit * np.exp(-half_width) <= depth <= limit * np.exp(half_width)
-    return LimitInterval(line, f"line {line}, the block nearest to its limit: {spread.words(limit)}", bool(holds))
+    holds = limit * np.exp(-half_width) - error <= depth <= limit * np.exp(half_width) + error
+    return LimitInterval(line, f"line {line}, the block nearest to its limit: {spread.words(limit, error)}", bool(holds))

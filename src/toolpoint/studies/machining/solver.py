@@ -10,13 +10,16 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import Engagement, MillingProblem, StabilityChart, stability
+from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machines.reduced_limits import estimate_of, question_reduction
 from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.vibration import Frf
 
 SEARCHED_DEPTH_RATIO = 4.0  # of a group's depth, up to which a limit is looked for
 MIN_SEARCHED_DEPTH = 5e-5  # m
+CONTENT_VERSION = 2  # of what kept solutions hold: raised where it changes
 MAX_KEPT_INTERVALS = 12  # stable ones of a cut: the lowest
 
 
@@ -29,12 +32,13 @@ class StabilitySolver:
 
     def __post_init__(self) -> None:
         self._problems: dict[tuple[int, int], MillingProblem] = {}
+        self._estimates: dict[tuple[int, int], ReductionEstimate | None] = {}
         self.solutions = 0
 
     @property
     def identity(self) -> str:
         """Key of this solver among others: the cuts and the dynamics of every pose."""
-        digest = hashlib.sha256(repr((self.setup.cut, sorted(self.setup.cuts.items()))).encode())
+        digest = hashlib.sha256(repr((CONTENT_VERSION, self.setup.cut, sorted(self.setup.cuts.items()))).encode())
         for each in self.dynamics:
             response = each.response
             arrays = (response.frequency, response.values) if isinstance(response, Frf) else (
@@ -57,11 +61,17 @@ class StabilitySolver:
 
     def chart(self, tool: int, pose: int, arc: tuple[float, float], *, angle: float, speeds: FloatArray, depth: float
               ) -> StabilityChart:
-        """Return the chart of a cut up to several times its depth."""
+        """Return the chart of a cut up to several times its depth; its errors hold the reduction of elastic bodies."""
         problem = self.problem(tool, pose).changed(engagement=Engagement(*arc), feed_angle=angle)
         self.solutions += len(speeds)
         deepest = max(SEARCHED_DEPTH_RATIO * depth, MIN_SEARCHED_DEPTH)
-        return stability.chart(problem, speeds, depth_max=deepest)
+        chart = stability.chart(problem, speeds, depth_max=deepest)
+        machine, place = self.dynamics[pose].machine, self.dynamics[pose].pose
+        if (tool, pose) not in self._estimates:
+            self._estimates[tool, pose] = estimate_of(machine, place, problem)
+        estimate = self._estimates[tool, pose]
+        reduced = None if estimate is None else question_reduction(machine, place, problem, chart=chart, estimate=estimate)
+        return chart if reduced is None else reduced.widen(chart)
 
     def __call__(self, point: Sequence[float]) -> dict[str, FloatArray]:
         """Return limit, error, frequency, stable intervals and boundaries (m, Hz) of one cut.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint.kinematics import ClosedChain
-from toolpoint.kinematics.task import ANGLES
+from toolpoint.kinematics.task import ANGLES, COORDINATES, Task
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.tool_pose import tool_place
 
@@ -53,12 +53,16 @@ def own_coordinates(machine: Machine, pose: Mapping[str, float]) -> OwnCoordinat
     task = chain.task
     current, reference = (task.read(chain.displacements_of(chain.motions_of(chain.step_values(
         {name: np.array([value]) for name, value in positions.items()})))) for positions in (pose, {}))
-    kinds = dict(task.coordinates)
-    uncommanded = [kind for kind in current if kind not in task.kinds]
-    if task.kinds & set(ANGLES):  # without a tilt the azimuth of a tool that tilts by itself says nothing alone
-        uncommanded = [kind for kind in uncommanded if kind != "azimuth"]
+    kinds, uncommanded = dict(task.coordinates), free_coordinates(task)
     return OwnCoordinates({name: float(current[kind][0]) for name, kind in kinds.items()}, kinds,
                           {kind: float(current[kind][0] - reference[kind][0]) for kind in uncommanded}, described.point)
+
+
+def free_coordinates(task: Task) -> list[str]:
+    """Return the coordinates of a task's point that it leaves to the closure of the loops, by their kind."""
+    kinds = [kind for kind in COORDINATES if kind not in task.kinds]
+    # Without a tilt the azimuth of a tool that tilts by itself says nothing alone.
+    return [kind for kind in kinds if kind != "azimuth"] if task.kinds & set(ANGLES) else kinds
 
 
 def leg_pose(machine: Machine, pose: Mapping[str, float]) -> dict[str, float]:

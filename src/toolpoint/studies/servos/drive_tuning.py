@@ -111,6 +111,22 @@ def tune_drives(drives: DriveDescription, target: TuningTarget | None = None, *,
 
     Axes are tuned in turn, each with the gains that the ones before have received. Raises ToolpointError where no gain keeps
     the margins.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.description import (
+    ...     DriveAxisDescription,
+    ...     DriveDescription,
+    ...     MechanicsDescription,
+    ...     PositionDescription,
+    ...     VelocityDescription,
+    ... )
+    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("two-mass", lead=0.01, inertia=0.006, table_mass=300.0,
+    ...                                                           stiffness=1e8), position=PositionDescription(20.0),
+    ...                             velocity=VelocityDescription(1.0))
+    >>> drives = DriveDescription("slide", {"X": axis})
+    >>> tune_drives(drives).drives.axes["X"].velocity.gain > 1.0
+    True
     """
     target = target or TuningTarget()
     first = servo = build_servo(drives, structure_of(drives, machine, pose))

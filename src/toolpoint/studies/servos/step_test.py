@@ -146,6 +146,22 @@ def step_drives(drives: DriveDescription, steps: Sequence[StepSetting], *, machi
     ------
     ToolpointError
         For an axis that is not there, a current step of a drive without current loop, an unstable servo.
+
+    Examples
+    --------
+    >>> from toolpoint.drives.description import (
+    ...     DriveAxisDescription,
+    ...     DriveDescription,
+    ...     MechanicsDescription,
+    ...     PositionDescription,
+    ...     VelocityDescription,
+    ... )
+    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.01),
+    ...                             position=PositionDescription(20.0), velocity=VelocityDescription(1.0))
+    >>> drives = DriveDescription("slide", {"X": axis})
+    >>> test = step_drives(drives, [StepSetting("X", "velocity", 0.01)]).tests[0]
+    >>> round(1e3 * test.figures.rise_time)  # ms: a lag of J/K_p = 10 ms rises in ln(9) of it
+    22
     """
     servo = build_servo(drives, structure_of(drives, machine, pose))
     check_stable(servo)
@@ -214,11 +230,11 @@ def _simulate_step(drives: DriveDescription, servo: Servo, number: int, *, axis:
     values = np.zeros((count, axes))
     values[REST_SAMPLES:, axis] = height if number != 1 else height / float(controller.lead or 1.0)
     options: dict[str, Any] = {"substeps": drives.substeps, "duration": duration, "check": False}
-    rest = np.zeros((int(np.ceil(duration / position_sample)) + 1, axes))
+    zeros = np.zeros((int(np.ceil(duration / position_sample)) + 1, axes))
     if number == 2:
         return simulate(servo, Command(values, position_sample, np.zeros_like(values), np.zeros_like(values)), **options)
-    still = Command(rest, position_sample, rest, rest)
-    return simulate(servo, still, excitation=Excitation(("current", "speed")[number], values), **options)
+    standstill = Command(zeros, position_sample, zeros, zeros)
+    return simulate(servo, standstill, excitation=Excitation(("current", "speed")[number], values), **options)
 
 
 def _response(run: ServoResult, servo: Servo, number: int, axis: int) -> tuple[FloatArray, FloatArray]:
