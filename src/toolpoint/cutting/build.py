@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from toolpoint._check import LEFT_OUT, ToolpointError, fail, one_of
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
-from toolpoint.cutting.cut.problem import SpeedVariation
 from toolpoint.cutting.cut.tool import Engagement, Tool
 from toolpoint.cutting.cut.total_energy import TotalEnergy, linearise_over
 from toolpoint.cutting.description import COEFFICIENTS, CoefficientsDescription, CuttingDescription
 from toolpoint.cutting.force.materials import Range, literature, materials
+
+if TYPE_CHECKING:
+    from toolpoint.cutting.cut.problem import SpeedVariation
 
 # Keys of a description and the fields of CuttingCoefficients.
 _FIELD_OF_KEY = {"tangential": "kt", "normal": "kn", "axial": "ka",
@@ -134,8 +137,11 @@ def mean_chip(cut: CuttingDescription, user: str = "the force law") -> float:
 
 def variation_of(cut: CuttingDescription) -> SpeedVariation | None:
     """Return the spindle-speed variation of a described cut, where it has one."""
-    variation = cut.variation
-    return None if variation is None else SpeedVariation(variation.amplitude, variation.revolutions, variation.phase)
+    if cut.variation is None:
+        return None
+    from toolpoint.cutting.cut.problem import SpeedVariation  # brings the dynamics, which a look at a file need not
+
+    return SpeedVariation(cut.variation.amplitude, cut.variation.revolutions, cut.variation.phase)
 
 
 def words(cut: CuttingDescription) -> str:

@@ -4,13 +4,15 @@ cutter."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, scalar
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
-from toolpoint.cutting.cut.problem import MillingProblem
+
+if TYPE_CHECKING:
+    from toolpoint.cutting.cut.problem import MillingProblem
 
 
 class ForceLaw(Protocol):

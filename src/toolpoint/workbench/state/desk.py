@@ -11,15 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from toolpoint import io
 from toolpoint._check import FileDoubt, ToolpointWarning
 from toolpoint._doubt import Doubt
-from toolpoint.machine import Machine
 from toolpoint.project import Project
 from toolpoint.project.engine.content import MIN_STAMP_AGE_NS, ContentCache, file_digest
 from toolpoint.project.engine.outlook import StepOutlook
+
+if TYPE_CHECKING:  # the first view waits for no machine
+    from toolpoint.machine import Machine
 
 STATE_PLACE = ".toolpoint/workbench"  # of the token, the last job and the server's address
 KEPT_MACHINES = 4  # machines kept in memory, by path and content of their file

@@ -11,7 +11,10 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, increasing, nonnegative
-from toolpoint.plot.figures.theme import COLOURS, STABLE, figure, plain, with_alpha
+from toolpoint.plot.figures.theme import COLOURS, MARK, STABLE, figure, plain, with_alpha
+
+_MIN_LABEL_SHARE = 0.15  # of the chart's height, below which a label under a curve has no room
+_END_SHARE = 0.15  # of the speeds: nearer to an end a label stands to the inside of its place
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +125,12 @@ def stability_chart(
         else:
             _draw_region(chart, part, colour, depth_top)
     for number, (speed, depth, words) in enumerate(points):
-        chart.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
+        chart.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers", cliponaxis=False,
                          marker={"size": 11, "symbol": "x", "color": COLOURS[(len(parts) + number) % len(COLOURS)]},
                          hovertemplate="%{x:.0f} rev/min<br>%{y:.4g} mm")
+    curves = [part for part in parts if isinstance(part, StabilityCurve)]
+    if len(curves) == 1:
+        _label_least(chart, curves[0], depth_top)
     chart.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
     chart.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * depth_top])
     chart.update_layout(showlegend=True)
@@ -146,6 +152,19 @@ def _draw_curve(chart: go.Figure, curve: StabilityCurve, colour: str, depth_top:
         text=[f"{1e3 * d:.4g}" if np.isfinite(d) else "none found, above range" for d in depth],
         line={"color": colour, "width": 2}, fill="tozeroy" if is_filled else None, fillcolor=STABLE if is_filled else None,
         customdata=list(zip(*hover_values)) if hover_values else None, hovertemplate="<br>".join(words))
+
+
+def _label_least(chart: go.Figure, curve: StabilityCurve, depth_top: float) -> None:
+    """Write the least limit of the charted speeds on its curve, below it, where there is room."""
+    depth = np.where(np.isfinite(curve.depth), curve.depth, np.inf)
+    least = int(np.argmin(depth))
+    if not np.isfinite(depth[least]) or not _MIN_LABEL_SHARE * depth_top < depth[least] < depth_top:
+        return
+    share = least / max(depth.size - 1, 1)
+    chart.add_annotation(
+        x=float(curve.speed_rpm[least]), y=1e3 * float(depth[least]), ax=0, ay=30, arrowhead=0, arrowwidth=1, arrowcolor=MARK,
+        text=f"{plain(curve.name)}, least charted {1e3 * depth[least]:.3g} mm", font={"size": 11}, yanchor="top",
+        xanchor="left" if share < _END_SHARE else "right" if share > 1 - _END_SHARE else "center")
 
 
 def _draw_region(chart: go.Figure, part: StabilityIntervals, colour: str, depth_top: float) -> None:
