@@ -57,7 +57,7 @@ class Row:
 
 def read_areas(path: Path = DATA) -> dict[str, Any]:
     """Return the file as plain data; a row with a key that no row has, or without one that all have, is an error."""
-    data: dict[str, Any] = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
+    data: dict[str, Any] = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
     for area in data["areas"]:
         for part in area["parts"]:
             for row in part["rows"]:

@@ -18,6 +18,7 @@ gc.disable()
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+import numba  # noqa: E402
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
@@ -38,8 +39,27 @@ CHROMIUM_ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader
 def pytest_configure(config):
     """Compile the kernels once, before the workers begin: each of them would compile all of them."""
     is_worker = hasattr(config, "workerinput")
-    if not is_worker and getattr(config.option, "numprocesses", None) and not config.option.collectonly:
+    if is_worker or not getattr(config.option, "numprocesses", None) or config.option.collectonly:
+        return
+    # Running all kernels takes four seconds, also where every one is on disk: only once for each state of their sources.
+    stamp, state = _kernel_stamp(), _kernel_state()
+    if not stamp.is_file() or stamp.read_text(encoding="utf-8") != state:
         subprocess.run([sys.executable, str(ROOT / "tests" / "compile_kernels.py")], check=True)
+        stamp.write_text(state, encoding="utf-8")
+
+
+def _kernel_stamp():
+    """The file that says which kernels are compiled, beside them: it goes where they go."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / "src/toolpoint/cutting/stability/floquet/__pycache__"))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / "compiled_for_tests.txt"
+
+
+def _kernel_state():
+    """Sources of kernels with their times, as numba compares them, and what else a compiled kernel depends on."""
+    sources = [path for path in sorted((ROOT / "src/toolpoint").rglob("*.py")) if b"njit" in path.read_bytes()]
+    words = [numba.__version__, np.__version__, os.environ.get("NUMBA_CPU_NAME", ""), sys.version]
+    return "\n".join([*words, *(f"{path.relative_to(ROOT)} {path.stat().st_mtime_ns}" for path in sources)])
 
 
 def pytest_collection_modifyitems(items):

@@ -11,6 +11,7 @@ The last line is the sum over the package.
 from __future__ import annotations
 
 import ast
+import gc
 import re
 import sys
 import tokenize
@@ -64,15 +65,23 @@ RULES = ("unclear constant", "constant of several modules", "place in a sentence
 def places(root: Path, folder: str = SOURCE) -> Iterator[Place]:
     """Yield every place below a folder (or in one module) that breaks a rule; constants are compared with the whole package."""
     modules_of = _modules_of_numbers(root)
+    place = str(root / folder)
     for path, tree in _trees(root).items():
-        if path == root / folder or root / folder in path.parents:
+        if str(path) == place or str(path).startswith(f"{place}/"):
             yield from _constant_places(path, tree, modules_of)
-            yield from _name_places(path, tree)
-            yield from _first_line_places(path, tree)
+            yield from _walked_places(path, tree)
 
 
 @lru_cache(maxsize=4)
 def _trees(root: Path) -> dict[Path, ast.Module]:
+    gc.disable()  # a million nodes, none of them garbage: looking for it takes longer than parsing
+    try:
+        return _parsed(root)
+    finally:
+        gc.enable()
+
+
+def _parsed(root: Path) -> dict[Path, ast.Module]:
     return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((root / SOURCE).rglob("*.py"))}
 
 
@@ -104,6 +113,10 @@ def is_numeric(value: ast.expr) -> bool:
     """Whether an expression is a number, or a tuple or list of numbers."""
     if isinstance(value, ast.Tuple | ast.List):
         return bool(value.elts) and all(map(is_numeric, value.elts))
+    if isinstance(value, ast.Constant):
+        return isinstance(value.value, int | float | complex)
+    if not isinstance(value, ast.BinOp | ast.UnaryOp):
+        return False  # names and calls: only sums, products and signs of numbers are worth the compiling
     try:
         return isinstance(eval(compile(ast.Expression(value), "constant", "eval"), {"__builtins__": {}}), int | float | complex)
     except Exception:
@@ -119,30 +132,29 @@ def _constant_places(path: Path, tree: ast.Module, modules_of: dict[str, set[Pat
             yield Place(path, line, "constant of several modules", name)
 
 
-def _name_places(path: Path, tree: ast.Module) -> Iterator[Place]:
-    fields = {field.target for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-              for field in node.body if isinstance(field, ast.AnnAssign)}
+def _walked_places(path: Path, tree: ast.Module) -> Iterator[Place]:
+    """Yield the names and the first lines that break a rule, in one walk: walking is what this takes its time for."""
+    kept_names, stored = KEYS_OF_FILES | RECTANGLE_FIELDS, ast.Store()
+    fields = set[ast.expr]()
     for node in ast.walk(tree):
-        if node in fields and isinstance(node, ast.Name) and node.id in KEYS_OF_FILES | RECTANGLE_FIELDS:
-            continue
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            name, line = node.id, node.lineno
+        if isinstance(node, ast.Name):
+            name = node.id
+        elif isinstance(node, ast.Attribute):
+            name = node.attr
         elif isinstance(node, ast.arg):
-            name, line = node.arg, node.lineno
-        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-            name, line = node.attr, node.lineno
-        else:
-            continue
-        if name.lstrip("_") in PLACES_IN_A_SENTENCE:
-            yield Place(path, line, "place in a sentence", name)
-
-
-def _first_line_places(path: Path, tree: ast.Module) -> Iterator[Place]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            name = node.arg
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            if isinstance(node, ast.ClassDef):  # it comes before the fields in it
+                fields |= {field.target for field in node.body if isinstance(field, ast.AnnAssign)}
             text = ast.get_docstring(node)
             if text and UNREADABLE_START.match(text):
                 yield Place(path, getattr(node, "lineno", 1), "first line", text.splitlines()[0][:90])
+            continue
+        else:
+            continue
+        if (name.lstrip("_") in PLACES_IN_A_SENTENCE and isinstance(getattr(node, "ctx", stored), ast.Store)
+                and not (name in kept_names and node in fields)):
+            yield Place(path, node.lineno, "place in a sentence", name)
 
 
 def comments_per_hundred_lines(root: Path, folder: str = SOURCE) -> float:

@@ -43,10 +43,12 @@ def pairs(first: Modes, second: Modes) -> list[tuple[int, int]]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Run and print; the figure last."""
-    CommandLine(__doc__).parse_args(words)
+    parser = CommandLine(__doc__)
+    parser.cases("bands", len(BANDS))
+    options = parser.parse_args(words)
     warnings.simplefilter("ignore")
     frf = measured()
-    results = [identify(frf, band=band) for band in BANDS]
+    results = [identify(frf, band=band) for band in BANDS[:options.bands]]
     inside, alone = [], []
     for a, b in itertools.combinations(results, 2):
         moved = [r.steadiness.moved if r.steadiness is not None else np.zeros((r.modes.count, 2)) for r in (a, b)]

@@ -54,6 +54,7 @@ def examples_of(name: str) -> list[Path]:
     return sorted((ROOT / "examples").glob(f"source_{name}*.py"))
 
 
+@cache
 def read_source(name: str) -> dict[str, Any]:
     """Return a source's file: title, numbered (kind to numbers), example, demo and sections of rows."""
     return _read(FOLDER / f"{name}.yaml")

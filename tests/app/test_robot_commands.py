@@ -84,16 +84,6 @@ def test_wrong_paths(tmp_path, capsys, options, words):
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_demo_of_the_milling_robot(tmp_path, capsys):
-    main(["demo", "milling-robot", "-o", str(tmp_path)])
-    shown = capsys.readouterr().out
-    assert "the source finds" in shown and "loads: the cut" in shown
-    page = (tmp_path / "index.html").read_text()
-    for words in ("Most even segments", "conclusions", "Forces on the base"):
-        assert words in page
-
-
 def test_full_length_is_refused_where_there_is_one_length(capsys):
     with pytest.raises(SystemExit):
         main(["demo", "gantry", "--full"])

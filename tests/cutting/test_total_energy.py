@@ -7,7 +7,7 @@ from toolpoint import ToolpointError
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
 from toolpoint.cutting.build import coefficients_of, total_energy_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.cut.total_energy import TotalEnergy, tangent_deviation
+from toolpoint.cutting.cut.total_energy import TotalEnergy, linearise_over
 from toolpoint.cutting.description import CuttingDescription, TotalEnergyDescription
 from toolpoint.cutting.force.energy_fit import energy_at_feeds, fit_total_energy, forces_of_law
 from toolpoint.cutting.force.laws import rigid_forces
@@ -53,7 +53,8 @@ def test_without_exponent_the_law_is_linear():
     linear = MillingProblem(Tool(0.016, 2), Engagement.down(0.5), CuttingCoefficients(8e8, 2.4e8, 0.8e8), RIGID,
                             feed_per_tooth=1e-4)
     assert rigid_forces(cut(1e-4, law), DEPTH, angle).force == pytest.approx(rigid_forces(linear, DEPTH, angle).force, abs=1e-9)
-    assert tangent_deviation(law, law.linearised(5e-5), Engagement.down(0.5), 1e-4) == pytest.approx(0, abs=1e-12)
+    coefficients, deviation = linearise_over(law, Engagement.down(0.5), 1e-4)
+    assert deviation == pytest.approx(0, abs=1e-12) and coefficients.kt == pytest.approx(8e8) and coefficients.edge_t < 1e-6
 
 
 def test_a_stiff_cut_in_time_has_the_rigid_forces():
@@ -66,13 +67,31 @@ def test_a_stiff_cut_in_time_has_the_rigid_forces():
     assert np.abs(linear.force).max() != pytest.approx(np.abs(force).max(), rel=2e-2)  # the tangent is another law
 
 
-def test_a_described_cut_takes_the_tangent_at_its_mean_chip():
+@pytest.mark.parametrize("engagement", [Engagement.down(0.1), Engagement.up(0.5), Engagement.slot()])
+def test_coefficients_over_an_arc_keep_the_mean_force_and_its_slope(engagement):
+    """Of a slot the mean matrix of a law is that of its slopes by an independent quadrature, within what is stated."""
+    feed = 1e-4
+    coefficients, deviation = linearise_over(LAW, engagement, feed)
+    mean = feed * (np.cos(engagement.entry) - np.cos(engagement.exit)) / engagement.arc
+    assert coefficients.cutting * mean + coefficients.edge == pytest.approx(LAW.per_length(np.array(mean)), rel=1e-9)
+    x, weight = np.polynomial.legendre.leggauss(400)
+    phi = engagement.entry + engagement.arc * (1 + x) / 2
+    slope = 0.8 * 1.2e9 * (feed * np.sin(phi) / 1e-3) ** -0.2
+    k = np.stack([np.cos(phi) + 0.4 * np.sin(phi), -np.sin(phi) + 0.4 * np.cos(phi)], axis=-1)
+    n = np.stack([np.sin(phi), np.cos(phi)], axis=-1)
+    of_law = np.einsum("a,a,ai,aj->ij", weight, slope, k, n)
+    linear = coefficients.kt * np.einsum("a,ai,aj->ij", weight, k, n)
+    assert np.linalg.norm(of_law - linear) / np.linalg.norm(linear) == pytest.approx(deviation, rel=0.02)
+    assert 0.03 < deviation < 0.12 and coefficients.kt > LAW.linearised(mean).kt  # thin chips are stiffer than the mean one
+
+
+def test_a_described_cut_takes_the_slope_over_its_arc():
     described = CuttingDescription.of(diameter=0.016, teeth=2, immersion=0.5, feed_per_tooth=1e-4,
                                       total_energy=TotalEnergyDescription(1.2e9, 0.2, 0.4))
-    law, chip = total_energy_of(described), 1e-4 * 2 / np.pi
+    law = total_energy_of(described)
     assert law == TotalEnergy(1.2e9, 0.2, 0.4)
-    assert coefficients_of(described).kt == pytest.approx(0.8 * 1.2e9 * (chip / 1e-3) ** -0.2)
-    with pytest.raises(ToolpointError, match=r"feed_per_tooth.*mean chip"):
+    assert coefficients_of(described) == linearise_over(law, Engagement.down(0.5), 1e-4)[0]
+    with pytest.raises(ToolpointError, match=r"feed_per_tooth.*total-energy law"):
         coefficients_of(described.replaced(feed_per_tooth=0.0))
     with pytest.raises(ToolpointError, match=r"tangential.*given beside total_energy"):
         coefficients_of(described.replaced(tangential=8e8))

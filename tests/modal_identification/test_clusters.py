@@ -23,10 +23,10 @@ def shared_noise(frf: Frf, part: float, rng: np.random.Generator, over: int = 20
                frf.quantity)
 
 
-def standardised_errors() -> float:
+def standardised_errors(seeds: int) -> float:
     """Root mean square of the errors of frequency and damping over their stated deviation."""
     found = []
-    for seed in range(SEEDS):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         frf = shared_noise(with_noise(benchmark(rng, points=POINTS, placed=True).frf, 1e-3, rng), 0.02, rng)
         modes = identify(frf, band=BAND).modes
@@ -38,9 +38,9 @@ def standardised_errors() -> float:
 
 @pytest.mark.slow
 def test_shared_smooth_noise_widens_the_intervals_to_what_the_errors_are(monkeypatch):
-    assert standardised_errors() == pytest.approx(1.0, abs=0.35)
+    assert standardised_errors(SEEDS) == pytest.approx(1.0, abs=0.35)
     monkeypatch.setattr(estimate, "widening", lambda fit, outputs: np.ones(fit.poles.size))
-    assert standardised_errors() > 1.6
+    assert standardised_errors(2) > 1.6  # a fault of this size shows in two of the five
 
 
 @pytest.mark.slow

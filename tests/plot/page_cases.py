@@ -382,6 +382,17 @@ def servo_tuning() -> Report:
 
 
 @case
+def shaker_on_the_table() -> Report:
+    from toolpoint.pages import shaker_stand_page
+    from toolpoint.studies import stand_shaker
+    from toolpoint.substructuring.shaker import CoilDrive, ElectrodynamicShaker
+
+    shaker = ElectrodynamicShaker(20.0, 0.4, 5e3, suspension_damping=5.0)
+    return shaker_stand_page(stand_shaker(machine(), shaker, "tool:+z", stand="table", frequency=np.linspace(10, 200, 381),
+                                          coil=CoilDrive(10.0, 2.0, 1e-3)))
+
+
+@case
 def servo_map() -> Report:
     from toolpoint.io import read_drives
     from toolpoint.pages import servo_map_page

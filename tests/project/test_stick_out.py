@@ -44,6 +44,7 @@ def test_tip_at_a_stick_out_is_that_of_the_coupled_shaft(folder):
     assert any("no tool was struck at this length" in doubt for doubt in coupled.doubts)
 
 
+@pytest.mark.slow
 def test_slider_has_the_described_length_and_a_move_changes_the_limit_and_both_lines_that_give_it(folder):
     desk = Desk(folder)
     slider = stick_out_slider(Project.open(folder))

@@ -127,6 +127,12 @@ def test_most_even_segment_is_the_least_of_all(robot):
                 again.append(np.ptp(natural_frequencies(robot, reach.batch(), 4), axis=0).sum())
     assert search.best.total == pytest.approx(min(again), rel=1e-9)
     assert np.linalg.norm(search.best.end - search.best.start) == pytest.approx(0.1)
+    assert search.worst.total == pytest.approx(max(again), rel=1e-9)
+    ways = search.by_direction()
+    assert sum(number for _, _, number in ways) == len(search.regions) == len(again)
+    assert [median for _, median, _ in ways] == sorted(median for _, median, _ in ways)
+    best = (search.best.end - search.best.start) / 0.1
+    assert search.direction_words()[0].startswith("most even: along ") and any(np.allclose(way, best) for way, _, _ in ways)
 
 
 def test_four_directions_are_horizontal_vertical_and_both_diagonals():

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from toolpoint.studies.machines.virtual_test import surface_points, true_modes
 BED, HEAD = {"rx": 4e7, "ry": 6e7}, {"rx": 2.1e8}
 
 
+@cache
 def found(hinge, known, noise=1e-3, seed=1, guess=None):
     """Return the joints of a bed and a head that is two halves on a hinge (N m/rad), taken as rigid."""
     bodies = {"bed": BodyDescription(2000.0, (0.0, 0.0, 0.4), shape=ShapeDescription("box", (1.0, 1.0, 0.8))),

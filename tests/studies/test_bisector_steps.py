@@ -19,8 +19,13 @@ def steps_of(case, modes):
     return study_joints(modes, Geometry(case.points, []), components).steps()
 
 
-def test_axes_of_unenlarged_shapes_meet_at_the_published_joints(case):
-    for steps in steps_of(case, case.truth):
+@pytest.fixture(scope="module")
+def true_steps(case):
+    return steps_of(case, case.truth)
+
+
+def test_axes_of_unenlarged_shapes_meet_at_the_published_joints(case, true_steps):
+    for steps in true_steps:
         assert len(steps.axes) == 6 and not steps.reason
         assert steps.point_count == len(case.components[steps.joint.split(" - ")[1]])
         small, large = steps.misses()
@@ -30,8 +35,8 @@ def test_axes_of_unenlarged_shapes_meet_at_the_published_joints(case):
         assert len(steps.rows()) == 8 and steps.to_dict()["misses_m"][0] == small
 
 
-def test_the_column_turns_about_x_in_every_mode(case):
-    column = next(steps for steps in steps_of(case, case.truth) if steps.joint == "base - column")
+def test_the_column_turns_about_x_in_every_mode(true_steps):
+    column = next(steps for steps in true_steps if steps.joint == "base - column")
     for axis in column.axes:
         assert abs(axis.direction[0]) > 0.99
 

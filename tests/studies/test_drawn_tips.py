@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from toolpoint.io import read_frf, write_frf
-from toolpoint.studies.cuts.lobes_study import chart_lobes
+from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
 from toolpoint.studies.cuts.simulated_cut import simulate_cut
 from toolpoint.studies.cuts.tool_coupling import study_tool
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, response_dynamics
@@ -36,18 +34,25 @@ def tip() -> Frf:
     return study_tool(base, tool, generator=np.random.default_rng(1)).frf
 
 
-def saved(frf: Frf, folder: Path) -> ToolDynamics:
-    write_frf(frf, folder / "tip.h5")
-    return response_dynamics(read_frf(folder / "tip.h5"), what="tip.h5")
+@pytest.fixture(scope="module")
+def filed(tip: Frf, tmp_path_factory: pytest.TempPathFactory) -> ToolDynamics:
+    """The tip as it comes back from a file."""
+    path = tmp_path_factory.mktemp("drawn") / "tip.h5"
+    write_frf(tip, path)
+    return response_dynamics(read_frf(path), what="tip.h5")
+
+
+@pytest.fixture(scope="module")
+def by_file(filed: ToolDynamics) -> LobesStudy:
+    return chart_lobes(filed, CUT, speeds=SPEEDS)
 
 
 def test_both_planes_share_the_collet(tip: Frf) -> None:
     np.testing.assert_allclose(tip.draws[:, :, 0, 0], tip.draws[:, :, 1, 1])
 
 
-def test_the_file_gives_the_interval_of_the_draws_and_no_hundred_per_cent(tip: Frf, tmp_path: Path) -> None:
+def test_the_file_gives_the_interval_of_the_draws_and_no_hundred_per_cent(tip: Frf, by_file: LobesStudy) -> None:
     direct = chart_lobes(response_dynamics(tip), CUT, speeds=SPEEDS)
-    by_file = chart_lobes(saved(tip, tmp_path), CUT, speeds=SPEEDS)
     np.testing.assert_allclose(by_file.chart.limit_error, direct.chart.limit_error, rtol=1e-3)
     share = by_file.chart.limit_error / np.minimum(by_file.chart.limit, by_file.chart.depth_max)
     assert (share < 0.4).all() and np.median(share) < 0.2
@@ -56,9 +61,9 @@ def test_the_file_gives_the_interval_of_the_draws_and_no_hundred_per_cent(tip: F
     assert any("95 % interval of the least charted limit" in note for note in by_file.chart.notes)
 
 
-def test_probability_takes_the_draws(tip: Frf, tmp_path: Path) -> None:
+def test_probability_takes_the_draws(filed: ToolDynamics) -> None:
     exact_coefficients = Uncertainty(samples=40, coefficients=1e-6)
-    study = chart_lobes(saved(tip, tmp_path), CUT, speeds=SPEEDS, uncertainty=exact_coefficients)
+    study = chart_lobes(filed, CUT, speeds=SPEEDS, uncertainty=exact_coefficients)
     assert study.probability is not None
     # Samples are charted to a depth that the deepest pocket passes.
     charted = study.chart.limit * study.chart.limit_draws.max(axis=0) < study.probability.depths.max()
@@ -69,21 +74,19 @@ def test_probability_takes_the_draws(tip: Frf, tmp_path: Path) -> None:
     assert not any("taken as exact" in note for note in study.chart.notes)
 
 
-def test_turning_states_the_interval_of_the_draws(tip: Frf, tmp_path: Path) -> None:
-    study = chart_turning(saved(tip, tmp_path), TurningCut(2e9), SPEEDS)
+def test_turning_states_the_interval_of_the_draws(tip: Frf, filed: ToolDynamics) -> None:
+    study = chart_turning(filed, TurningCut(2e9), SPEEDS)
     least = tip.draws[:, :, 0, 0].real.min(axis=1)
     middle = tip.values[:, 0, 0].real.min()
     assert study.limit is not None
     assert study.limit.error / study.limit.width >= np.std(middle / least)
 
 
-def test_a_simulated_cut_is_doubted_where_the_draws_do_not_agree(tip: Frf, tmp_path: Path) -> None:
-    dynamics = saved(tip, tmp_path)
-    chart = chart_lobes(dynamics, CUT, speeds=SPEEDS[1:2]).chart
-    limit = float(min(chart.limit[0], chart.depth_max))
-    near = simulate_cut(dynamics, CUT, speed=8000.0, depth=limit, revolutions=20)
+def test_a_simulated_cut_is_doubted_where_the_draws_do_not_agree(filed: ToolDynamics, by_file: LobesStudy) -> None:
+    limit = float(min(by_file.chart.limit[1], by_file.chart.depth_max))
+    near = simulate_cut(filed, CUT, speed=8000.0, depth=limit, revolutions=20)
     assert near.drawn is not None and 0.1 < near.drawn.stable_share < 0.9
     assert any("equally likely responses" in note and note.startswith("verdict") for note in near.notes)
-    far = simulate_cut(dynamics, CUT, speed=8000.0, depth=0.3 * limit, revolutions=20)
+    far = simulate_cut(filed, CUT, speed=8000.0, depth=0.3 * limit, revolutions=20)
     assert far.drawn is not None and far.drawn.stable_share > 0.95
     assert far.to_dict()["probability_stable"] > 0.95

@@ -1,6 +1,7 @@
 """Drift: an unchanged machine is left in peace at the stated rate, a changed joint, mass or scale is named with its factor."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,12 @@ def measured(machine, count=20, noise=1e-4):
     return Modes(modes.frequency, np.full(count, 0.03), modes.shape, modes.dofs, covariance=covariance)
 
 
+@cache
+def study_of(machine, joint):
+    """Drift of a joint that lost a fifth of its stiffness; asked by several tests."""
+    return study_drift(measured(machine), [measured(softer(machine, joint, 0.8))], machine)
+
+
 def softer(machine, joint, factor, ways=None):
     stiffness = machine.description.joints[joint].stiffness
     return machine.with_values({f"joints.{joint}.stiffness.{way}": factor * stiffness[way] for way in ways or stiffness})
@@ -61,7 +68,7 @@ def test_directions_of_a_joint_in_a_loop_add_up_to_it(name):
 @pytest.mark.parametrize("joint", ["feet", "bearings", *(pytest.param(name, marks=pytest.mark.slow) for name in (
     "guide_y", "guide_x", "column_foot", "guide_z"))])
 def test_a_softer_joint_is_named_with_its_factor(mill, joint):
-    study = study_drift(measured(mill), [measured(softer(mill, joint, 0.8))], mill)
+    study = study_of(mill, joint)
     assert study.has_changed and study.parts[0][0] == f"joint {joint}"
     assert study.explanations[0].interval[0] <= 0.8 <= study.explanations[0].interval[1]
     # A tenth of the change is left open for the machine's own errors, which all modes share.
@@ -77,7 +84,7 @@ def test_one_direction_is_named(mill):
 
 
 def test_a_spring_that_no_measured_point_sees_keeps_its_stiffness(mill):
-    study = study_drift(measured(mill), [measured(softer(mill, "feet", 0.8))], mill)
+    study = study_of(mill, "feet")
     unseen = next(each for each in study.explanations if (each.part, each.direction) == ("joint bearings", "rz"))
     assert unseen.factor == pytest.approx(1.0, abs=0.1) and unseen.interval[0] < 0.7
 

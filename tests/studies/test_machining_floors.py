@@ -76,6 +76,7 @@ def test_a_floor_is_lifted_by_the_axial_force_over_the_axial_stiffness():
     assert result.errors.columns["total"][k] != 0
 
 
+@pytest.mark.slow
 def test_forced_motion_is_that_of_an_integration_in_time():
     """Two modes of the tip under a periodic force, integrated over 200 passings of the teeth until they have settled."""
     cut = CuttingDescription.of(**{**FLAT, "teeth": 2}, immersion=0.4)

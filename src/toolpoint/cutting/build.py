@@ -12,7 +12,7 @@ from toolpoint._check import LEFT_OUT, ToolpointError, fail, one_of
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import SpeedVariation
 from toolpoint.cutting.cut.tool import Engagement, Tool
-from toolpoint.cutting.cut.total_energy import TotalEnergy
+from toolpoint.cutting.cut.total_energy import TotalEnergy, linearise_over
 from toolpoint.cutting.description import COEFFICIENTS, CoefficientsDescription, CuttingDescription
 from toolpoint.cutting.force.materials import Range, literature, materials
 
@@ -59,14 +59,15 @@ def engagement_of(cut: CuttingDescription) -> Engagement:
 def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
     """Return the coefficients: those of the material where one is named, replaced by the values given beside it.
 
-    A material may have several sets in the literature; the first is taken, ``NAME:2`` takes the second. Kienzle's law and a
-    total-energy law are linearised at the mean chip thickness of the cut, which needs its feed per tooth. The sources of
-    Kienzle's constants give the tangential force only, so the normal coefficient must be given.
+    A material may have several sets in the literature; the first is taken, ``NAME:2`` takes the second. Kienzle's law is
+    linearised at the mean chip thickness of the cut, a total-energy law over its arc, which both need its feed per tooth. The
+    sources of Kienzle's constants give the tangential force only, so the normal coefficient must be given.
     """
     described = cut.coefficients
     if (law := total_energy_of(cut)) is not None:
         _refuse_second_law(described)
-        return law.linearised(mean_chip(cut, "the tangent of the total-energy law"))
+        mean_chip(cut, "the total-energy law")  # refuses a cut without feed
+        return linearise_over(law, engagement_of(cut), cut.feed_per_tooth)[0]
     stated = {to: getattr(described, name) for name, to in _FIELD_OF_KEY.items() if getattr(described, name) is not None}
     if not described.material:
         for name in ("tangential", "normal"):
@@ -126,7 +127,7 @@ def mean_chip(cut: CuttingDescription, user: str = "the force law") -> float:
     """
     if not cut.feed_per_tooth > 0:
         fail("feed_per_tooth", "missing", f"{user} is taken at the mean chip thickness and needs it",
-             remedy="for example 0.1 mm")
+             remedy="for example 0.1 mm (`feed`)")
     arc = engagement_of(cut)
     return float(cut.feed_per_tooth * (np.cos(arc.entry) - np.cos(arc.exit)) / arc.arc)
 

@@ -56,9 +56,9 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.machine_file import write as write_machine
     from toolpoint.io.yaml.machine_file import write_cutting
     from toolpoint.io.yaml.plan_file import read as read_plan
-    from toolpoint.io.yaml.project_file import line_of_tried, read_tried
+    from toolpoint.io.yaml.project_file import find_parts_without_cut, line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
-    from toolpoint.io.yaml.project_parts import enter_part, find_parts_without_cut, name_cut
+    from toolpoint.io.yaml.project_parts import enter_part, name_cut
     from toolpoint.io.yaml.robot_file import read as read_datasheet
     from toolpoint.io.yaml.robot_file import read_robot_machine
     from toolpoint.io.yaml.shaft_file import read as read_shaft
@@ -171,8 +171,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
-    "yaml.project_file": ("read as read_project", "read_tried", "line_of_tried"),
-    "yaml.project_parts": ("enter_part", "find_parts_without_cut", "name_cut"),
+    "yaml.project_file": ("find_parts_without_cut", "read as read_project", "read_tried", "line_of_tried"),
+    "yaml.project_parts": ("enter_part", "name_cut"),
     "yaml.robot_file": ("read as read_datasheet", "read_robot_machine"),
     "yaml.shaft_file": ("read as read_shaft",),
     "yaml.testing.choice_file": ("read as read_choice",),

@@ -77,6 +77,15 @@ class CutStock(Stock):
                  remedy="a larger spacing")
         return Dexels(float(origin[0]), float(origin[1]), h, intervals[:, :, :max(number, 1)].copy())
 
+    def cell_lines(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the intervals (cells, lines, n, 2) of the work along upright lines at x and y (cells, lines), m."""
+        assert self.removed is not None and self.removed.work is not None
+        intervals = np.full((x.size, MAX_MESH_INTERVALS, 2), np.nan)
+        places = np.stack([x.ravel(), y.ravel()], axis=1)
+        number = _cross_places(self.removed.work, np.ascontiguousarray(self.rotation), self.removed.settings.spacing,
+                               (np.ascontiguousarray(self.to_box), self.first_box), places, intervals)
+        return intervals[:, :min(max(number, 1), MAX_MESH_INTERVALS)].reshape(*x.shape, -1, 2)
+
 
 @njit(cache=True, nogil=True)
 def _is_inside(work, rotation, x, y, z):
@@ -118,22 +127,37 @@ def _span_in_box(to_box, box, x, y):
 def _cross_work(work, rotation, grid, first_stock, intervals):
     """Write the intervals of every line of a grid (x0, y0, spacing); return the largest number of them on a line."""
     x0, y0, h = grid
-    step, most = _LOOK_RATIO * h, 0
+    most = 0
     for i in range(intervals.shape[0]):
         for j in range(intervals.shape[1]):
             place = (x0 + (i + _LINE_SHIFT) * h, y0 + (j + 1.7 * _LINE_SHIFT) * h)
-            span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])
-            if span[1] < span[0]:
-                continue
-            was_inside, number, previous = False, 0, span[0] - step
-            for n in range(math.ceil((span[1] - span[0]) / step) + 2):
-                z = span[0] - 0.5 * step + n * step
-                now = _is_inside(work, rotation, place[0], place[1], z)
-                if now != was_inside:
-                    end = _end(work, rotation, place, (previous, z), was_inside)
-                    if number < intervals.shape[2]:
-                        intervals[i, j, number, 0 if now else 1] = end
-                    number += 0 if now else 1
-                was_inside, previous = now, z
-            most = max(most, number)
+            most = max(most, _cross_line(work, rotation, _LOOK_RATIO * h, first_stock, place, intervals[i, j]))
     return most
+
+
+@njit(cache=True, nogil=True)
+def _cross_places(work, rotation, step, first_stock, places, intervals):
+    """Write the intervals of the lines at places (n, 2); return the largest number of them on a line."""
+    most = 0
+    for n in range(places.shape[0]):
+        place = (places[n, 0], places[n, 1])
+        most = max(most, _cross_line(work, rotation, step, first_stock, place, intervals[n]))
+    return most
+
+
+@njit(cache=True, nogil=True)
+def _cross_line(work, rotation, step, first_stock, place, intervals):
+    """Write the intervals of a line, looked at in steps; return their number, which may be above the room for them."""
+    span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])
+    if span[1] < span[0]:
+        return 0
+    was_inside, number, previous = False, 0, span[0] - step
+    for n in range(math.ceil((span[1] - span[0]) / step) + 2):
+        z = span[0] - 0.5 * step + n * step
+        now = _is_inside(work, rotation, place[0], place[1], z)
+        if now != was_inside:
+            if number < intervals.shape[0]:
+                intervals[number, 0 if now else 1] = _end(work, rotation, place, (previous, z), was_inside)
+            number += 0 if now else 1
+        was_inside, previous = now, z
+    return number

@@ -39,6 +39,50 @@ def cross_mesh(triangles: FloatArray, x: FloatArray, y: FloatArray) -> FloatArra
     return intervals
 
 
+def cross_cells(triangles: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the intervals (cells, lines, n, 2) inside a closed mesh along upright lines at x and y (cells, lines), m.
+
+    The lines of a cell lie near each other: triangles beside a cell are passed over. Lines that cross the mesh an odd number of
+    times, through an edge, have none.
+    """
+    crossings = np.full((*x.shape, 2 * MAX_MESH_INTERVALS), np.nan)
+    count = np.zeros(x.shape, np.int32)
+    _cross_cells(np.ascontiguousarray(triangles), np.ascontiguousarray(x), np.ascontiguousarray(y), count, crossings)
+    crossings[count % 2 == 1] = np.nan
+    crossings.sort(axis=2)
+    n = max(int(count.max(initial=0)) // 2, 1)
+    return crossings[:, :, :2 * n].reshape(*x.shape, n, 2)
+
+
+@njit(cache=True, nogil=True)
+def _cross_cells(triangles, x, y, count, crossings):
+    """Write z of every crossing of the lines of cells with the triangles, by strips of cells in x."""
+    lower, upper = x[:, 0].copy(), x[:, 0].copy()
+    for cell in range(x.shape[0]):
+        lower[cell], upper[cell] = x[cell].min(), x[cell].max()
+    order = np.argsort(lower)
+    width = (upper - lower).max()
+    starts = lower[order]
+    for k in range(triangles.shape[0]):
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = triangles[k, 0], triangles[k, 1], triangles[k, 2]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0.0:
+            continue
+        y_min, y_max = min(ay, by, cy), max(ay, by, cy)
+        first = np.searchsorted(starts, min(ax, bx, cx) - width)
+        last = np.searchsorted(starts, max(ax, bx, cx), side="right")
+        for cell in order[first:last]:
+            if y[cell].max() < y_min or y[cell].min() > y_max:
+                continue
+            for n in range(x.shape[1]):
+                u = ((x[cell, n] - ax) * (cy - ay) - (cx - ax) * (y[cell, n] - ay)) / area
+                v = ((bx - ax) * (y[cell, n] - ay) - (x[cell, n] - ax) * (by - ay)) / area
+                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                    if count[cell, n] < crossings.shape[2]:
+                        crossings[cell, n, count[cell, n]] = az + u * (bz - az) + v * (cz - az)
+                    count[cell, n] += 1
+
+
 @njit(cache=True, nogil=True)
 def _cross(triangles, x, y, count, crossings):
     """Write z of every crossing of the lines with the triangles; count goes on beyond the room for them."""

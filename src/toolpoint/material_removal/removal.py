@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.removed import COLLISION_KINDS, Collision, RemovalSettings, RemovedMaterial
-from toolpoint.material_removal.stock import Stock
+from toolpoint.material_removal.stock import MESH, Stock
 from toolpoint.material_removal.tool_shape import Holder, MillShape
 
 _MIN_CORNER_TURN = 0.05  # rad: a smaller jump of the direction gets no place of its own
@@ -36,6 +36,7 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
 
     Raises ToolpointError where the path never comes over the stock.
     """
+    from toolpoint.material_removal.cell_volumes import measure_by_lines
     from toolpoint.material_removal.march import march  # brings the compiler
     from toolpoint.material_removal.surface import Work, begin_heights, measure_volumes
 
@@ -54,7 +55,7 @@ def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], set
     result = march(work, moves, (piece, at_start, is_sampled), flutes=flutes, settings=settings, bodies=_bodies(shapes,
             holders),
                    progress=progress)
-    total, left = measure_volumes(work)
+    total, left = measure_volumes(work) if stock.kind != MESH else measure_by_lines(work, stock)
     ends = np.where(at_start[:, None], moves.rows[piece, 0:3], moves.rows[piece, 3:6])
     feed = np.where(at_start[:, None], moves.first[piece], moves.last[piece])
     collisions = tuple(Collision(COLLISION_KINDS[kind], int(moves.block[k]), (x, y, z), depth,

@@ -100,6 +100,12 @@ class Stock:
             intervals[outside] = np.nan
         return Dexels(float(origin[0]), float(origin[1]), h, intervals)
 
+    def cell_lines(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the intervals (cells, lines, n, 2) of a mesh along upright lines at x and y (cells, lines), m."""
+        from toolpoint.material_removal.mesh_intervals import cross_cells  # brings the compiler
+
+        return cross_cells(self.triangles, x, y)
+
 
 @dataclass(frozen=True, eq=False)
 class Dexels:

@@ -21,6 +21,7 @@ from toolpoint.material_removal.envelope import lowest, lowest_of_arc, lowest_of
 
 _LATTICE_SIZE, _LATTICE_STEP = 89, 55  # Fibonacci lattice in a cell at a wall: an edge along the grid is within 1/89 of it
 
+_EDGE_BEND = 0.02  # of the spacing: ends of a stock's dexels in a row that bend more are those of an edge
 _WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend more are those of a wall
 
 
@@ -229,10 +230,40 @@ def measure_volumes(work):
     removed, left = 0.0, 0.0
     for i in range(-1, nx + 1):
         for j in range(-1, ny + 1):
-            taken, kept = _cell(work, i, j) if _is_mixed(work, i, j) else _plain_cell(work, i, j)
+            if not _is_mixed(work, i, j):
+                taken, kept = _plain_cell(work, i, j)
+            elif work.kind == 2:
+                continue  # those of a mesh are measured by its own lines, see `measure_lines`
+            else:
+                taken, kept = _cell(work, i, j)
             removed += taken
             left += kept
     return removed * work.spacing * work.spacing, left * work.spacing * work.spacing
+
+
+@njit(cache=True, nogil=True)
+def list_mixed_cells(work):
+    """Return the cells (n, 2) through which a wall or an edge of the stock may pass."""
+    cells = []
+    for i in range(-1, work.height.shape[0] + 1):
+        for j in range(-1, work.height.shape[1] + 1):
+            if _is_mixed(work, i, j):
+                cells.append((i, j))
+    return np.array(cells, np.int64) if len(cells) else np.zeros((0, 2), np.int64)
+
+
+@njit(cache=True, nogil=True)
+def measure_lines(work, x, y, intervals):
+    """Return the lengths (m) taken away and left on upright lines at x and y (n,), whose stock has the intervals (n, m, 2)."""
+    taken, kept = 0.0, 0.0
+    for n in range(x.size):
+        z = cut_height(work, x[n], y[n])
+        for k in range(intervals.shape[1]):
+            bottom, top = intervals[n, k, 0], intervals[n, k, 1]
+            if top > bottom:  # false for the not-a-number of a missing one
+                taken += max(top - max(bottom, z), 0.0)
+                kept += max(min(top, z) - bottom, 0.0)
+    return taken, kept
 
 
 @njit(cache=True, nogil=True)
@@ -260,6 +291,20 @@ def _is_mixed(work, i, j):
         bend = work.height[i + m, j + n] - 2.0 * work.height[i, j] + work.height[i - m, j - n]
         if abs(bend) > _WALL_BEND * work.spacing:
             return True
+    return work.kind == 2 and _stock_bends(work, i, j)
+
+
+@njit(cache=True, nogil=True)
+def _stock_bends(work, i, j):
+    """Whether an edge of a mesh passes through a cell: its ends there are not in line with those around."""
+    for n in range(work.intervals.shape[2]):
+        for end in range(2):
+            here = work.intervals[i, j, n, end]
+            for m, k in ((1, 0), (0, 1)):
+                bend = work.intervals[i + m, j + k, n, end] - 2.0 * here + work.intervals[i - m, j - k, n, end]
+                gaps = math.isnan(work.intervals[i + m, j + k, n, end]) + math.isnan(work.intervals[i - m, j - k, n, end])
+                if gaps != 2 * math.isnan(here) or abs(bend) > _EDGE_BEND * work.spacing:
+                    return True
     return False
 
 
@@ -272,13 +317,7 @@ def _cell(work, i, j):
         x = work.x0 + (i - 0.5 + (n + 0.5) / _LATTICE_SIZE) * work.spacing
         y = work.y0 + (j - 0.5 + ((n * _LATTICE_STEP) % _LATTICE_SIZE + 0.5) / _LATTICE_SIZE) * work.spacing
         z = cut_height(work, x, y)
-        if work.kind == 2:
-            m = min(max(math.floor((x - work.x0) / work.spacing + 0.5), 0), work.height.shape[0] - 1)
-            k = min(max(math.floor((y - work.y0) / work.spacing + 0.5), 0), work.height.shape[1] - 1)
-            if 0 <= i < work.height.shape[0] and 0 <= j < work.height.shape[1]:
-                taken += column(work, m, k, math.inf, z)
-                kept += column(work, m, k, z, -math.inf)
-        elif stock_has(work, x, y, lower[2]):
+        if stock_has(work, x, y, lower[2]):
             taken += max(upper[2] - max(z, lower[2]), 0.0)
             kept += max(min(upper[2], z) - lower[2], 0.0)
     return taken / _LATTICE_SIZE, kept / _LATTICE_SIZE

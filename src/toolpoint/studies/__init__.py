@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
-    from toolpoint.studies.machining.tilted_stages import refuse_in_tilted_planes, run_stages
+    from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.servos.step_test import StepSetting, step_drives
     from toolpoint.studies.testing.modal_test_plan import plan_test
+    from toolpoint.studies.testing.shaker_stand import describe_shaker, stand_shaker
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
     from toolpoint.studies.video.interfaces import rank_interfaces
@@ -160,6 +161,7 @@ __all__ = [
     "cite_package",
     "compare_branches",
     "compare_record",
+    "compare_stages",
     "compare_two_states",
     "compare_with_test",
     "core_count",
@@ -168,6 +170,7 @@ __all__ = [
     "cuts_of_options",
     "decisive_window",
     "describe_machining",
+    "describe_shaker",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -213,7 +216,6 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
-    "refuse_in_tilted_planes",
     "response_dynamics",
     "run_drives",
     "run_plan",
@@ -232,6 +234,7 @@ __all__ = [
     "spindle_signal",
     "spring_ways",
     "square",
+    "stand_shaker",
     "step_drives",
     "stock_of",
     "structure_of",
@@ -325,7 +328,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
-    "machining.tilted_stages": ("refuse_in_tilted_planes", "run_stages"),
+    "machining.tilted_stages": ("compare_stages", "run_stages"),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),
@@ -365,6 +368,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.servo_map": ("map_servo",),
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),
+    "testing.shaker_stand": ("describe_shaker", "stand_shaker"),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.filmed_machine": ("magnify_motion", "study_videos"),

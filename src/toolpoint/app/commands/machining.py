@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from toolpoint.machine import Machine
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
     from toolpoint.studies.machining.result import MachiningStudy
+    from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
     read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
@@ -90,6 +91,14 @@ class MachineRecord:
         return studies.compare_record(result, signal.time, signal.values, unit=signal.unit, name=signal.name,
                                       efficiency=self.efficiency)
 
+    def compare_stages(self, result: StagedStudy, record: Any) -> StagedStudy:
+        """Return the stages with the record beside them, as they are without one."""
+        if record is None:
+            return result
+        signal = studies.spindle_signal(record, self.signal)
+        return studies.compare_stages(result, signal.time, signal.values, unit=signal.unit, name=signal.name,
+                                      efficiency=self.efficiency)
+
 
 @command(steps=3, replace=True)
 def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
@@ -132,10 +141,12 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo)
     if parsed.is_tilted:
-        excluded = {"--advice": with_advice, "--write": write, "--record": record, "--folder": folder}
-        studies.refuse_in_tilted_planes([name for name, value in excluded.items() if value])
-        staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes,
-                                    progress=run.progress_of_parts())
+        staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
+                                    with_advice=with_advice or write is not None, progress=run.progress_of_parts())
+        staged = recorded.compare_stages(staged, record)
+        if write is not None:
+            changes = io.SpeedAndFeed(*staged.advised_words)
+            run.write("Program", write, lambda path: io.write_program(text, changes, path, original=program))
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice

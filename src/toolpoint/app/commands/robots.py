@@ -62,6 +62,7 @@ def region(run: Frame, machine: MachineFile, *,
                "Natural frequencies, stiffness of the tool, or the lowest stable depth.")] = "frequency", count: Count = 4,
            length: Annotated[Length, Help("Length of the segment that is searched; 0 for the map alone.", default="200mm")],
            directions: Annotated[int, Help("Directions of segments in the plane, evenly over half a turn.", minimum=1)] = 4,
+           samples: Annotated[int, Help("Places at which a segment is judged, both ends included.", minimum=2)] = 5,
            feed_directions: Annotated[int, Help("Feed directions of a depth.", minimum=1)] = 1,
            point: Annotated[str, Help("Another point of the tool's body in place of the tip.")] = "",
            branch: ArmBranch = "",
@@ -71,7 +72,8 @@ def region(run: Frame, machine: MachineFile, *,
     place_quantity = studies.PlaceQuantity.over_feeds(quantity, count, feed_directions)
     result = studies.study_region(
         built, studies.place_grid({axis.name: axis.positions for axis in along}, origin), place_quantity,
-        length=length, directions=directions, direction=direction, turn=turn, branch=branch, point=point, step=run.step)
+        length=length, directions=directions, samples=samples, direction=direction, turn=turn, branch=branch, point=point,
+        step=run.step)
     run.step("page")
     run.save(pages.place_page, result.map, result.search, machine.stem)
     run.show(result)

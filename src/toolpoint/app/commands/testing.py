@@ -14,11 +14,12 @@ from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
 from toolpoint.app.cut_options import CutValues
-from toolpoint.app.declare import Argument, Help, command, list_given
+from toolpoint.app.declare import Argument, Help, Reading, command, list_given
 from toolpoint.app.frame import Frame
 from toolpoint.app.live_options import LiveBlows
 from toolpoint.app.options import Files, MachineFile, Pose, Poses, Quantity, Variables
 from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, Span, SpindleSpeeds
+from toolpoint.io.quantities.written import read_shaker
 from toolpoint.io.suffixes import YAML
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from toolpoint.signals.record_set import RecordSet
     from toolpoint.signals.test_description import HammerTestDescription
 
+Shaker = Annotated[tuple[str, dict[str, float]], Reading(
+    read_shaker, "NAME=VALUE with commas between, for example stands=table,body=20kg,armature=0.4kg,suspension=5N/mm")]
 TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables", "excitation", "resolution", "zoom", "settle")
 
 
@@ -115,6 +118,8 @@ class MachineResponse:
     inputs: Annotated[tuple[str, ...], Help("Force here; where it is seen, where left out.", name="--force",
                                             metavar="POINT:DIRECTION")] = ()
     drives: Annotated[SourceFile | None, Help("Drive file: responses with its drives on, off, shorted and braked.")] = None
+    shaker: Annotated[Shaker | None, Help("Responses as a shaker measures them that pushes at --force or --at.",
+                                          metavar="stands=table,body=20kg,armature=0.4kg,suspension=5N/mm")] = None
     lines: Annotated[Lines | None, Help("Lines in Hz, for example 5:400:1600; over all modes where left out.",
                                         metavar="LOW:HIGH:NUMBER")] = None
 
@@ -150,6 +155,9 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     if response.drives is not None:
         _respond_with_drives(run, built, response, save)
         return
+    if response.shaker is not None:
+        _respond_to_shaker(run, built, response, save)
+        return
     result = studies.study_responses_of_machine(built, response.pose or None, response.outputs or None,
                                                 inputs=response.inputs or None,
                                                 frequency=response.lines,
@@ -168,6 +176,20 @@ def _respond_with_drives(run: Frame, machine: Machine, response: MachineResponse
                                             frequency=response.lines)
     run.write("Responses with the drives on", save, io.write_frf, driven.frfs["on"])
     run.present(pages.driven_responses_page, driven, run.warnings, notes=[*driven.doubts, *driven.notes])
+
+
+def _respond_to_shaker(run: Frame, machine: Machine, response: MachineResponse, save: Path | None) -> None:
+    """Save the responses with the shaker on the machine, and show them beside the true ones."""
+    driven = [*response.inputs, *response.outputs][:1]
+    if not driven or len(response.inputs) > 1 or len(response.pose) > 1:
+        raise ToolpointError("--shaker: one point that it pushes (--force, or --at alone), at one pose")
+    assert response.shaker is not None
+    stand, numbers = response.shaker
+    shaker, coil = studies.describe_shaker(numbers)
+    result = studies.stand_shaker(machine, shaker, driven[0], stand=stand, outputs=response.outputs or None,
+                                  pose=next(iter(response.pose), None), frequency=response.lines, coil=coil)
+    run.write("Responses with the shaker on the machine", save, io.write_frf, result.standing)
+    run.present(pages.shaker_stand_page, result, run.warnings, notes=[*result.doubts, *result.notes])
 
 
 def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:

@@ -10,7 +10,8 @@ from toolpoint._check import FloatArray, fail, positive, scalar
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients, chip_direction, force_direction
 from toolpoint.cutting.cut.tool import Engagement
 
-_ARC_ANGLES = 400  # of the arc, at whose middles the slope is taken
+_ARC_ANGLES = 2000  # of the arc, at whose middles the slope is taken
+_THINNEST_SHARE = 1e-6  # of the feed: thinner chips, at the ends of an arc, are taken as so thick
 REFERENCE_CHIP = 1e-3  # m: chip thickness at which the energy is stated
 
 
@@ -71,19 +72,28 @@ class TotalEnergy:
                                    f"{1e3 * chip:.3g} mm")
 
 
-def tangent_deviation(law: TotalEnergy, tangent: CuttingCoefficients, engagement: Engagement, feed: float) -> float:
-    r"""Return how far the mean directional matrix of a law is from that of its tangent, over the arc of cut, relative.
+def linearise_over(law: TotalEnergy, engagement: Engagement, feed: float) -> tuple[CuttingCoefficients, float]:
+    r"""Return linear-edge coefficients that stand for a law over an arc of cut, and how far they are from it, relative.
 
-    The law's slope :math:`(1 - m) u(f \sin\phi)` changes along the arc, that of the tangent does not. A limit of
-    stability changes by about as much.
+    Along the arc the law's slope :math:`(1 - m) u(f \sin\phi)` changes, that of coefficients does not. Theirs is the one whose
+    mean directional matrix :math:`\int k n^T d\phi` is nearest to that of the law; their edges keep the force at the mean chip.
+    What is left between both matrices is the second value: a limit of stability changes by as much at the most, about.
     """
-    angle = np.linspace(engagement.entry, engagement.exit, _ARC_ANGLES + 1)
-    middle = (angle[1:] + angle[:-1]) / 2
-    slope = (1 - law.exponent) * law.energy * (np.maximum(feed * np.sin(middle), 1e-12) / REFERENCE_CHIP) ** -law.exponent
-    n = chip_direction(middle)
-    mean = np.einsum("a,ai,aj->ij", slope / tangent.kt, force_direction(tangent, middle), n)
-    stated = np.einsum("ai,aj->ij", force_direction(tangent, middle), n)
-    return float(np.linalg.norm(mean - stated) / np.linalg.norm(stated))
+    ends = np.linspace(engagement.entry, engagement.exit, _ARC_ANGLES + 1)
+    angle = (ends[1:] + ends[:-1]) / 2
+    mean = feed * (np.cos(engagement.entry) - np.cos(engagement.exit)) / engagement.arc
+    tangent = law.linearised(float(mean))
+    slope = (np.maximum(feed * np.sin(angle), _THINNEST_SHARE * feed) / mean) ** -law.exponent
+    k, n = force_direction(tangent, angle), chip_direction(angle)
+    of_law, of_tangent = np.einsum("a,ai,aj->ij", slope, k, n), np.einsum("ai,aj->ij", k, n)
+    factor = float((of_law * of_tangent).sum() / (of_tangent**2).sum())
+    deviation = float(np.linalg.norm(of_law - factor * of_tangent) / np.linalg.norm(factor * of_tangent))
+    cutting, force = factor * tangent.cutting, tangent.cutting * mean + tangent.edge
+    edge = np.maximum(force - cutting * mean, 0.0)
+    (kt, kn, ka), (te, ne, ae) = cutting.tolist(), edge.tolist()
+    words = (f"total energy {law.specific(float(mean)) / 1e6:.4g} N/mm^2 at the mean chip of {1e3 * mean:.3g} mm, slope "
+             "over the arc")
+    return CuttingCoefficients(kt, kn, ka, te, ne, ae, words), deviation
 
 
 def effective_chip(chip: FloatArray, exponent: float) -> FloatArray:

@@ -1,4 +1,4 @@
-r"""Surface filters: the Gaussian profile filter of ISO 16610-21 (and areal -61), and wavelet separation by lifting."""
+r"""Surface filters: the Gaussian profile filter of ISO 16610-21 (and areal -61), the 2RC filter, wavelets by lifting."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import cont2discrete, lfilter
 
 from toolpoint._check import FloatArray, count, fail, floats, one_of, positive
 
@@ -54,6 +55,43 @@ def gaussian(profile: FloatArray, spacing: float, cutoff: float, *, axis: int = 
         edge = int(np.ceil(wave / 2 / step))
         out = out[..., edge:n - edge]
     return np.moveaxis(out, -1, axis)
+
+
+def two_stage_rc(profile: FloatArray, spacing: float, cutoff: float, *, axis: int = -1) -> FloatArray:
+    r"""Return the waviness side of a profile by the 2RC filter of older instruments: what two equal RC stages take off.
+
+    The roughness side passes :math:`1/(1 + (\lambda/\lambda_c)^2/3)` of the amplitude of a wavelength, 75 % at the cutoff, and
+    shifts its phase, as the stylus' electronics did: it runs along the profile from its first sample, where it is at rest. The
+    first two cutoffs are its run-up. Between samples the profile is a line, for which the steps are exact.
+
+    Parameters
+    ----------
+    profile : (..., n, ...) floats
+        m.
+    spacing, cutoff : float
+        m.
+    axis : int
+        Along which the stylus runs.
+
+    Source: ISO 3274:1975 (2CR wave filter without phase correction); ISO 16610-21 replaces it.
+
+    Examples
+    --------
+    >>> x = np.arange(0, 40e-3, 5e-6)
+    >>> wave = np.sin(2 * np.pi * x / 0.8e-3)
+    >>> passed = wave - two_stage_rc(wave, 5e-6, 0.8e-3)
+    >>> round(float(np.abs(passed[4000:]).max()), 3)  # at the cutoff
+    0.75
+    """
+    z = np.moveaxis(floats("profile", profile), axis, -1)
+    step, wave = positive("spacing", spacing), positive("cutoff", cutoff)
+    if wave < 2 * step:
+        fail("cutoff", f"{wave:g} m", f"must be at least two samples, {2 * step:g} m")
+    corner = 2 * np.pi / wave / np.sqrt(3)  # rad/m, where a stage passes half the power
+    zeros, poles, _ = cont2discrete(([1.0, 0.0, 0.0], [1.0, 2 * corner, corner**2]), step, method="foh")
+    # The first sample is where the stylus was set down: the stages are charged with it.
+    roughness = lfilter(np.ravel(zeros), poles, z - z[..., :1], axis=-1)
+    return np.moveaxis(z - roughness, -1, axis)
 
 
 # Lifting steps of the biorthogonal 9/7 wavelet (Daubechies, Sweldens, J. Fourier Anal. Appl. 4 (1998) 247).

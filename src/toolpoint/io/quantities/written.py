@@ -251,6 +251,36 @@ def read_servo_step(text: str) -> tuple[str, str, float, bool]:
             raise ToolpointError(str(error)) from None
 
 
+SHAKER_KEYS = {"body": units.MASS, "armature": units.MASS, "suspension": units.STIFFNESS, "suspension_damping": units.DAMPING,
+               "stinger": units.STIFFNESS, "stand": units.STIFFNESS, "stand_damping": units.DAMPING, "coil": None,
+               "resistance": None, "inductance": None}
+
+
+def read_shaker(text: str) -> tuple[str, dict[str, float]]:
+    """Return the point that a shaker stands on and its numbers by name, SI, of ``stands=table,body=20kg,armature=0.4kg,...``.
+
+    coil (N/A), resistance (ohm) and inductance (H) are bare numbers.
+    """
+    form = "NAME=VALUE, for example stands=table,body=20kg,armature=0.4kg,suspension=5N/mm"
+    pairs = read_pairs(text, str, form)
+    stand = pairs.pop("stands", "")
+    if not stand:
+        raise ToolpointError("stands: missing; the point of the machine that the shaker stands on")
+    for name in pairs:
+        if name not in SHAKER_KEYS:
+            raise ToolpointError(f"{name!r}: must be one of stands, {', '.join(SHAKER_KEYS)}")
+    numbers = {}
+    for name, value in pairs.items():
+        kind = SHAKER_KEYS[name]
+        numbers[name] = float(value) if kind is None else _quantity(value, kind)
+    for name in ("body", "armature", "suspension"):
+        if name not in numbers:
+            raise ToolpointError(f"{name}: missing; write {form}")
+    if ("coil" in numbers) != ("resistance" in numbers):
+        raise ToolpointError("coil and resistance belong together: N/A and ohm")
+    return stand, numbers
+
+
 def read_tried_cut(text: str) -> tuple[float, float, bool | Path]:
     """Return speed (rev/min), depth (m) and whether the cut was stable of ``SPEED:DEPTH:stable`` (or chatter), depth in mm; in
     place of the outcome the path of a recording of the cut, which has an ending."""

@@ -13,10 +13,11 @@ from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
+from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
-from toolpoint.io.yaml.machine_file import body_of, cutting_of
-from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, FrameModel, PointModel
+from toolpoint.io.yaml.machine_file import body_of
+from toolpoint.io.yaml.machine_schema import BodyModel, FrameModel, PointModel
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Vector
 from toolpoint.machine.components import Components, DrivenAxis, MassDeviation

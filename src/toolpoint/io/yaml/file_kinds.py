@@ -69,9 +69,8 @@ def read_kind(path: str | Path, kind: str) -> tuple[str, Any]:
 
 
 def _read_cut(path: Path) -> CuttingDescription:
+    from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
     from toolpoint.io.yaml.document import validate
-    from toolpoint.io.yaml.machine_file import cutting_of
-    from toolpoint.io.yaml.machine_schema import CuttingModel
 
     document = parse(path)
     part: Any = validate(CuttingModel, document.data["cutting"], ("cutting",), document=document)

@@ -19,6 +19,7 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.meshes import stl
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
+from toolpoint.io.yaml.cutting_schema import cutting_of
 from toolpoint.io.yaml.description_schema import describe
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.file_doubts import warn_of_doubts
@@ -313,16 +314,6 @@ def _direction(key: str, value: Any, document: Document) -> d.Vector:
     except ToolpointError as error:
         document.fault((key,), str(error))
         return (0.0, 0.0, 1.0)
-
-
-def cutting_of(part: BaseModel, document: Document) -> CuttingDescription:
-    """Return the described cut, its faults in the document."""
-    from toolpoint.cutting.build import fault_of  # loaded where a file describes a cut
-
-    cut = CuttingDescription.of(**part.model_dump())
-    if (fault := fault_of(cut)) is not None:
-        document.fault(("cutting", *fault[0]), fault[1])
-    return cut
 
 
 def _position(value: Any, is_rotary: bool, limits: tuple[float, float], *, key: Key, document: Document) -> float:

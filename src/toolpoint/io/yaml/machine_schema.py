@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from toolpoint._doubt import Doubt
 from toolpoint.bodies.inertia import inertia_fault
-from toolpoint.cutting.description import DEFAULTS, PARAMETERS, TOTAL_ENERGY, VARIATION, CutParameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.yaml.cutting_schema import CuttingModel
 from toolpoint.io.yaml.description_schema import file_schema, model_of
 from toolpoint.io.yaml.part import Part
-from toolpoint.io.yaml.quantity_fields import Gravity, Scalar, Several, Vector, fault, quantity_type
+from toolpoint.io.yaml.quantity_fields import Gravity, Scalar, Vector, fault
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description import InertiaDescription
 from toolpoint.machine.description.beam import BeamDescription
@@ -26,8 +24,6 @@ if TYPE_CHECKING:
     StatedDoubt = Doubt
 else:  # in a file a sentence
     StatedDoubt = Annotated[str, AfterValidator(Doubt.parsed)]
-EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
-PROCESS_DAMPING = replace(units.STIFFNESS, name="process damping", largest=1e9)
 
 
 class FrameModel(Part):
@@ -206,48 +202,6 @@ class LoadModel(Part):
     point: str
     force: Annotated[tuple[float, float, float], Vector(units.FORCE)] = (0.0, 0.0, 0.0)
     moment: Annotated[tuple[float, float, float], Vector(units.MOMENT)] = (0.0, 0.0, 0.0)
-
-
-_KINDS = {"length": units.LENGTH, "angle": units.ANGLE, "ratio": units.RATIO, "pressure": units.PRESSURE,
-          "speed": units.SPEED, "edge coefficient": EDGE, "process damping": PROCESS_DAMPING}
-_NOTES = {"material": "name in the table of literature coefficients"}
-
-
-def _type_of(key: str, parameter: CutParameter) -> Any:
-    """Return the type of a key of the cut from what its description states."""
-    if parameter.kind == "variation":
-        return SpeedVariationModel
-    if parameter.kind == "total energy":
-        return TotalEnergyModel
-    if parameter.kind == "count":
-        return Annotated[int, Field(strict=True, ge=parameter.limits["ge"], le=parameter.limits["le"])]
-    if parameter.kind == "choice":
-        return Literal[parameter.choices]
-    if parameter.kind == "text":
-        return Annotated[str, Field(description=_NOTES.get(key))]
-    kind = _KINDS[parameter.kind]
-    if isinstance(parameter.several, str):
-        return Annotated[Any, Several(kind, parameter.several == "one or each")]
-    if parameter.several == 1:
-        return quantity_type(kind, **parameter.limits)
-    return Annotated[tuple[float, ...], Vector(kind, parameter.several)]
-
-
-def _model(name: str, parameters: Mapping[str, CutParameter], defaults: Mapping[str, Any]) -> type[BaseModel]:
-    """Return the schema of a part of the cut; a default of None makes a key that may be left out."""
-    keys: dict[str, Any] = {}
-    for key, parameter in parameters.items():
-        kind, default = _type_of(key, parameter), defaults.get(key, ...)
-        keys[key] = (kind | None if default is None else kind, default)
-    return create_model(name, __base__=Part, **keys)
-
-
-TotalEnergyModel = _model("TotalEnergyModel", TOTAL_ENERGY, {"exponent": 0.0, "normal_ratio": 0.3, "axial_ratio": 0.0})
-SpeedVariationModel = _model("SpeedVariationModel", VARIATION, {"revolutions": 4, "phase": 0.0})
-if TYPE_CHECKING:  # to the type checker a part like any other
-    CuttingModel = Part
-else:
-    CuttingModel = _model("CuttingModel", PARAMETERS, DEFAULTS)
 
 
 class ReferenceModel(Part):

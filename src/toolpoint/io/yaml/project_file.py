@@ -16,10 +16,9 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.quantities.written import read_curve, read_stock
+from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
-from toolpoint.io.yaml.machine_file import cutting_of
-from toolpoint.io.yaml.machine_schema import CuttingModel
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
 from toolpoint.machine.description.project_plan import (
@@ -35,6 +34,7 @@ from toolpoint.machine.description.project_plan import (
     TriedCut,
 )
 
+CUT_SECTIONS = ("goals", "programs")  # keys whose parts name a cut
 SOURCE_KEYS = ("test", "records", "responses", "modes")
 
 
@@ -204,6 +204,13 @@ def read(path: str | Path) -> ProjectDescription:
     if document.faults or project is None:
         raise FileFaults(str(path), document.text, document.faults)
     return project
+
+
+def find_parts_without_cut(path: Path) -> list[str]:
+    """Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut."""
+    data = parse(path).data
+    return [f"{section}.{name}" for section in CUT_SECTIONS for name, entry in (data.get(section) or {}).items()
+            if isinstance(entry, dict) and not entry.get("cut")]
 
 
 @door("file of tried cuts")

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 from toolpoint._check import ToolpointError, fail, one_of
-from toolpoint.io.yaml.document import parse
 
 SECTIONS = ("tests", "cuts", "goals", "programs", "contours", "changes")  # keys that hold named parts
 FILE_KEYS = ("machine", "components", "geometry", "servo")  # keys that hold the name of a file
-CUT_SECTIONS = ("goals", "programs")  # keys whose parts name a cut
 MAX_PROJECT_PART_LENGTH = 2000  # characters of a part's line
 _PLAIN_NAME = re.compile(r"[A-Za-z_][\w .()+/-]*")
 _TOP_KEY = re.compile(r"[A-Za-z_]\w*\s*:")
@@ -43,13 +40,6 @@ def enter_part(text: str, place: str, value: str) -> str:
     if not name.strip() or len(name) > 80 or any(ord(letter) < 32 for letter in name):
         fail(section, repr(name), "must have a name of 1 to 80 plain characters")
     return "\n".join(_with_entry(lines, section, _spelled(name.strip()), value))
-
-
-def find_parts_without_cut(path: Path) -> list[str]:
-    """Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut."""
-    data = parse(path).data
-    return [f"{section}.{name}" for section in CUT_SECTIONS for name, entry in (data.get(section) or {}).items()
-            if isinstance(entry, dict) and not entry.get("cut")]
 
 
 def name_cut(text: str, place: str, cut: str) -> str:

@@ -16,10 +16,9 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.meshes import stl
-from toolpoint.io.yaml import machine_schema
+from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import FILE_VERSION, Document, parse, validate
-from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.joints import Reducer
 from toolpoint.machine.description import MachineDescription, MeshDescription
 from toolpoint.machine.description.elastic import SolidBody
@@ -93,7 +92,7 @@ def _read(path: Path) -> tuple[RobotDatasheet, CuttingDescription | None, Docume
     document = parse(path)
     document.check_version(FILE_VERSION)
     cutting = document.data.pop("cutting", None)
-    part = None if cutting is None else validate(machine_schema.CuttingModel, cutting, ("cutting",), document=document)
+    part = None if cutting is None else validate(CuttingModel, cutting, ("cutting",), document=document)
     cut = None if part is None else cutting_of(part, document)
     model: BaseModel | None = validate(model_of(RobotDatasheet, version=True), document.data, (), document=document)
     sheet = None if model is None else _described(model, document)

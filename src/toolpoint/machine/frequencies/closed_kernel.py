@@ -7,9 +7,12 @@ load.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+from toolpoint._check import BoolArray, FloatArray, IndexArray
 from toolpoint.machine.frequencies.kernel import _product, _product_transposed, _transform_point
 
 MAX_NEWTON_STEPS = 7  # steps of Newton at one part of the way
@@ -18,7 +21,7 @@ MIN_CONTINUATION_STEP = 1 / 512  # of the way from the start to the goal
 
 
 @njit(cache=True, nogil=True)
-def _rotation_of(x, y, z, out):
+def _rotation_of(x: float, y: float, z: float, out: FloatArray) -> None:
     """Fill `out` (3, 3) with the rotation of a vector (x, y, z): R = I + a [v] + b [v]^2, a = sin t / t, b = (1 - cos t) /
     t^2."""
     angle = np.sqrt(x * x + y * y + z * z)
@@ -32,7 +35,7 @@ def _rotation_of(x, y, z, out):
 
 
 @njit(cache=True, nogil=True)
-def _vector_of(r, out):
+def _vector_of(r: FloatArray, out: FloatArray) -> None:
     """Fill `out` (3,) with the rotation vector of a matrix (3, 3) whose angle is below half a turn."""
     trace = r[0, 0] + r[1, 1] + r[2, 2]
     x, y, z = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
@@ -43,7 +46,7 @@ def _vector_of(r, out):
 
 
 @njit(cache=True, nogil=True)
-def forward(tree, ways, values, state, work):
+def forward(tree: tuple[Any, ...], ways: IndexArray, values: FloatArray, state: tuple[Any, ...], work: FloatArray) -> None:
     """Fill places of all links and joints and the twists of all steps for step values (n_steps,).
 
     tree : parents (n,), frames (n, 3, 3) and (n, 3), first step of every link (n + 1,), steps in order, whether each is of a
@@ -96,7 +99,7 @@ def forward(tree, ways, values, state, work):
 
 
 @njit(cache=True, nogil=True)
-def _line(r, t, axis, out):
+def _line(r: FloatArray, t: FloatArray, axis: int, out: FloatArray) -> None:
     """Fill `out` (6,) with the unit twist about an axis of a frame (r, t) through its origin: (t x a, a)."""
     x, y, z = r[0, axis], r[1, axis], r[2, axis]
     out[3], out[4], out[5] = x, y, z
@@ -104,7 +107,7 @@ def _line(r, t, axis, out):
 
 
 @njit(cache=True, nogil=True)
-def side(link, frame_r, frame_t, state, r, t):
+def side(link: int, frame_r: FloatArray, frame_t: FloatArray, state: tuple[Any, ...], r: FloatArray, t: FloatArray) -> None:
     """Fill `r`, `t` with a frame that rides on a link, or stays on the ground where the link is -1."""
     if link < 0:
         r[:] = frame_r
@@ -115,7 +118,8 @@ def side(link, frame_r, frame_t, state, r, t):
 
 
 @njit(cache=True, nogil=True)
-def _equations(loops, state, residual, rate, work):
+def _equations(loops: tuple[Any, ...], state: tuple[Any, ...], residual: FloatArray, rate: FloatArray, work: FloatArray
+               ) -> None:
     """Fill weighted gaps of all loops (n_rows,) and their derivatives to all steps (n_rows, n_steps)."""
     parent, child, frame_r, frame_t, turning, row_loop, row_way, weight, signs = loops
     twists = state[4]
@@ -148,7 +152,7 @@ def _equations(loops, state, residual, rate, work):
 
 
 @njit(cache=True, nogil=True)
-def _gap(r, t, turning, gap):
+def _gap(r: FloatArray, t: FloatArray, turning: IndexArray, gap: FloatArray) -> None:
     """Fill `gap` (6,) with the distance of the child's frame from the parent's, zero along free rotations.
 
     None free: half the skew part of r; one free about a: tilt of that axis; two free about a, b: product of their directions.
@@ -169,7 +173,8 @@ def _gap(r, t, turning, gap):
 
 
 @njit(cache=True, nogil=True)
-def _gap_rate(r, t, turning, base_r, base_t, xi, out):
+def _gap_rate(r: FloatArray, t: FloatArray, turning: IndexArray, base_r: FloatArray, base_t: FloatArray, xi: FloatArray,
+              out: FloatArray) -> None:
     """Fill `out` (6,) with the derivative of `_gap` along a unit twist xi (6,) of the child in machine axes."""
     v0 = xi[0] - (base_t[1] * xi[5] - base_t[2] * xi[4])
     v1 = xi[1] - (base_t[2] * xi[3] - base_t[0] * xi[5])
@@ -205,7 +210,7 @@ def _gap_rate(r, t, turning, base_r, base_t, xi, out):
 
 
 @njit(cache=True, nogil=True)
-def solve(matrix, right, n, columns):
+def solve(matrix: FloatArray, right: FloatArray, n: int, columns: int) -> float:
     """Solve in place by elimination with row pivots; return the sign of the determinant, zero where it is singular."""
     sign = 1.0
     for k in range(n):
@@ -240,7 +245,7 @@ def solve(matrix, right, n, columns):
 
 
 @njit(cache=True, nogil=True)
-def _advance(values, delta, passive, balls, work):
+def _advance(values: FloatArray, delta: FloatArray, passive: IndexArray, balls: IndexArray, work: FloatArray) -> None:
     """Change the passive step values; a ball turns further about its moved directions."""
     for k in range(passive.size):
         values[passive[k]] += delta[k]
@@ -255,7 +260,8 @@ def _advance(values, delta, passive, balls, work):
 
 
 @njit(cache=True, nogil=True)
-def _corrected(system, state, passive, delta, work):
+def _corrected(system: tuple[Any, ...], state: tuple[Any, ...], passive: IndexArray, delta: FloatArray, work: FloatArray
+               ) -> float:
     """Return the sign of the determinant after filling the change of the passive steps that removes the residuals."""
     residual, rate, matrix, right = system
     n = passive.size
@@ -270,7 +276,8 @@ def _corrected(system, state, passive, delta, work):
 
 
 @njit(cache=True, nogil=True)
-def _settle(chain, start, goal, values, state, system, sign, work):
+def _settle(chain: tuple[Any, ...], start: FloatArray, goal: FloatArray, values: FloatArray, state: tuple[Any, ...],
+            system: tuple[Any, ...], sign: float, work: FloatArray) -> bool:
     """Follow a pose from start values to driven values of the goal; return whether it closed in the same assembly mode."""
     tree, ways, loops, passive, balls, _ = chain
     driven = passive[0]
@@ -299,7 +306,8 @@ def _settle(chain, start, goal, values, state, system, sign, work):
 
 
 @njit(cache=True, nogil=True)
-def _newton(chain, values, state, system, sign, work, delta):
+def _newton(chain: tuple[Any, ...], values: FloatArray, state: tuple[Any, ...], system: tuple[Any, ...], sign: float,
+            work: FloatArray, delta: FloatArray) -> bool:
     """Return whether at most `MAX_NEWTON_STEPS` corrections close the loops with an unchanged sign of the determinant."""
     tree, ways, loops, passive, balls, scale = chain
     for number in range(MAX_NEWTON_STEPS):
@@ -320,7 +328,9 @@ def _newton(chain, values, state, system, sign, work, delta):
 
 
 @njit(cache=True, nogil=True)
-def settle_poses(tree, ways, loops, passive, balls, scale, start, goals, sign, values, settled):
+def settle_poses(tree: tuple[Any, ...], ways: IndexArray, loops: tuple[Any, ...], passive: IndexArray, balls: IndexArray,
+                 scale: FloatArray, start: FloatArray, goals: FloatArray, sign: float, values: FloatArray, settled: BoolArray
+                 ) -> None:
     """Fill step values (P, n_steps) for driven step values `goals` (P, n_driven), from the last pose where it is nearer."""
     links, steps, count = tree[0].size, ways.size, passive.size
     state = (np.empty((links, 3, 3)), np.empty((links, 3)), np.empty((links, 3, 3)), np.empty((links, 3)),

@@ -5,16 +5,21 @@ Imported only when asked for: numba takes most of a second to load.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+from toolpoint._check import BoolArray, FloatArray, IndexArray
 from toolpoint.machine.frequencies.closed_kernel import forward, side, solve
 from toolpoint.machine.frequencies.kernel import _inertias, _momentum, _transform_point, _twist
+from toolpoint.machine.frequencies.tree_arrays import BodyMoments
 
 
 @njit(cache=True, nogil=True)
-def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, parts, stiffness, out_mass, out_stiffness,
-                      is_solved):
+def condense_matrices(tree: tuple[Any, ...], ways: IndexArray, loops: tuple[Any, ...], values: FloatArray,
+                      inertia: BodyMoments, columns: tuple[Any, ...], elastic: FloatArray, parts: tuple[Any, ...],
+                      stiffness: FloatArray, out_mass: FloatArray, out_stiffness: FloatArray, is_solved: BoolArray) -> None:
     """Fill mass and stiffness (P, f, f) in the independent coordinates of every pose.
 
     inertia : masses, first and second moments of the bodies; columns : link, motion in the joint's frame, step or -1, whether
@@ -77,7 +82,8 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
 
 
 @njit(cache=True, nogil=True)
-def _loop_rows(loops, state, twists, link, on_path, rows, work):
+def _loop_rows(loops: tuple[Any, ...], state: tuple[Any, ...], twists: FloatArray, link: IndexArray, on_path: BoolArray,
+               rows: FloatArray, work: FloatArray) -> None:
     """Fill `rows` (n_loops, 6, n) with the motion of the child's side against the parent's, in the parent's axes, per
     coordinate."""
     parent, child, frame_r, frame_t = loops[0], loops[1], loops[2], loops[3]
@@ -100,7 +106,7 @@ def _loop_rows(loops, state, twists, link, on_path, rows, work):
 
 
 @njit(cache=True, nogil=True)
-def _add_elastic(elastic, rows, full):
+def _add_elastic(elastic: FloatArray, rows: FloatArray, full: FloatArray) -> None:
     """Add the stiffness of all loops, K += sum over loops of R^T K_l R, with R the rows (6, n) of a loop."""
     for l in range(elastic.shape[0]):
         for a in range(6):
@@ -114,7 +120,7 @@ def _add_elastic(elastic, rows, full):
 
 
 @njit(cache=True, nogil=True)
-def _project(full, basis, half_product, out):
+def _project(full: FloatArray, basis: FloatArray, half_product: FloatArray, out: FloatArray) -> None:
     """Fill `out` (f, f) with B^T A B, A symmetric (n, n), B (n, f)."""
     n, f = basis.shape
     for i in range(n):
@@ -132,7 +138,7 @@ def _project(full, basis, half_product, out):
 
 
 @njit(cache=True, nogil=True)
-def scale_by_stiffness(mass, stiffness, is_solved):
+def scale_by_stiffness(mass: FloatArray, stiffness: FloatArray, is_solved: BoolArray) -> None:
     """Replace mass matrices M (P, f, f) by L^-1 M L^-T with K = L L^T; a pose whose stiffness is not positive is not good."""
     f = mass.shape[1]
     for pose in range(mass.shape[0]):

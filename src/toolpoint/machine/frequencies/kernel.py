@@ -9,11 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.machine.frequencies.tree_arrays import POSE_BLOCK_SIZE
+from toolpoint._check import FloatArray, IndexArray
+from toolpoint.machine.frequencies.tree_arrays import POSE_BLOCK_SIZE, BodyMoments, JointMotions, JointTree
 
 
 @njit(cache=True, nogil=True, fastmath=False)
-def tree_mass_matrices(tree, bodies, motions, positions, out):
+def tree_mass_matrices(tree: JointTree, bodies: BodyMoments, motions: JointMotions, positions: FloatArray, out: FloatArray
+                       ) -> None:
     """Fill `out` (P, n, n) with mass matrices of a `JointTree`, its `BodyMoments` and `JointMotions`, by composite inertias."""
     parents, (columns, column_link, on_path) = tree.parents, motions
     links, n, poses = parents.size, columns.shape[0], positions.shape[0]
@@ -39,7 +41,7 @@ def tree_mass_matrices(tree, bodies, motions, positions, out):
 
 
 @njit(cache=True, nogil=True)
-def _product(a, b, out):
+def _product(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
     # Written out: the library call for 3x3 products allocates and costs ten times the arithmetic.
     """Fill `out` (3, 3) with A B."""
     for i in range(3):
@@ -48,7 +50,7 @@ def _product(a, b, out):
 
 
 @njit(cache=True, nogil=True)
-def _product_transposed(a, b, out):
+def _product_transposed(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
     """Fill `out` (3, 3) with A B^T."""
     for i in range(3):
         for j in range(3):
@@ -56,14 +58,14 @@ def _product_transposed(a, b, out):
 
 
 @njit(cache=True, nogil=True)
-def _transform_point(r, x, t, out):
+def _transform_point(r: FloatArray, x: FloatArray, t: FloatArray, out: FloatArray) -> None:
     """Fill `out` (3,) with R x + t."""
     for i in range(3):
         out[i] = r[i, 0] * x[0] + r[i, 1] * x[1] + r[i, 2] * x[2] + t[i]
 
 
 @njit(cache=True, nogil=True)
-def _copy_frame(r, t, out_r, out_t):
+def _copy_frame(r: FloatArray, t: FloatArray, out_r: FloatArray, out_t: FloatArray) -> None:
     # Loops: a copy by slices compiles the text of its error for a second.
     """Copy a frame."""
     for i in range(3):
@@ -73,7 +75,8 @@ def _copy_frame(r, t, out_r, out_t):
 
 
 @njit(cache=True, nogil=True)
-def _place_links(tree, position, moved_r, moved_t, rotation, place, work):
+def _place_links(tree: JointTree, position: FloatArray, moved_r: FloatArray, moved_t: FloatArray, rotation: FloatArray,
+                 place: FloatArray, work: FloatArray) -> None:
     """Fill displacements of all links, and rotation and place of all joints, at one position of all steps."""
     parents, frame_r, frame_t, axis_of, axis_twists, at_child = tree
     now_r, spare, turn = work[0], work[1], work[2]
@@ -102,7 +105,7 @@ def _place_links(tree, position, moved_r, moved_t, rotation, place, work):
 
 
 @njit(cache=True, nogil=True)
-def _motion(twist, amount, turn, shift):
+def _motion(twist: FloatArray, amount: float, turn: FloatArray, shift: FloatArray) -> None:
     """Fill rotation and shift of a step: exp(twist amount) of a unit twist along or about one axis."""
     for a in range(3):
         shift[a] = twist[a] * amount
@@ -120,7 +123,8 @@ def _motion(twist, amount, turn, shift):
 
 
 @njit(cache=True, nogil=True)
-def _inertias(parents, bodies, moved_r, moved_t, mass, first_moment, second_moment, work):
+def _inertias(parents: IndexArray, bodies: BodyMoments, moved_r: FloatArray, moved_t: FloatArray, mass: FloatArray,
+              first_moment: FloatArray, second_moment: FloatArray, work: FloatArray) -> None:
     """Fill mass, first and second moments of every link with all that it carries, about the machine's origin."""
     links = parents.size
     half_product, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
@@ -147,7 +151,7 @@ def _inertias(parents, bodies, moved_r, moved_t, mass, first_moment, second_mome
 
 
 @njit(cache=True, nogil=True)
-def _twist(column, rotation, place, out):
+def _twist(column: FloatArray, rotation: FloatArray, place: FloatArray, out: FloatArray) -> None:
     """Fill `out` (6,) with a motion (6,) of a joint's frame as a twist in machine axes about the origin: (R v + p x R w, R
     w)."""
     for a in range(3):
@@ -162,7 +166,7 @@ def _twist(column, rotation, place, out):
 
 
 @njit(cache=True, nogil=True)
-def _momentum(m, h, s, xi, out):
+def _momentum(m: float, h: FloatArray, s: FloatArray, xi: FloatArray, out: FloatArray) -> None:
     """Fill `out` (6,) with the momentum of mass m, first moment h and second moment S at a twist (v, w): (m v + w x h, h x v +
     (tr S - S) w)."""
     v0, v1, v2, w0, w1, w2 = xi[0], xi[1], xi[2], xi[3], xi[4], xi[5]
@@ -177,7 +181,7 @@ def _momentum(m, h, s, xi, out):
 
 
 @njit(cache=True, nogil=True)
-def scale_blocks(matrices, factor, diagonal, start, out):
+def scale_blocks(matrices: FloatArray, factor: FloatArray, diagonal: bool, start: int, out: FloatArray) -> None:
     """Fill `out` (n, n, POSE_BLOCK_SIZE) with F M F^T for the poses from `start`; `factor` is F, lower triangular or
     diagonal."""
     n, poses = matrices.shape[1], matrices.shape[0]
@@ -197,7 +201,7 @@ def scale_blocks(matrices, factor, diagonal, start, out):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def tridiagonalise(a, d, e):
+def tridiagonalise(a: FloatArray, d: FloatArray, e: FloatArray) -> None:
     """Reduce lower triangles `a` (n, n, POSE_BLOCK_SIZE) by Householder steps to diagonals `d` and off-diagonals `e`.
 
     A <- A - v q^T - q v^T with q = beta (A v) - k v, beta = 2 / v^T v, k = beta v^T (beta A v) / 2, for every pose of the
@@ -251,7 +255,7 @@ def tridiagonalise(a, d, e):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def largest_eigenvalues(d, e, number, out):
+def largest_eigenvalues(d: FloatArray, e: FloatArray, number: int, out: FloatArray) -> None:
     """Fill `out` (wanted, POSE_BLOCK_SIZE) with the largest eigenvalues, descending, by bisection with Sturm counts.
 
     The sequence q_0 = d_0 - x, q_i = d_i - x - e_(i-1)^2 / q_(i-1) has as many positive members as eigenvalues above x.
@@ -295,7 +299,7 @@ def largest_eigenvalues(d, e, number, out):
 
 
 @njit(cache=True, nogil=True)
-def largest_scaled_eigenvalues(matrices, factor, diagonal, number, out):
+def largest_scaled_eigenvalues(matrices: FloatArray, factor: FloatArray, diagonal: bool, number: int, out: FloatArray) -> None:
     """Fill `out` (P, wanted) with the largest eigenvalues of F M F^T for all matrices M (P, n, n), descending."""
     poses, n = matrices.shape[0], matrices.shape[1]
     a, d, e = np.empty((n, n, POSE_BLOCK_SIZE)), np.empty((n, POSE_BLOCK_SIZE)), np.empty((n, POSE_BLOCK_SIZE))

@@ -50,7 +50,9 @@ def stages_page(result: StagedStudy, warnings: Sequence[str] = ()) -> Report:
         figures = Table(["quantity", "value"], stage.figures)
         title = f"Stage {k}: {tilt_words(rotation)}"
         if (stage.blocks.verdict > 0).any():
-            report = report.with_section(title, _worst(stage), program_part(stage, f"stage-{k}"), figures)
+            recorded = [] if stage.record is None else _record(stage.record, f"record-stage-{k}")
+            report = report.with_section(title, _worst(stage), *_advice(stage), program_part(stage, f"stage-{k}"), *recorded,
+                                         figures)
         else:
             report = report.with_section(title, figures)
     return with_remarks(report.with_doubts(*result.doubts), result.notes, warnings)
@@ -71,11 +73,11 @@ def _advice(result: MachiningStudy) -> list[str]:
     return [] if result.advice is None else result.advice.words.split("\n")
 
 
-def _record(record: RecordComparison) -> list[Chart | Table | str]:
+def _record(record: RecordComparison, name: str = "record-course") -> list[Chart | Table | str]:
     """Return what the record says: its answer, the course beside the computed one, lines that differ."""
     parts: list[Chart | Table | str] = [record.answer, Chart(record_over_time(
         record.alignment.time, record.values, expected=_expected(record),
-        quantity=f"Load of the spindle, {record.unit or 'as recorded'}"), name="record-course")]
+        quantity=f"Load of the spindle, {record.unit or 'as recorded'}"), name=name)]
     if record.is_placed and record.unexpected.size:
         parts.append(Table(list(UNEXPECTED_HEADER), [list(row) for row in record.rows()],
                            "Means of blocks; deviations of what noise and the scatter of blocks leave"))

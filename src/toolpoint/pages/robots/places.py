@@ -32,7 +32,8 @@ def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Repo
                 for i, r in enumerate(search.regions[:8])]
         report = report.with_section("Most even segments", Table(["rank", "from", "to", f"spread, {quantity.unit}",
                                                                   "largest share"],
-                                                                 rows, f"Of {len(search.regions)} segments"))
+                                                                 rows, f"Of {len(search.regions)} segments"),
+                                     Notes(search.direction_words(), "note", "Direction of the best and the worst"))
     failures = [f"{place_words(place)}: {reason}"
                 for place, reason in zip(result.reach.places, result.reasons, strict=True) if reason]
     report = report.with_assumptions(

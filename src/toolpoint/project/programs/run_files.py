@@ -93,19 +93,27 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         zero=settings["zero"], speed=settings["speed"], spacing=settings["spacing"],
         limits=studies.CuttingLimits(**settings["spindle"]), drives=servo,
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
-    name = files.program.name
+    name, record = files.program.name, _read_record(files.record, settings)
     if is_tilted:
         doubts += _left_out(files)
-        staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress)
+        staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress,
+                                    with_advice=with_advice and dynamics is not None)
+        if record is not None:
+            staged = studies.compare_stages(staged, *record[0], **record[1])
         return ProgramRun(staged, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
     study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes,
                                 with_advice=with_advice and dynamics is not None, progress=progress)
-    if files.record is not None:
-        record = io.read_servo_data(files.record)
-        signal = studies.spindle_signal(record, settings["signal"])
-        study = studies.compare_record(study, signal.time, signal.values, unit=signal.unit, name=signal.name,
-                                       efficiency=settings["efficiency"])
+    if record is not None:
+        study = studies.compare_record(study, *record[0], **record[1])
     return ProgramRun(study, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
+
+
+def _read_record(file: Path | None, settings: Mapping[str, Any]) -> tuple[tuple[Any, Any], dict[str, Any]] | None:
+    """Return time and values of a record, with the options of its comparison; None without a file."""
+    if file is None:
+        return None
+    signal = studies.spindle_signal(io.read_servo_data(file), settings["signal"])
+    return (signal.time, signal.values), {"unit": signal.unit, "name": signal.name, "efficiency": settings["efficiency"]}
 
 
 def read_stock_and_program(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[Stock, Any]:
@@ -148,6 +156,6 @@ def _tool_doubts(cuts: Mapping[int, CuttingDescription], dynamics: Machine | Too
 
 def _left_out(files: ProgramFiles) -> list[Doubt]:
     """Return the doubt about files that programs in tilted planes do not take."""
-    names = [name for name in ("servo", "part", "record") if getattr(files, name) is not None]
+    names = [name for name in ("servo", "part") if getattr(files, name) is not None]
     return [] if not names else [Doubt("program in tilted planes", f"{', '.join(names)} left out: taken upright alone",
                                        "judge the upright part of the program by itself")]

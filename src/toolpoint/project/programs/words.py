@@ -29,7 +29,8 @@ def program_numbers(run: ProgramRun, places: DrawnPlaces | None, after: DrawnPla
             "largest_force_n": max(float(stage.blocks.loads["lateral"].max(initial=0.0)) for stage in stages),
             "stable_probability": None if places is None else places.chance(weights), "draws": int(weights.size),
             "places": [] if places is None else _places(places, weights),
-            "advice": [_tool(tool) for stage in stages if stage.advice is not None for tool in stage.advice.tools],
+            "advice": [_tool(tool, number if len(stages) > 1 else 0) for number, stage in enumerate(stages, 1)
+                       if stage.advice is not None for tool in stage.advice.tools],
             "stable_probability_advised": None if after is None else after.chance(weights),
             "time_advised_s": None if after is None else sum(s.advice.time_after for s in stages if s.advice is not None),
             "record": next((stage.record.answer for stage in stages if stage.record is not None), None),
@@ -38,8 +39,9 @@ def program_numbers(run: ProgramRun, places: DrawnPlaces | None, after: DrawnPla
             "notes": [note for stage in stages for note in stage.notes]}
 
 
-def _tool(tool: ToolAdvice) -> dict[str, Any]:
-    return {**tool.to_dict(), "words": tool.words}
+def _tool(tool: ToolAdvice, stage: int) -> dict[str, Any]:
+    """Return the advice for a tool as plain data; stage : from 1, 0 of a program of one stage."""
+    return {**tool.to_dict(), "stage": stage, "words": f"Stage {stage}: {tool.words}" if stage else tool.words}
 
 
 def _places(places: DrawnPlaces, weights: FloatArray) -> list[dict[str, Any]]:
@@ -86,7 +88,8 @@ def _advised(data: Mapping[str, Any]) -> str:
     changed = [tool for tool in data["advice"] if tool["advised_rpm"] != tool["programmed_rpm"]]
     if not changed:
         return "; no speed from 0.4 to 1.3 times it is better" if data["chatter_blocks"] and data["advice"] else ""
-    speeds = ", ".join(f"S {tool['advised_rpm']:.0f}" + (f" for T{tool['tool']}" if tool["tool"] else "") for tool in changed)
+    speeds = ", ".join(f"S {tool['advised_rpm']:.0f}" + (f" for T{tool['tool']}" if tool["tool"] else "")
+                       + (f" in stage {tool['stage']}" if tool["stage"] else "") for tool in changed)
     chance = data["stable_probability_advised"]
     sure = "" if chance is None else f" with a probability of {100 * chance:.0f} %"
     if any(tool["chatter_blocks_after"] for tool in changed):

@@ -7,7 +7,7 @@ from typing import Any
 
 from toolpoint._doubt import Doubt
 from toolpoint.cutting import MillingProblem
-from toolpoint.cutting.cut.total_energy import tangent_deviation
+from toolpoint.cutting.cut.total_energy import linearise_over
 from toolpoint.cutting.description import PARAMETERS, CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.studies.cuts.example_cut import example_cut
@@ -15,6 +15,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, as_modes
 from toolpoint.studies.machines.tool_point import milling_problem
 
 MAX_WORK_COEFFICIENT = 3e10  # Pa
+MAX_LINEARISED_DEVIATION = 0.05  # of mean directional factors, between a total-energy law and its coefficients
 
 
 def cut_on(machine: Machine | None, stated: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
@@ -46,10 +47,12 @@ def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time:
 def _coefficient_notes(problem: MillingProblem, used: CuttingDescription) -> list[str]:
     if problem.law is None:
         return [f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else []
-    deviation = tangent_deviation(problem.law, problem.coefficients, problem.engagement, problem.feed_per_tooth)
-    return [f"Coefficients: {problem.coefficients.source}. Along the arc of cut the law's slope is another: mean directional "
-            f"factors differ by {100 * deviation:.2g} %, and a limit of stability by about as much. A cut in time takes the "
-            "law itself."]
+    deviation = linearise_over(problem.law, problem.engagement, problem.feed_per_tooth)[1]
+    why = f"directional factors of the law differ by {100 * deviation:.2g} %, and a limit of stability by about as much or less"
+    notes = [f"Coefficients: {problem.coefficients.source}; a cut in time takes the law itself."]
+    if deviation > MAX_LINEARISED_DEVIATION:
+        return [*notes, Doubt("total-energy law", why, "simulate cuts near their limit: toolpoint mill", figure=deviation)]
+    return [*notes, f"Over the arc {why}."]
 
 
 def _problem(dynamics: ToolDynamics, stated: Mapping[str, Any], in_time: bool

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,11 +16,13 @@ from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovedMaterial, Stock
 from toolpoint.material_removal.stock import BOX
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machining.compare_record import MIN_COMPARED_SAMPLES, compare_record
 from toolpoint.studies.machining.program_path import ParsedProgram
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
 
+_SPEED_WORD_TOLERANCE = 1e-9  # of factors on a spindle speed
 TILTED_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
 
 
@@ -33,16 +36,41 @@ class StagedProgram(ParsedProgram, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class StagedStudy(NotebookText):
-    """Result of a program in tilted planes: rotations (3, 3), and the study of every stage in the axes of its plane."""
+    """Result of a program in tilted planes: rotations (3, 3), and the study of every stage in the axes of its plane.
+
+    record_doubts : about the places of a record's stages among each other.
+    """
 
     name: str
     rotations: tuple[FloatArray, ...]
     stages: tuple[MachiningStudy, ...]
+    record_doubts: tuple[Doubt, ...] = ()
 
     @property
     def doubts(self) -> list[Doubt]:
-        """Doubts of all stages, each once."""
-        return list(dict.fromkeys(doubt for stage in self.stages for doubt in stage.doubts))
+        """Doubts of all stages and of their record, each once."""
+        recorded = [doubt for stage in self.stages if stage.record is not None for doubt in stage.record.doubts]
+        arisen = [doubt for stage in self.stages for doubt in stage.doubts]
+        return list(dict.fromkeys([*self.record_doubts, *recorded, *arisen]))
+
+    @property
+    def advised_words(self) -> tuple[dict[int, float], dict[int, float]]:
+        """Factors on the words S and F by line, of all stages together.
+
+        Raises ToolpointError where two stages advise different speeds for one word S, and without advice.
+        """
+        speed, feed = dict[int, float](), dict[int, float]()
+        advised = [stage.advice for stage in self.stages if stage.advice is not None]
+        if not advised:
+            raise ToolpointError("advice: none was made")
+        for advice in advised:
+            feed |= {line: min(factor, feed.get(line, np.inf)) for line, factor in advice.feed.items()}
+            for line in {line for other in advised for line in other.speed}:
+                factor = advice.speed.get(line, 1.0)
+                if abs(speed.setdefault(line, factor) - factor) > _SPEED_WORD_TOLERANCE:
+                    raise ToolpointError(f"advice: the word S of line {line} serves stages that want different speeds; "
+                                         "program a word S in each plane")
+        return speed, feed
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -75,18 +103,6 @@ class StagedStudy(NotebookText):
         return f"StagedStudy({self.name!r}, {len(self.stages)} stages)"
 
 
-def refuse_in_tilted_planes(options: Sequence[str]) -> None:
-    """Refuse what is known upright alone.
-
-    Examples
-    --------
-    >>> from toolpoint.studies import refuse_in_tilted_planes
-    >>> refuse_in_tilted_planes([])
-    """
-    if options:
-        raise ToolpointError(f"{', '.join(options)}: the program tilts its plane; leave out what is known upright alone")
-
-
 def tilt_words(rotation: FloatArray) -> str:
     """Return a plane in words: the direction of its tool.
 
@@ -102,7 +118,7 @@ def tilt_words(rotation: FloatArray) -> str:
 
 
 def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
-               name: str = "program", text: str = "", lobes: int = 0,
+               name: str = "program", text: str = "", lobes: int = 0, with_advice: bool = False, folder: Path | None = None,
                progress: Callable[..., None] = lambda name, finished, total: None) -> StagedStudy:
     """Return what every block of a program in tilted planes meets.
 
@@ -110,7 +126,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     ----------
     program : Program
         As `io.read_program` gives it.
-    setup, name, text, lobes, progress : as in `run_program`
+    setup, name, text, lobes, with_advice, folder, progress : as in `run_program`; advice is made stage by stage
     dynamics : Machine or ToolDynamics, optional
         A machine is posed by its own chain, its tool along the plane's axis; a tip is the same in all planes, along the
         plane's x and y.
@@ -131,6 +147,12 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     >>> study = studies.run_stages(parse(text, start=(0, 0, 0.05)), setup)
     >>> study.rotations[0][:, 2].round(9).tolist(), bool(study.removed_volume < 1e-9)
     ([0.0, -1.0, 0.0], False)
+
+    A record in which the program is not to be seen is told as such:
+
+    >>> noise = np.random.default_rng(0).normal(300, 5, 600)
+    >>> any(doubt.grave for doubt in studies.compare_stages(study, 0.1 * np.arange(600), noise).doubts)
+    True
     """
     from toolpoint.material_removal.cut_stock import CutStock  # brings the compiler
 
@@ -151,12 +173,51 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
         elif not np.allclose(turn, np.eye(3)):
             stock = _turned_box(setup.stock, turn) if setup.stock.kind == BOX else CutStock.of(_untouched(setup), turn)
         studies.append(run_program(part, replace(setup, stock=stock), dynamics, name=f"{name}, stage {len(studies) + 1}",
-                                   text=text, lobes=lobes, rotation=rotation, progress=progress))
+                                   text=text, lobes=lobes, with_advice=with_advice, rotation=rotation, progress=progress,
+                                   folder=None if folder is None else folder / f"stage-{len(studies) + 1}"))
         rotations.append(rotation)
         previous = np.asarray(rotation, float)
     if not studies:
         raise ToolpointError("program: no block moves")
     return StagedStudy(name, tuple(rotations), tuple(studies))
+
+
+def compare_stages(result: StagedStudy, time: FloatArray, values: FloatArray, **options: Any) -> StagedStudy:
+    """Return the study of a program in tilted planes with a record of the machine beside every stage that cuts.
+
+    How long the planes take to turn is not known: the stage that agrees best with the record is placed first, those before and
+    after it in what is left of the record before and after. Options are those of `compare_record`. A stage without a place has
+    no record, and is doubted.
+    """
+    cutting = [k for k, stage in enumerate(result.stages) if stage.loads is not None and (stage.loads.power > 0).any()]
+    compared = _place_stages(result.stages, cutting, np.asarray(time, float), np.asarray(values, float), options=options)
+    absent = [k + 1 for k in cutting if k not in compared]
+    doubts = (Doubt("record", f"it has no room for stages {', '.join(map(str, absent))} between the others", "record the whole "
+                    "program", grave=True),) if absent else ()
+    stages = tuple(compared.get(k, stage) for k, stage in enumerate(result.stages))
+    return replace(result, stages=stages, record_doubts=doubts)
+
+
+def _place_stages(stages: Sequence[MachiningStudy], numbers: Sequence[int], time: FloatArray, values: FloatArray, *,
+                  options: Mapping[str, Any]) -> dict[int, MachiningStudy]:
+    """Return the stages of these numbers with a part of a record beside them, in their order."""
+    if not numbers or time.size < MIN_COMPARED_SAMPLES:
+        return {}
+    compared = {k: compare_record(stages[k], time, values, **options) for k in numbers}
+    best = max(numbers, key=lambda k: _agreement(compared[k]))
+    record = compared[best].record
+    assert record is not None
+    place = record.alignment
+    begin = time[0] - place.start / place.pace
+    is_earlier = time < begin
+    is_later = time > begin + float(stages[best].laid.time.sum()) / place.pace
+    left = _place_stages(stages, [k for k in numbers if k < best], time[is_earlier], values[is_earlier], options=options)
+    right = _place_stages(stages, [k for k in numbers if k > best], time[is_later], values[is_later], options=options)
+    return {best: compared[best], **left, **right}
+
+
+def _agreement(study: MachiningStudy) -> float:
+    return -np.inf if study.record is None else study.record.alignment.within
 
 
 def _turned_box(stock: Stock, turn: FloatArray) -> Stock:

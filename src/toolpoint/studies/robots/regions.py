@@ -26,6 +26,7 @@ from toolpoint.studies.robots.segment_poses import SegmentFollower
 from toolpoint.studies.text_table import text_table
 
 _EQUAL_PLACE_TOLERANCE = 1e-7  # m: nearer places are computed once
+_DIRECTION_DECIMALS = 6  # by which directions are told apart
 _MAX_LISTED_SEGMENTS = 8  # in the table and in the data
 
 
@@ -78,6 +79,31 @@ class RegionSearch(NotebookText):
         """The most even segment."""
         return self.regions[0]
 
+    @property
+    def worst(self) -> EvenSegment:
+        """The least even segment."""
+        return self.regions[-1]
+
+    def by_direction(self) -> list[tuple[FloatArray, float, int]]:
+        """Return each direction (3,), unit, with the median spread of its segments and their number; the most even first."""
+        groups: dict[tuple[float, ...], list[float]] = {}
+        for region in self.regions:
+            way = (region.end - region.start) / np.linalg.norm(region.end - region.start)
+            groups.setdefault(tuple((np.round(way, _DIRECTION_DECIMALS) + 0.0).tolist()), []).append(region.total)
+        medians = [(np.array(way), float(np.median(spreads)), len(spreads)) for way, spreads in groups.items()]
+        return sorted(medians, key=lambda each: each[1])
+
+    def direction_words(self) -> list[str]:
+        """Return a line on the most and the least even segment, and one on directions where there are several."""
+        unit = self.quantity.unit
+        ends = [f"{name}: along {_direction_words(r.end - r.start)} from {place_words(r.start)}, {r.total:.4g} {unit}"
+                for name, r in (("most even", self.best), ("least even", self.worst))]
+        ways = self.by_direction()
+        if len(ways) < 2:
+            return ["; ".join(ends)]
+        parts = [f"{_direction_words(way)} {median:.4g} ({count} segments)" for way, median, count in ways]
+        return ["; ".join(ends), f"median spread by direction, {unit}: {', '.join(parts)}"]
+
     def table(self) -> str:
         """Return the best segments as text."""
         unit = self.quantity.unit
@@ -85,13 +111,17 @@ class RegionSearch(NotebookText):
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
                 for r in self.regions[:_MAX_LISTED_SEGMENTS]]
         header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
-        return "\n".join([text_table(repr(self), header, rows),
+        return "\n".join([text_table(repr(self), header, rows), *self.direction_words(),
                           f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""
         return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "length_m": self.length, "tried": self.tried,
-                "whole": len(self.regions), "samples": self.samples, "notes": list(self.notes), "regions": [
+                "whole": len(self.regions), "samples": self.samples, "notes": list(self.notes),
+                "directions": [{"direction": way.tolist(), "median_spread": median, "segments": number}
+                               for way, median, number in self.by_direction()],
+                "worst": {"start": self.worst.start.tolist(), "end": self.worst.end.tolist(), "spread": self.worst.total},
+                "regions": [
                     {"branch": r.branch, "start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
                      "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()}
                     for r in self.regions[:_MAX_LISTED_SEGMENTS]]}
@@ -99,6 +129,15 @@ class RegionSearch(NotebookText):
     def __repr__(self) -> str:
         return (f"RegionSearch({self.quantity.kind}, segments of {1e3 * self.length:g} mm, {len(self.regions)} of {self.tried} "
                 "reached whole)")
+
+
+def _direction_words(way: FloatArray) -> str:
+    """Return a direction in words: an axis, or its parts along x, y and z."""
+    unit = np.round(way / np.linalg.norm(way), _DIRECTION_DECIMALS) + 0.0
+    axis = int(np.argmax(np.abs(unit)))
+    if abs(unit[axis]) == 1.0:
+        return f"{'-' if unit[axis] < 0 else ''}{'xyz'[axis]}"
+    return "(" + ", ".join(f"{part:.3g}" for part in unit) + ")"
 
 
 def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> FloatArray:
@@ -197,8 +236,8 @@ class RegionStudy(NotebookText):
 
 
 def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None = None, *, length: float = 0.2,
-                 directions: int = 4, direction: ArrayLike | None = None, turn: float = 0.0, branch: str = "", point: str = "",
-                 step: Callable[[str], None] = lambda name: None) -> RegionStudy:
+                 directions: int = 4, samples: int = 5, direction: ArrayLike | None = None, turn: float = 0.0,
+                 branch: str = "", point: str = "", step: Callable[[str], None] = lambda name: None) -> RegionStudy:
     """Return a quantity over the places of a grid, and the segments of a length between them over which it is most even.
 
     Parameters
@@ -209,6 +248,8 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
         Of the segments, m; 0 for the map alone.
     directions : int
         Directions of segments in the plane of the grid's first two directions, evenly over half a turn.
+    samples : int
+        Places on a segment, both ends included.
     step : function of a name
         Called at the beginning of both parts.
     """
@@ -222,8 +263,8 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
     first, second = (list(grid.names) * 2)[:2]
     ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
     try:
-        search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=measure, direction=direction,
-                                turn=turn, branch=branch, point=point)
+        search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, samples=samples, quantity=measure,
+                                direction=direction, turn=turn, branch=branch, point=point)
     except ToolpointError as error:  # the map took its time and stays
         return RegionStudy(replace(place_map, notes=(Doubt("segments", str(error)), *place_map.notes)))
     return RegionStudy(place_map, search)

@@ -156,8 +156,8 @@ def step_drives(drives: DriveDescription, steps: Sequence[StepSetting], *, machi
     ...     PositionDescription,
     ...     VelocityDescription,
     ... )
-    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.01), position=PositionDescription(20.0),
-    ...                             velocity=VelocityDescription(1.0))
+    >>> axis = DriveAxisDescription(mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.01),
+    ...                             position=PositionDescription(20.0), velocity=VelocityDescription(1.0))
     >>> drives = DriveDescription("slide", {"X": axis})
     >>> test = step_drives(drives, [StepSetting("X", "velocity", 0.01)]).tests[0]
     >>> round(1e3 * test.figures.rise_time)  # ms: a lag of J/K_p = 10 ms rises in ln(9) of it

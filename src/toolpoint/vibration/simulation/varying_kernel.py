@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray
+from toolpoint.vibration.simulation.varying import CourseArrays, CutArrays, NodeArrays, RunArrays
+
 
 @njit(cache=True, nogil=True, fastmath=True)
-def advance(nodes, cut, course, motion, keep, first, out, base):
+def advance(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, motion: RunArrays, keep: int, first: int,
+            out: FloatArray, base: FloatArray) -> int:
     """Advance a block of steps of x_{k+1} = x_s + Phi (x_k - x_s), with x_s the static deflection of the inputs.
 
     All matrices are stored by columns, at nodes along the path, and blended linearly between two of them.
@@ -110,7 +114,8 @@ def advance(nodes, cut, course, motion, keep, first, out, base):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _account(nodes, i, t, inputs, after, extended, motion):
+def _account(nodes: NodeArrays, i: int, t: float, inputs: FloatArray, after: FloatArray, extended: FloatArray,
+             motion: RunArrays) -> None:
     """Add the energies of a step: work f^T du of held inputs, loss [x; f]^T Q [x; f], gain in (u^T K u + v^T M v)/2."""
     dissipation, load_map, mass, stiffness = nodes.dissipation, nodes.load_map, nodes.mass, nodes.stiffness
     state, totals = motion.state, motion.totals

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
+
 
 @njit(cache=True, nogil=True)
-def number_pairs(pointers, columns):
+def number_pairs(pointers: IndexArray, columns: IndexArray) -> IndexArray:
     """Return a number for each pair of neighbours, counted over pairs i >= j row by row, the same for (i, j) and (j, i).
 
     pointers (n + 1,) and columns (k,) int32, ascending in each row. Returns (k,) int32.
@@ -34,7 +36,8 @@ def number_pairs(pointers, columns):
 
 
 @njit(cache=True, nogil=True)
-def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks):
+def scatter_pairs(elements: IndexArray, matrices: FloatArray, width: int, pointers: IndexArray, columns: IndexArray,
+                  entries: IndexArray, blocks: FloatArray) -> None:
     """Add element matrices to the stored blocks: B[i, j] += A_e[i, j] over the elements that hold both nodes, i >= j.
 
     elements (e, n) int, matrices (e, width n, width n) float64; pointers, columns, entries as in `NodePattern`; blocks (pairs,
@@ -55,7 +58,8 @@ def scatter_pairs(elements, matrices, width, pointers, columns, entries, blocks)
 
 
 @njit(cache=True, nogil=True)
-def multiply(pointers, columns, entries, blocks, x, result):
+def multiply(pointers: IndexArray, columns: IndexArray, entries: IndexArray, blocks: FloatArray, x: FloatArray,
+             result: FloatArray) -> None:
     """Add the product with `x` (nodes, 3, k) to `result`, float64: y_i += B_ij x_j, B_ij = B_ji^T above the diagonal."""
     k = x.shape[2]
     for i in range(pointers.size - 1):
@@ -70,7 +74,8 @@ def multiply(pointers, columns, entries, blocks, x, result):
 
 
 @njit(cache=True, nogil=True)
-def multiply_scalars(pointers, columns, entries, values, x, result):
+def multiply_scalars(pointers: IndexArray, columns: IndexArray, entries: IndexArray, values: FloatArray, x: FloatArray,
+                     result: FloatArray) -> None:
     """Add the product of numbers times unit blocks with `x` (nodes, 3 k) to `result`, both float64: y_i += b_ij x_j."""
     for i in range(pointers.size - 1):
         for p in range(pointers[i], pointers[i + 1]):

@@ -9,9 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
+
 
 @njit(cache=True, nogil=True)
-def quotient(indptr, indices, group, count):
+def quotient(indptr: IndexArray, indices: IndexArray, group: IndexArray, count: int
+             ) -> tuple[IndexArray, IndexArray, IndexArray]:
     """Return pointers and neighbours (no loops) of the graph of groups of rows, and the number of rows in each; int64."""
     weight = np.zeros(count, np.int64)
     for row in range(group.size):
@@ -46,7 +49,7 @@ def quotient(indptr, indices, group, count):
 
 
 @njit(cache=True, nogil=True)
-def twins(xadj, adj, keys):
+def twins(xadj: IndexArray, adj: IndexArray, keys: IndexArray) -> tuple[IndexArray, int]:
     """Return a number for each vertex, the same for vertices with the same closed neighbourhood, by sums of random keys."""
     n = xadj.size - 1
     total = keys.copy()
@@ -65,7 +68,7 @@ def twins(xadj, adj, keys):
 
 
 @njit(cache=True, nogil=True)
-def elimination_tree(xadj, adj, order):
+def elimination_tree(xadj: IndexArray, adj: IndexArray, order: IndexArray) -> IndexArray:
     """Return the parent of each place in the order, -1 for roots."""
     n = order.size
     place = np.empty(n, np.int64)
@@ -87,7 +90,7 @@ def elimination_tree(xadj, adj, order):
 
 
 @njit(cache=True, nogil=True)
-def column_weights(xadj, adj, order, parent, weight):
+def column_weights(xadj: IndexArray, adj: IndexArray, order: IndexArray, parent: IndexArray, weight: IndexArray) -> IndexArray:
     """Return the rows of each column of L on and below the diagonal, in weight, by walking every row's subtree."""
     n = order.size
     place = np.empty(n, np.int64)
@@ -105,7 +108,7 @@ def column_weights(xadj, adj, order, parent, weight):
 
 
 @njit(cache=True, nogil=True)
-def postorder(parent, size):
+def postorder(parent: IndexArray, size: IndexArray) -> IndexArray:
     """Return the places of a forest children first, the child of the largest size last before its parent."""
     n = parent.size
     head, following = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
@@ -137,7 +140,7 @@ def postorder(parent, size):
 
 
 @njit(cache=True, nogil=True)
-def supernodes(parent, rows, weight):
+def supernodes(parent: IndexArray, rows: IndexArray, weight: IndexArray) -> IndexArray:
     """Return the first column of each group of columns that are factorised together, and n at the end.
 
     Columns join where their patterns nest; a group joins its parent's that follows it where few zeros come in.
@@ -166,12 +169,16 @@ def supernodes(parent, rows, weight):
                 break
             a, width, zeros = first.pop(), joined, all_zeros
             last.pop(), widths.pop(), zero_counts.pop()
-        first.append(a), last.append(b - 1), widths.append(width), zero_counts.append(zeros)
+        first.append(a)
+        last.append(b - 1)
+        widths.append(width)
+        zero_counts.append(zeros)
     return np.array([*first, n])
 
 
 @njit(cache=True, nogil=True)
-def structure(xadj, adj, order, starts):
+def structure(xadj: IndexArray, adj: IndexArray, order: IndexArray, starts: IndexArray
+              ) -> tuple[IndexArray, IndexArray, IndexArray]:
     """Return pointers and the vertices (by place) below each group of columns, ascending, and the parent of each group."""
     n, count = order.size, starts.size - 1
     place, group = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -212,7 +219,8 @@ def structure(xadj, adj, order, starts):
 
 
 @njit(cache=True, nogil=True)
-def expand_rows(pointers, rows, order, weight, starts):
+def expand_rows(pointers: IndexArray, rows: IndexArray, order: IndexArray, weight: IndexArray, starts: IndexArray
+                ) -> tuple[IndexArray, IndexArray, IndexArray]:
     """Return structure in single rows: first row of each group, pointers and rows below each group."""
     n, count = order.size, starts.size - 1
     first = np.zeros(n + 1, np.int64)
@@ -236,7 +244,7 @@ def expand_rows(pointers, rows, order, weight, starts):
 
 
 @njit(cache=True, nogil=True)
-def room_needed(begins, pointers, parent):
+def room_needed(begins: IndexArray, pointers: IndexArray, parent: IndexArray) -> tuple[int, int, int]:
     """Return the largest size of the stack (lower triangles of waiting contributions), and those of a front's columns and
     contribution.
     """
@@ -255,7 +263,7 @@ def room_needed(begins, pointers, parent):
 
 
 @njit(cache=True, nogil=True)
-def factor_starts(begins, pointers, block):
+def factor_starts(begins: IndexArray, pointers: IndexArray, block: int) -> IndexArray:
     """Return where each group's columns start in the factor, and its size: blocks of columns, each from its diagonal down."""
     starts = np.zeros(begins.size, np.int64)
     for s in range(begins.size - 1):
@@ -268,7 +276,7 @@ def factor_starts(begins, pointers, block):
 
 
 @njit(cache=True, nogil=True)
-def asymmetry(indptr, indices, data):
+def asymmetry(indptr: IndexArray, indices: IndexArray, data: FloatArray) -> float:
     """Return the largest difference between entries and their mirror images; columns sorted, without repeated entries.
 
     Columns are walked in order; the next entry of every column that waits for its mirror image stands in `waiting`.
@@ -295,7 +303,7 @@ def asymmetry(indptr, indices, data):
 
 
 @njit(cache=True, nogil=True)
-def holds(indptr, indices, other_indptr, other_indices):
+def holds(indptr: IndexArray, indices: IndexArray, other_indptr: IndexArray, other_indices: IndexArray) -> bool:
     """Whether every entry of the other pattern has one in the first; columns of both are sorted."""
     for j in range(indptr.size - 1):
         position, last = other_indptr[j], other_indptr[j + 1]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import Array, BoolArray, FloatArray, IndexArray
+from toolpoint.vision.displacement.phase_arrays import PhaseFilter, PhaseWindows
+
 LANCZOS_TAPS = 8  # samples of the Lanczos kernel, each way
 
 
 @njit(cache=True, nogil=True)
-def sum_blocks(frames, side, means, extremes, white):
+def sum_blocks(frames: Array, side: int, means: FloatArray, extremes: IndexArray, white: int) -> None:
     """Put the mean of every block (side x side) into `means`, and count black and white pixels of every eighth frame.
 
     frames : (n, rows, columns) uint8 or uint16; means : (n, rows // side, columns // side) float32; extremes : (rows, columns)
@@ -38,7 +41,7 @@ def sum_blocks(frames, side, means, extremes, white):
 
 
 @njit(cache=True, nogil=True)
-def add_differences(previous_frame, frame, next_frame, sums):
+def add_differences(previous_frame: FloatArray, frame: Array, next_frame: FloatArray, sums: FloatArray) -> None:
     """Add a frame's changes to sums (4, rows, columns), all float32.
 
     Squares of its change, products of its two changes, products with the change of the pixel to the left, fourth powers.
@@ -55,7 +58,8 @@ def add_differences(previous_frame, frame, next_frame, sums):
 
 
 @njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _product(frame, template, first_row, first_column, sums):
+def _product(frame: Array, template: FloatArray, first_row: int, first_column: int, sums: FloatArray) -> tuple[np.float32,
+             np.float32]:
     """Return the products of a window of a frame (rows, columns) with two templates (2, h, w) float32; sums : (2, w) float32.
 
     d_i = sum over y, x of template[i, y, x] frame[first_row + y, first_column + x].
@@ -77,7 +81,8 @@ def _product(frame, template, first_row, first_column, sums):
 
 
 @njit(cache=True, nogil=True)
-def track(frames, corners, templates, ready, step, reach, edges, normal, state, result, lost_frames):
+def track(frames: Array, corners: IndexArray, templates: FloatArray, ready: IndexArray, step: int, reach: float,
+          edges: BoolArray, normal: FloatArray, state: FloatArray, result: FloatArray, lost_frames: IndexArray) -> None:
     """Track windows by template products.
 
     corners : (n_points, 2) int64, first row and column; templates : (n_points, step, step, 2, h, w) float32 for the texture
@@ -121,7 +126,8 @@ def track(frames, corners, templates, ready, step, reach, edges, normal, state, 
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, lost_frames):
+def follow(frames: Array, corners: IndexArray, texture: FloatArray, slopes: FloatArray, inverse: FloatArray,
+           tolerance: float, state: FloatArray, result: FloatArray, lost_frames: IndexArray) -> None:
     """Track windows by Lucas-Kanade steps, inverse compositional, on frames interpolated by a Lanczos kernel of eight taps.
 
     texture : (n_points, h, w) of the reference, float32; slopes : (n_points, 2, h, w) float32; inverse : (n_points, 2, 2) of
@@ -177,7 +183,7 @@ def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, 
 
 
 @njit(cache=True, nogil=True)
-def _lanczos(f, w):
+def _lanczos(f: float, w: FloatArray) -> None:
     """Put the weights of a Lanczos kernel at f, 0 <= f < 1, into w; their sum is one."""
     total = 0.0
     half = LANCZOS_TAPS // 2
@@ -191,7 +197,9 @@ def _lanczos(f, w):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def filter_window(frame, first_row, first_column, size, stride, wave_re, wave_im, bell, across, lines_re, lines_im, out):
+def filter_window(frame: Array, first_row: int, first_column: int, size: int, stride: int, wave_re: FloatArray,
+                  wave_im: FloatArray, bell: FloatArray, across: bool, lines_re: FloatArray, lines_im: FloatArray,
+                  out: FloatArray) -> None:
     """Put the complex band-pass of a window into `out` (2, rows, columns), every `stride` pixels.
 
     wave : (m,) complex weights along the columns (across: along the rows), bell : (m,) weights the other way; the window
@@ -232,7 +240,8 @@ def filter_window(frame, first_row, first_column, size, stride, wave_re, wave_im
 
 
 @njit(cache=True, nogil=True)
-def follow_phase(frames, corners, side, stride, wave, windows, result):
+def follow_phase(frames: Array, corners: IndexArray, side: int, stride: int, wave: PhaseFilter, windows: PhaseWindows,
+                 result: FloatArray) -> None:
     """Displacement of windows (`PhaseWindows`) from their local phase, unwrapped in time, by a filter (`PhaseFilter`).
 
     The phases of the last frame and the turns since the first are kept in the windows.
@@ -269,7 +278,7 @@ def follow_phase(frames, corners, side, stride, wave, windows, result):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def add_projection(frames, weights, total):
+def add_projection(frames: Array, weights: FloatArray, total: FloatArray) -> None:
     """Add frames times weights to `total`, total_k += sum over t of weight_kt frame_t.
 
     frames : (n, rows, columns) uint8 or uint16; weights : (k, n) float32; total : (k, rows, columns) float32.

@@ -9,42 +9,19 @@ gradient is that of the texture at rest, and pixels count by their squared ampli
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import convolve1d
 
 from toolpoint._check import ComplexArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
+from toolpoint.vision.displacement.phase_arrays import PhaseFilter, PhaseWindows
 from toolpoint.vision.displacement.points import BLIND_SIGHT, EDGE_SIGHT, Windows
 from toolpoint.vision.displacement.reference import Reference
 from toolpoint.vision.displacement.templates import Pass
 
 # Standard deviations by which the amplitude of a filter must stand above its noise for its phase to be followed.
 MIN_AMPLITUDE_DEVIATIONS = 4.0
-
-
-class PhaseFilter(NamedTuple):
-    """A wave, real and imaginary part, along the motion, and a bell across it."""
-
-    real: FloatArray
-    imaginary: FloatArray
-    bell: FloatArray
-
-
-class PhaseWindows(NamedTuple):
-    """Windows that are followed by their phase.
-
-    reference_bands : (n, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n, 2, 2, k, k) derivative
-    of the phase by right and down; inverse : (n, 2, 2); last, turns : (n, 2, k, k) phase of the frame before and whole turns
-    since the first.
-    """
-
-    reference_bands: FloatArray
-    slopes: FloatArray
-    inverse: FloatArray
-    last: FloatArray
-    turns: IndexArray
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
+
 
 @njit(cache=True, nogil=True, inline="always", fastmath=True)
-def _sample(picture, x, y):
+def _sample(picture: FloatArray, x: float | np.floating[Any], y: float | np.floating[Any]) -> np.float32:
     """Cubic convolution (Keys, a = -1/2) of a float32 picture; places outside are those at its edge."""
     rows, columns = picture.shape
     ix, iy = min(max(int(x), 1), columns - 3), min(max(int(y), 1), rows - 3)
@@ -32,13 +36,14 @@ def _sample(picture, x, y):
 
 
 @njit(cache=True, nogil=True, inline="always", fastmath=True)
-def _displacement_component(c, i, a, b):
+def _displacement_component(c: FloatArray, i: int, a: float, b: float) -> float:
     """Return component i of a displacement c (2, 6) over (1, a, b, a^2, a b, b^2), by Horner's rule."""
     return c[i, 0] + a * (c[i, 1] + a * c[i, 3] + b * c[i, 4]) + b * (c[i, 2] + b * c[i, 5])
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def draw_wall(frame, reference, wall, owner, rest_share, out):
+def draw_wall(frame: FloatArray, reference: FloatArray, wall: FloatArray, owner: IndexArray, rest_share: np.floating[Any],
+              out: FloatArray) -> None:
     """Put the fixed background into `out`, out = share * reference + (1 - share) * frame; behind bodies the filled wall.
 
     frame, reference, wall, out : (rows, columns) float32; owner : (rows, columns) int16, see `draw_layers`.
@@ -49,7 +54,8 @@ def draw_wall(frame, reference, wall, owner, rest_share, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def draw_layers(frame, reference, fills, owner, boxes, frame_shift, reference_shift, rest_share, out):
+def draw_layers(frame: FloatArray, reference: FloatArray, fills: FloatArray, owner: IndexArray, boxes: FloatArray,
+                frame_shift: FloatArray, reference_shift: FloatArray, rest_share: np.floating[Any], out: FloatArray) -> None:
     """Draw the bodies of a frame, from back to front, each moved further.
 
     frame, reference : (rows, columns) float32, the frame and the picture at rest; fills : (n, rows, columns) each body's
@@ -92,7 +98,8 @@ def draw_layers(frame, reference, fills, owner, boxes, frame_shift, reference_sh
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _source_places(c, m, first_x, end_x, y, centre_x, centre_y, place):
+def _source_places(c: FloatArray, m: FloatArray, first_x: int, end_x: int, y: int, centre_x: float, centre_y: float,
+                   place: FloatArray) -> None:
     """Put the places of a row's pixels at rest (0: right, 1: down) and in the frame (2, 3) into `place` (4, columns): a loop
     without a branch, which the processor runs several pixels at a time."""
     v = y - centre_y
@@ -105,7 +112,8 @@ def _source_places(c, m, first_x, end_x, y, centre_x, centre_y, place):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def draw_field(frame, reference, frame_shift, reference_shift, rest_share, out):
+def draw_field(frame: FloatArray, reference: FloatArray, frame_shift: FloatArray, reference_shift: FloatArray,
+               rest_share: np.floating[Any], out: FloatArray) -> None:
     """Draw a frame moved by a smooth field.
 
     frame, reference, out : (rows, columns); frame_shift, reference_shift : (rows, columns, 2), right and down; all float32.

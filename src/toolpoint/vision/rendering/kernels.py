@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vision.rendering.texture import SPLINE_POINTS_PER_PIXEL
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _cubic(f, w):
+def _cubic(f: float, w: FloatArray) -> None:
     """Put the four weights of a cubic B-spline at the fraction f, 0 <= f < 1, into w (4,) float32."""
     g = 1.0 - f
     w[0] = g * g * g / 6.0
@@ -19,7 +22,8 @@ def _cubic(f, w):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def draw_body(picture, texture, cover, corner, size, centre, extent, field, amplitude):
+def draw_body(picture: FloatArray, texture: FloatArray, cover: FloatArray, corner: IndexArray, size: IndexArray,
+              centre: FloatArray, extent: float, field: FloatArray, amplitude: FloatArray) -> None:
     """Draw one body into a picture (rows, columns), float32.
 
     texture, cover : (h, w) float32, spline coefficients of grey and of how much of the pixel the body covers,
@@ -72,7 +76,7 @@ def draw_body(picture, texture, cover, corner, size, centre, extent, field, ampl
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def expose(picture, noise, start, gain, white, out):
+def expose(picture: FloatArray, noise: FloatArray, start: int, gain: np.floating[Any], white: float, out: IndexArray) -> None:
     """Round a picture to grey levels, out = floor(gain * picture + noise + 1/2) between 0 and `white`.
 
     picture : (rows, columns) float32; noise : pool of float32 values, read from `start` on; out : (rows, columns) uint8 or

@@ -96,10 +96,10 @@ def error_notes(errors: BlockErrors, cutting: np.ndarray) -> Sequence[str]:
     names = {name for name, values in errors.columns.items() if np.isfinite(values[cutting]).any()}
     if not names:
         return []
-    notes = ["Errors of walls are level and normal to the feed. Those of floors and of what balls leave are along the normal of "
-             "the surface that stays to the end, at the place of a block with the largest force; of bull noses only the flat "
-             "floor counts. Blocks that chatter have no forced vibration. Feed marks are those of a rigid tool with its run-out "
-             "and pitch; those of a flat end on a floor hang on its dish, which is not known."]
+    notes = ["Errors of walls are level and normal to the feed. Those of floors and of what balls leave are along the normal "
+             "of the surface that stays to the end, at the place of a block with the largest force; of bull noses only the "
+             "flat floor counts. Blocks that chatter have no forced vibration. Feed marks are those of a rigid tool with its "
+             "run-out and pitch; those of a flat end on a floor hang on its dish, which is not known."]
     if {"location", "contour"} <= names or {"floor", "contour"} <= names:
         notes += ["The total adds servo and forced vibration as if both were largest at once. Springs of drives in the machine "
                   "file that hold the servo's own stiffness are counted twice."]

@@ -7,17 +7,23 @@ separator. Compiled; imported only when a matrix is factorised.
 from __future__ import annotations
 
 import heapq
+from typing import Any
 
 import numpy as np
 from numba import njit
+
+from toolpoint._check import FloatArray, IndexArray
 
 SEPARATOR_PART = 2  # number of the separator beside the sides 0 and 1
 MAX_SIDE_FRACTION = 0.56  # of the weight, of the larger side: a smaller separator is worth some imbalance
 _MAX_FUTILE_MOVES = 120  # since the best state of a pass
 
+VertexNumber = int | np.integer[Any]
+NumberPair = tuple[VertexNumber, VertexNumber]  # cost and vertex of a move, or vertex and the part that it left
+
 
 @njit(cache=True, nogil=True)
-def sweep(xadj, adj, weight, height):
+def sweep(xadj: IndexArray, adj: IndexArray, weight: IndexArray, height: FloatArray) -> IndexArray:
     """Return the cut at the height that leaves the lightest separator between even sides, (n,) parts 0, 1, 2.
 
     xadj (n + 1,), adj : pointers and neighbours of the vertices, int; weight (n,) int; height (n,) float64. A vertex is in the
@@ -53,7 +59,7 @@ def sweep(xadj, adj, weight, height):
 
 
 @njit(cache=True, nogil=True)
-def mark_separator(xadj, adj, part):
+def mark_separator(xadj: IndexArray, adj: IndexArray, part: IndexArray) -> None:
     """Move the vertices of side 1 adjacent to side 0 into the separator."""
     for v in range(part.size):
         if part[v] == 1:
@@ -64,7 +70,7 @@ def mark_separator(xadj, adj, part):
 
 
 @njit(cache=True, nogil=True)
-def cost_of(weight, part):
+def cost_of(weight: IndexArray, part: IndexArray) -> float:
     """Return the cost of a cut: the weight of its separator, increased where the sides are uneven."""
     size = np.zeros(3)
     for v in range(part.size):
@@ -76,13 +82,13 @@ def cost_of(weight, part):
 
 
 @njit(cache=True, nogil=True)
-def farthest(xadj, adj, start):
+def farthest(xadj: IndexArray, adj: IndexArray, start: VertexNumber) -> VertexNumber:
     """Return a vertex at the largest number of edges from `start`."""
     return np.argmax(distances(xadj, adj, start))
 
 
 @njit(cache=True, nogil=True)
-def distances(xadj, adj, start):
+def distances(xadj: IndexArray, adj: IndexArray, start: VertexNumber) -> FloatArray:
     """Return the number of edges from a vertex to each, (n,) float64; one more than the largest for vertices out of reach."""
     distance = np.full(xadj.size - 1, -1.0)
     queue = np.empty(xadj.size - 1, np.int64)
@@ -100,7 +106,7 @@ def distances(xadj, adj, start):
 
 
 @njit(cache=True, nogil=True)
-def refine(xadj, adj, weight, part, passes, share):
+def refine(xadj: IndexArray, adj: IndexArray, weight: IndexArray, part: IndexArray, passes: int, share: float) -> None:
     """Move separator vertices to a side, and their neighbours across into the separator, while it gets lighter; in place."""
     n = xadj.size - 1
     outside = np.zeros((2, n), np.int64)
@@ -118,7 +124,9 @@ def refine(xadj, adj, weight, part, passes, share):
 
 
 @njit(cache=True, nogil=True)
-def _weigh_neighbours(xadj, adj, weight, part, v, outside):
+def _weigh_neighbours(xadj: IndexArray, adj: IndexArray, weight: IndexArray, part: IndexArray, v: VertexNumber,
+                      outside: IndexArray
+                      ) -> None:
     """Set the weight of a separator vertex's neighbours on either side."""
     outside[0, v] = outside[1, v] = 0
     for k in range(xadj[v], xadj[v + 1]):
@@ -128,16 +136,20 @@ def _weigh_neighbours(xadj, adj, weight, part, v, outside):
 
 
 @njit(cache=True, nogil=True)
-def _pass(xadj, adj, weight, part, outside, size, limit, locked, pass_number):
+def _pass(xadj: IndexArray, adj: IndexArray, weight: IndexArray, part: IndexArray, outside: IndexArray, size: IndexArray,
+          limit: float, locked: IndexArray, pass_number: int) -> bool:
     """One pass of moves with their best prefix kept; return whether the separator became lighter."""
-    heaps = [[(np.int64(0), np.int64(0)) for _ in range(0)] for _ in range(2)]
+    v: VertexNumber
+    side: VertexNumber
+    heaps: list[list[NumberPair]] = [[(np.int64(0), np.int64(0)) for _ in range(0)] for _ in range(2)]
     for v in range(part.size):
         if part[v] == SEPARATOR_PART:
             for side in range(2):
                 heaps[side].append((outside[1 - side, v] - weight[v], v))
     for side in range(2):
         heapq.heapify(heaps[side])
-    log = [(np.int64(0), np.int64(0)) for _ in range(0)]  # vertices that changed their part, and the part that they left
+    # Vertices that changed their part, and the part that they left.
+    log: list[NumberPair] = [(np.int64(0), np.int64(0)) for _ in range(0)]
     initial_weight, best_weight, best_imbalance, best_length = size[2], size[2], abs(size[0] - size[1]), 0
     futile_moves = 0
     max_futile_moves = min(_MAX_FUTILE_MOVES, 15 + part.size // 40)
@@ -166,13 +178,17 @@ def _pass(xadj, adj, weight, part, outside, size, limit, locked, pass_number):
 
 
 @njit(cache=True, nogil=True)
-def _next_move(heaps, weight, part, outside, size, limit, locked, pass_number):
+def _next_move(heaps: list[list[NumberPair]], weight: IndexArray, part: IndexArray, outside: IndexArray, size: IndexArray,
+               limit: float,
+               locked: IndexArray, pass_number: int) -> NumberPair:
     """Return the side and vertex of the most gain that keeps the balance; -1 where there is none."""
     for side in range(2):
         heap = heaps[side]
         while len(heap) and (part[heap[0][1]] != SEPARATOR_PART or locked[heap[0][1]] == pass_number
                              or heap[0][0] != outside[1 - side, heap[0][1]] - weight[heap[0][1]]):
             heapq.heappop(heap)
+    v: VertexNumber
+    loss: VertexNumber
     side, v, loss = -1, np.int64(-1), np.int64(0)
     for s in range(2):
         if len(heaps[s]):
@@ -187,7 +203,9 @@ def _next_move(heaps, weight, part, outside, size, limit, locked, pass_number):
 
 
 @njit(cache=True, nogil=True)
-def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, pass_number, log):
+def _move(xadj: IndexArray, adj: IndexArray, weight: IndexArray, part: IndexArray, outside: IndexArray, size: IndexArray,
+          v: VertexNumber, side: VertexNumber, heaps: list[list[NumberPair]], locked: IndexArray, pass_number: int,
+          log: list[NumberPair]) -> None:
     """Move a separator vertex to a side, and its neighbours across into the separator; gains that change are pushed anew."""
     log.append((v, np.int64(SEPARATOR_PART)))
     part[v], locked[v] = side, pass_number

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vibration.sparse.ordering.cuts import (
     MAX_SIDE_FRACTION,
     SEPARATOR_PART,
@@ -23,7 +24,7 @@ _MIN_MULTILEVEL_SIZE = 500  # vertices plus one: below, swept cuts are as good a
 
 
 @njit(cache=True, nogil=True)
-def dissect(xadj, adj, weight, places, leaf):
+def dissect(xadj: IndexArray, adj: IndexArray, weight: IndexArray, places: FloatArray, leaf: int) -> IndexArray:
     """Return the vertices in elimination order, (n,) int64.
 
     xadj (n + 1,), adj : pointers and neighbours (no loops), int64; weight (n,) int64: rows of each vertex; places (n, any)
@@ -56,7 +57,7 @@ def dissect(xadj, adj, weight, places, leaf):
 
 
 @njit(cache=True, nogil=True)
-def _minimum_degree(xadj, adj, weight):
+def _minimum_degree(xadj: IndexArray, adj: IndexArray, weight: IndexArray) -> IndexArray:
     """Return the vertices of a small graph in elimination order, lightest neighbourhood first; neighbours as bits."""
     n = xadj.size - 1
     words = (n + 63) // 64
@@ -89,7 +90,8 @@ def _minimum_degree(xadj, adj, weight):
 
 
 @njit(cache=True, nogil=True)
-def _subgraph(xadj, adj, weight, vertices, local_index):
+def _subgraph(xadj: IndexArray, adj: IndexArray, weight: IndexArray, vertices: IndexArray, local_index: IndexArray
+              ) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
     """Return pointers, neighbours, edge and vertex weights of a graph on some vertices; `local_index` is -1 before, after."""
     for i in range(vertices.size):
         local_index[vertices[i]] = i
@@ -111,7 +113,7 @@ def _subgraph(xadj, adj, weight, vertices, local_index):
 
 
 @njit(cache=True, nogil=True)
-def _separate(xadj, adj, edge, weight, places):
+def _separate(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray, places: FloatArray) -> IndexArray:
     """Return the part of each vertex, side 0 or 1 or separator 2: the best of swept and multilevel cuts."""
     start = farthest(xadj, adj, 0)
     best = sweep(xadj, adj, weight, distances(xadj, adj, start))

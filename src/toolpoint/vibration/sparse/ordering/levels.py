@@ -8,8 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vibration.sparse.ordering.cuts import (
     MAX_SIDE_FRACTION,
+    VertexNumber,
     cost_of,
     distances,
     farthest,
@@ -24,10 +26,10 @@ _MAX_COARSE_SIDE_FRACTION = 0.51  # of the weight: coarse cuts stay more even th
 
 
 @njit(cache=True, nogil=True)
-def cut_by_levels(xadj, adj, edge, weight):
+def cut_by_levels(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray) -> IndexArray:
     """Return a cut that was made on the coarsest graph and refined on every finer one, (n,) parts 0, 1, 2."""
     levels = [(xadj, adj, edge, weight)]
-    maps = [np.empty(0, np.int64)]
+    maps: list[IndexArray] = [np.empty(0, np.int64)]
     while levels[-1][0].size - 1 > _MAX_COARSE_SIZE:
         xadj, adj, edge, weight = levels[-1]
         coarse, count = _matching(xadj, adj, edge, weight)
@@ -45,7 +47,7 @@ def cut_by_levels(xadj, adj, edge, weight):
 
 
 @njit(cache=True, nogil=True)
-def _matching(xadj, adj, edge, weight):
+def _matching(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray) -> tuple[IndexArray, int]:
     """Pair each vertex with the neighbour of its heaviest edge, light vertices first; return the coarse vertex of each."""
     n = xadj.size - 1
     coarse = np.full(n, -1, np.int64)
@@ -72,7 +74,8 @@ def _matching(xadj, adj, edge, weight):
 
 
 @njit(cache=True, nogil=True)
-def _contract(xadj, adj, edge, weight, coarse, count):
+def _contract(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray, coarse: IndexArray, count: int
+              ) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
     """Return pointers, neighbours, edge weights and vertex weights of the coarse graph: edges between the same pair add up."""
     n = xadj.size - 1
     members = np.full((count, 2), -1, np.int64)
@@ -103,11 +106,12 @@ def _contract(xadj, adj, edge, weight, coarse, count):
 
 
 @njit(cache=True, nogil=True)
-def _first_cut(xadj, adj, edge, weight, trials):
+def _first_cut(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray, trials: int) -> IndexArray:
     """Cut across the slowest vibration of the graph, and grow sides from some vertices; refine each, keep the best."""
     n = xadj.size - 1
     start = farthest(xadj, adj, 0)
-    best, lowest_cost = np.zeros(n, np.int64), np.inf
+    best: IndexArray = np.zeros(n, np.int64)
+    lowest_cost = np.inf
     for trial in range(trials):
         if trial == 0:
             part = sweep(xadj, adj, weight, _slowest_vector(xadj, adj, edge, weight, start))
@@ -122,7 +126,7 @@ def _first_cut(xadj, adj, edge, weight, trials):
 
 
 @njit(cache=True, nogil=True)
-def _slowest_vector(xadj, adj, edge, weight, start):
+def _slowest_vector(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: IndexArray, start: VertexNumber) -> FloatArray:
     """Return roughly the second vector of the weighted Laplacian, by damped iteration from the distance to a vertex."""
     n = xadj.size - 1
     x = distances(xadj, adj, start)
@@ -145,7 +149,7 @@ def _slowest_vector(xadj, adj, edge, weight, start):
 
 
 @njit(cache=True, nogil=True)
-def _grow_side(xadj, adj, weight, start):
+def _grow_side(xadj: IndexArray, adj: IndexArray, weight: IndexArray, start: VertexNumber) -> IndexArray:
     """Return side 0 grown from a vertex to half of the weight, with the separator along it; separate pieces join as needed."""
     n = xadj.size - 1
     part, queue = np.ones(n, np.int64), np.empty(n, np.int64)
