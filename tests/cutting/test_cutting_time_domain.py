@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -131,6 +133,15 @@ def test_spectrum_marks_its_lines() -> None:
     lines = [f for f, _, kind in chatter.spectrum(last_revolutions=64).lines(0.3) if kind == "chatter"]
     want = stability.chart(problem, [10000.0]).frequency[0]
     assert chatter.is_chattering() is True and min(abs(f - want) for f in lines) < 60
+
+
+def test_spectrum_of_a_run_that_ended_within_its_first_revolution_is_of_all_of_it() -> None:
+    run = simulate(benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4), 12000.0, 0.5e-3, revolutions=40)
+    count = run.steps_per_revolution // 2
+    short = replace(run, displacement=run.displacement[:count], time=run.time[:count])
+    spectrum = short.spectrum()
+    assert np.isfinite(spectrum.frequency).all() and spectrum.frequency[1] == pytest.approx(2 * 12000.0 / 60, rel=1e-9)
+    assert all(np.isfinite(f) for f, _, _ in spectrum.lines())
 
 
 def test_loss_of_contact_limits_the_vibration() -> None:

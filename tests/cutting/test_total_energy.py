@@ -9,7 +9,8 @@ from toolpoint.cutting.build import coefficients_of, total_energy_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.total_energy import TotalEnergy, linearise_over
 from toolpoint.cutting.description import CuttingDescription, TotalEnergyDescription
-from toolpoint.cutting.force.energy_fit import energy_at_feeds, fit_total_energy, forces_of_law
+from toolpoint.cutting.force.calibration import Calibration
+from toolpoint.cutting.force.energy_fit import energy_at_feeds, fit_total_energy, forces_of_law, in_ratios
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.studies import CuttingTest, calibrate
@@ -154,3 +155,17 @@ def test_forces_of_the_fit_are_those_of_its_law(study):
 def test_a_fit_needs_two_feeds():
     with pytest.raises(ToolpointError, match="two"):
         fit_total_energy(cut(1e-4), np.array([1e-4, 1e-4]), [], depth=DEPTH, start=None)
+
+
+def test_the_variance_of_a_ratio_is_that_of_its_parts():
+    """var(n / t) = (var n + r^2 var t - 2 r cov) / t^2, and forces that err together leave the ratio alone."""
+    covariance = np.diag([0.04, 0.09, 0.0, 1e-4])
+    covariance[0, 1] = covariance[1, 0] = 0.05
+    names = ("energy", "normal", "axial", "exponent")
+    fit = in_ratios(Calibration(names, np.array([2.0, 1.0, 0.5, 0.2]), covariance, 100, 1.0))
+    assert fit.names == ("energy", "exponent", "normal_ratio", "axial_ratio")
+    assert fit.values.tolist() == [2.0, 0.2, 0.5, 0.25]
+    assert fit.covariance[2, 2] == pytest.approx((0.09 + 0.25 * 0.04 - 2 * 0.5 * 0.05) / 4)
+    together = in_ratios(Calibration(("energy", "normal", "exponent"), np.array([2.0, 1.0, 0.2]),
+                                     np.array([[0.04, 0.02, 0], [0.02, 0.01, 0], [0, 0, 1e-4]]), 100, 1.0))
+    assert together.covariance[2, 2] == pytest.approx(0.0, abs=1e-15)

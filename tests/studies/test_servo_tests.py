@@ -147,6 +147,7 @@ def test_gains_go_into_the_file_and_comments_stay(tmp_path, capsys):
     again = io.read_drives(target).axes["X"]
     assert again.velocity.gain == pytest.approx(gains["velocity_gain"], rel=1e-5)
     assert again.position.gain == pytest.approx(gains["position_gain"], rel=1e-5)
+    assert again.velocity.integral_time == pytest.approx(gains["integral_time_s"], rel=1e-5)
     assert "# as delivered" in target.read_text()
     delivered = io.read_drives(source).axes["X"]
     assert replace(again, position=delivered.position, velocity=delivered.velocity) == delivered

@@ -42,7 +42,7 @@ def fit_total_energy(problem: MillingProblem, feeds: FloatArray, records: Sequen
     if np.unique(np.round(f, 12)).size < 2:
         fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", remedy="cut at several feeds")
     fit, misfit = TotalEnergyFit(problem, f, records, depth, start, angle or 0.0, slices).solve()
-    return _in_ratios(fit), misfit
+    return in_ratios(fit), misfit
 
 
 class TotalEnergyFit(TurnsFit):
@@ -80,7 +80,7 @@ def _start(numbers: dict[str, float], ways: int, chip: float) -> tuple[float, Fl
     return exponent, (slope + edge) * (chip / REFERENCE_CHIP) ** exponent
 
 
-def _in_ratios(fit: Calibration) -> Calibration:
+def in_ratios(fit: Calibration) -> Calibration:
     """Return the fit with ratios to the tangential force in place of normal and axial energies; covariances to first order."""
     values, ways = fit.values.copy(), fit.names.index("exponent")
     slope = np.eye(ways)

@@ -121,7 +121,10 @@ class Simulation(NotebookText):
         return float(np.exp(slope))
 
     def spectrum(self, what: str = "displacement", direction: int = 0, last_revolutions: int | None = None) -> Spectrum:
-        """Return the amplitude spectrum over whole revolutions with spindle, tooth-passing and chatter lines marked."""
+        """Return the amplitude spectrum over whole revolutions with spindle, tooth-passing and chatter lines marked.
+
+        Of a run that ended within its first revolution it is over all of it.
+        """
         values = np.asarray(getattr(self, what), float)
         values = values[:, direction] if values.ndim == 2 else values
         turn_count = (values.size - 1) // self.steps_per_revolution
@@ -129,9 +132,9 @@ class Simulation(NotebookText):
         if self.problem.speed_variation is not None:
             # The samples are equal steps of angle; a spectrum over time needs equal steps of time.
             values = np.interp(np.linspace(self.time[0], self.time[-1], self.time.size), self.time, values)
-        part = values[-turns * self.steps_per_revolution:]
+        part = values[-turns * self.steps_per_revolution:]  # all of it where there is no whole turn
         amplitude = np.abs(np.fft.rfft(part - part.mean())) / part.size * 2
-        frequency = np.arange(amplitude.size) * (self.speed / 60) / turns
+        frequency = np.arange(amplitude.size) * (self.speed / 60) * self.steps_per_revolution / part.size
         return Spectrum(frequency, amplitude, self.speed / 60, self.problem.tool.teeth)
 
     def record(self) -> Record:

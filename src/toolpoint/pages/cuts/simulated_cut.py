@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from toolpoint.pages.cuts.cut_words import dynamics_parts, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.cuts.cutting import simulation_charts
+from toolpoint.plot.figures.cuts.cutting import plot_wall, simulation_charts
 from toolpoint.studies.cuts.simulated_cut import SimulatedCut
 
 
@@ -19,6 +19,13 @@ def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Repor
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
     for name, figure in simulation_charts(run).items():
         report = report.with_section(name, Chart(figure))
+    if result.wall is not None:
+        wall, limits = result.wall, [1e3 * limit for limit in result.wall.parts.limits]
+        bands = {"roughness": wall.parts.roughness, "waviness": wall.parts.waviness, "form": wall.parts.form}
+        report = report.with_section(
+            "Wall that is left", f"On average {1e6 * wall.location_error:+.2f} µm of material are left at the tip. Roughness, "
+            f"waviness and form by lifting wavelets; the bands meet at {limits[0]:.3g} and {limits[1]:.3g} mm.",
+            Chart(plot_wall(wall.place, wall.profile, bands), "Vibration of the last revolutions is repeated along the wall."))
     report = report.with_section("The dynamics it stands on", *dynamics_parts(run.problem.plane))
     return with_remarks(report, [*result.notes, "Dynamics and cutting coefficients are taken as exact."], warnings)
 

@@ -21,6 +21,7 @@ from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.drawn_cut import DrawnCut, question_cut
 from toolpoint.studies.cuts.lobes_study import DEFAULT_SIMULATED_FEED
+from toolpoint.studies.cuts.simulated_wall import SimulatedWall, measure_wall
 from toolpoint.studies.cuts.tip_doubts import WITHHELD, withheld_words
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
@@ -36,7 +37,7 @@ class SimulatedCut(NotebookText):
     """Simulated cut with its verdict.
 
     linear : multiplier and limit of the stability chart; drawn : verdicts of equally likely responses, None where the dynamics
-    have none; notes : assumptions.
+    have none; wall : that the cut leaves, None where it leaves none; notes : assumptions.
     """
 
     run: Simulation
@@ -44,6 +45,7 @@ class SimulatedCut(NotebookText):
     linear: CutStability = field(default_factory=CutStability)
     notes: tuple[str, ...] = ()
     drawn: DrawnCut | None = None
+    wall: SimulatedWall | None = None
 
     @property
     def withheld(self) -> list[Doubt]:
@@ -73,7 +75,7 @@ class SimulatedCut(NotebookText):
                 ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
                 ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
                 ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} µm"),
-                ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} µm")]
+                ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} µm"), *([] if self.wall is None else self.wall.rows())]
 
     def _growth(self) -> list[tuple[str, str]]:
         v = self.verdict
@@ -94,7 +96,8 @@ class SimulatedCut(NotebookText):
         return {"chatter": None if self.withheld else v.chatters, "state": self.state, "reason": self.reason,
                 "withheld": list(self.withheld), **growth, **linear,
                 "revolutions": run.revolutions, "notes": list(self.notes),
-                "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()), "status": run.status}
+                "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()),
+                "wall": None if self.wall is None else self.wall.to_dict(), "status": run.status}
 
 
 def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, speed: float, depth: float,
@@ -132,7 +135,7 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     verdict, linear = run.verdict(), cut_stability(run)
     drawn = question_cut(dynamics, values or {}, speed=speed, depth=depth)
     said = [*([] if drawn is None else [drawn.note]), *notes, *run.notes, *_remarks(verdict, linear)]
-    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys(said)), drawn)
+    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys(said)), drawn, measure_wall(run))
 
 
 def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -117,6 +117,7 @@ def simulation_charts(run: Simulation, shown_revolutions: int = 6) -> dict[str, 
         chart.update_xaxes(title_text="Time, s")
         chart.update_yaxes(title_text=name)
     return {"Force": force, "Vibration": vibration, "Spectrum of the vibration": _spectrum(run),
+            "Spectrum of the force": _force_spectrum(run),
             "Once-per-revolution samples": _samples(run)}
 
 
@@ -135,6 +136,31 @@ def _spectrum(run: Simulation) -> go.Figure:
                                annotation_textangle=-90, annotation_font_size=10)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text="Amplitude, µm", type="log", exponentformat="power")
+    return chart
+
+
+def _force_spectrum(run: Simulation) -> go.Figure:
+    """Return the spectrum of the force on the tool along x and y over the same lines as that of the vibration."""
+    chart = figure("", 340)
+    for k, way in enumerate("xy"):
+        spectrum = run.spectrum("force", k)
+        keep = spectrum.frequency <= 1.5 * max(run.problem.plane.span[1], 4 * run.problem.tool.teeth * run.speed / 60)
+        chart.add_scatter(x=spectrum.frequency[keep], y=spectrum.amplitude[keep], name=f"force {way}",
+                          line={"color": COLOURS[k]})
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="Amplitude, N", type="log", exponentformat="power")
+    return chart
+
+
+def plot_wall(place: FloatArray, profile: FloatArray, bands: Mapping[str, FloatArray]) -> go.Figure:
+    """Return the profile of a wall (m) along the feed (m) and the bands that add up to it, each less its own mean."""
+    chart = figure("", 380)
+    chart.add_scatter(x=1e3 * place, y=1e6 * (profile - profile.mean()), name="profile",
+                      line={"color": "rgba(127,127,127,0.8)"})
+    for k, (name, band) in enumerate(bands.items()):
+        chart.add_scatter(x=1e3 * place, y=1e6 * (band - band.mean()), name=name, line={"color": COLOURS[k], "width": 1.3})
+    chart.update_xaxes(title_text="Along the feed, mm")
+    chart.update_yaxes(title_text="Height less its mean, µm")
     return chart
 
 
