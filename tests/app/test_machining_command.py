@@ -69,14 +69,15 @@ def test_a_record_beside_the_program_comes_as_json(program: Path, tmp_path: Path
     assert data["unit"] == "W" and data["tangential_pa"] is None and data["doubts"]
 
 
-def test_tilted_planes_are_stages_and_refuse_what_is_upright_alone(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tilted_planes_are_stages_and_write_nothing_without_advice(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program.write_text("G21 G90\nS9000 M3\nG68.2 J45\nG53.1\nG0 X-7 Y0 Z5\nZ-1\nG1 X40 F1800\nG0 Z9\nG69\n")
     main(["machining", str(program), *STOCK, *TOOL, "--json"])
     (stage,) = json.loads(capsys.readouterr().out)["stages"]
     assert stage["removed_m3"] == pytest.approx(30e-9, rel=0.02)  # a ridge 1 mm deep, 2 mm wide at its foot, 30 mm long
     with pytest.raises(SystemExit):
-        main(["machining", str(program), *STOCK, *TOOL, "--advice"])
-    assert "tilts its plane" in capsys.readouterr().err
+        main(["machining", str(program), *STOCK, *TOOL, "--write", str(program.with_name("new.nc"))])
+    assert "advice: none was made" in capsys.readouterr().err  # no dynamics were given
+    assert not program.with_name("new.nc").exists()
 
 
 def test_the_curve_of_the_spindle_is_read_from_its_option(program: Path, capsys: pytest.CaptureFixture[str]) -> None:

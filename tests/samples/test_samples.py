@@ -28,7 +28,8 @@ def test_a_kind_is_written_with_its_truth_and_commands_on_its_own_files(kind, tm
                                           if p.is_file())
     written = {Path(name).name for name in result.files}
     for command in result.commands:
-        named = {Path(word).name for word in shlex.split(command) if "." in word and not word.startswith("-")}
+        named = {Path(word).name for word in shlex.split(command)
+                 if "." in word and word != "." and not word.startswith("-")}
         made = {Path(word).name for other in result.commands for option, word in zip(
             shlex.split(other), shlex.split(other)[1:], strict=False) if option in ("--save", "-m", "--machine")}
         assert not {name for name in named - written - made if "*" not in name and not name.replace(".", "").isdigit()}
@@ -65,7 +66,8 @@ def test_command(tmp_path, monkeypatch, capsys):
     shown = capsys.readouterr().out
     assert "samples-servo" in shown and "toolpoint servo-data trace.csv" in shown
     main(["samples", "program", "here", "--json"])
-    assert json.loads(capsys.readouterr().out)["files"] == ["mill.yaml", "part.nc", "servo.yaml", "README.txt"]
+    assert json.loads(capsys.readouterr().out)["files"] == ["mill.yaml", "part.nc", "project.yaml", "servo.yaml",
+                                                               "README.txt"]
 
 
 def test_servo_and_drift_give_back_what_was_put_in(tmp_path, monkeypatch, capsys):

@@ -112,4 +112,4 @@ def test_unknown_motion_along_the_axis_is_said_and_leaves_no_number():
     plane = studies.modal_dynamics(Modes([900.0, 1080.0], [0.02] * 2, np.diag([1.0, 0.9]), ("tool:+x", "tool:+y")))
     result = run("S6000\nG0 X-10 Y4 Z5\nG0 Z-1\nG1 X25 F1200", FLAT, plane)
     assert np.isnan(result.errors.columns["floor"]).all()
-    assert any("response of the tip along its axis is not" in doubt for doubt in result.doubts)
+    assert any("response of the tip along its axis is not" in note for note in result.notes)

@@ -84,10 +84,10 @@ def table_errors(walls: WallErrors, floors: FloorErrors, course: ServoCourse | D
                "marks": marks, "cusp": floors.cusp, "feed_force": unknown, "drive_use": unknown}
     if motion is None:
         doubts = (*walls.doubts, *floors.doubts, *([course] if isinstance(course, Doubt) else []))
-        return BlockErrors(columns, doubts, (), walls, floors)
+        return BlockErrors(columns, doubts, floors.notes, walls, floors)
     limited = motion.use if motion.use.any() else unknown
     columns |= {"contour": motion.contour, "push": motion.push, "feed_force": motion.feed_force, "drive_use": limited}
-    return BlockErrors(columns, (*walls.doubts, *floors.doubts, *motion.doubts), motion.notes, walls,
+    return BlockErrors(columns, (*walls.doubts, *floors.doubts, *motion.doubts), (*floors.notes, *motion.notes), walls,
                        floors)
 
 

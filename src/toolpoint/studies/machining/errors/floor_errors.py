@@ -40,7 +40,7 @@ class FloorErrors:
     """Errors of what ends of tools leave, of every block (n,), m, not a number where not known.
 
     location : along the outward normal, positive where material is left; cusp : height between neighbouring tracks of a ball;
-    marks : feed marks of a ball; surface : normals.
+    marks : feed marks of a ball; surface : normals; notes : what is not known, and why.
     """
 
     location: FloatArray
@@ -48,6 +48,7 @@ class FloorErrors:
     marks: FloatArray
     surface: LeftSurface
     doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def floor_errors(arcs: PlaceArcs, loads: CutLoads, margins: PlaceMargins | None, *, laid: ProgramPath, removed: RemovedMaterial,
@@ -75,12 +76,13 @@ def floor_errors(arcs: PlaceArcs, loads: CutLoads, margins: PlaceMargins | None,
             continue
         motion = _motion(problem, removed, place, feed=float(loads.feed_per_tooth[place]), speed=float(laid.speed[k]))
         location[k] = error_along(motion, problem.tool, _in_feed_frame(surface.normal[k], float(arcs.angle[m])))
-    doubts = [Doubt("errors of floors", reason, "give the response of the tip along z (a machine file, or a tap along z), and "
-                    "the axial coefficient") for reason in sorted(unknown)]
+    notes = tuple(f"Errors of floors are {reason}; the response of the tip along z and the axial coefficient give them."
+                  for reason in sorted(unknown))
+    doubts = list[Doubt]()
     if stable.size > MAX_FLOOR_BLOCKS:
         doubts.append(Doubt("errors of floors", f"computed for the {MAX_FLOOR_BLOCKS} of {stable.size} blocks with the largest "
                             "force", "judge a part of the program"))
-    return FloorErrors(location, surface.cusp, marks, surface, tuple(doubts))
+    return FloorErrors(location, surface.cusp, marks, surface, tuple(doubts), notes)
 
 
 def _ball_marks(surface: LeftSurface, feed: FloatArray, block: np.ndarray, *, laid: ProgramPath, setup: MachiningSetup
