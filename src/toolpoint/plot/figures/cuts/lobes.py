@@ -14,7 +14,7 @@ from toolpoint._check import Array, FloatArray, fail, floats, increasing, nonneg
 from toolpoint.plot.figures.theme import COLOURS, MARK, STABLE, figure, plain, with_alpha
 
 _MIN_LABEL_SHARE = 0.15  # of the chart's height, below which a label under a curve has no room
-_END_SHARE = 0.15  # of the speeds: nearer to an end a label stands to the inside of its place
+_LABEL_END_SHARE = 0.15  # of the speeds: nearer to an end a label stands to the inside of its place
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,14 +157,14 @@ def _draw_curve(chart: go.Figure, curve: StabilityCurve, colour: str, depth_top:
 def _label_least(chart: go.Figure, curve: StabilityCurve, depth_top: float) -> None:
     """Write the least limit of the charted speeds on its curve, below it, where there is room."""
     depth = np.where(np.isfinite(curve.depth), curve.depth, np.inf)
-    least = int(np.argmin(depth))
-    if not np.isfinite(depth[least]) or not _MIN_LABEL_SHARE * depth_top < depth[least] < depth_top:
+    lowest = int(np.argmin(depth))
+    if not np.isfinite(depth[lowest]) or not _MIN_LABEL_SHARE * depth_top < depth[lowest] < depth_top:
         return
-    share = least / max(depth.size - 1, 1)
+    share = lowest / max(depth.size - 1, 1)
     chart.add_annotation(
-        x=float(curve.speed_rpm[least]), y=1e3 * float(depth[least]), ax=0, ay=30, arrowhead=0, arrowwidth=1, arrowcolor=MARK,
-        text=f"{plain(curve.name)}, least charted {1e3 * depth[least]:.3g} mm", font={"size": 11}, yanchor="top",
-        xanchor="left" if share < _END_SHARE else "right" if share > 1 - _END_SHARE else "center")
+        x=float(curve.speed_rpm[lowest]), y=1e3 * float(depth[lowest]), ax=0, ay=30, arrowhead=0, arrowwidth=1, arrowcolor=MARK,
+        text=f"{plain(curve.name)}, least charted {1e3 * depth[lowest]:.3g} mm", font={"size": 11}, yanchor="top",
+        xanchor="left" if share < _LABEL_END_SHARE else "right" if share > 1 - _LABEL_END_SHARE else "center")
 
 
 def _draw_region(chart: go.Figure, part: StabilityIntervals, colour: str, depth_top: float) -> None:
