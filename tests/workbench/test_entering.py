@@ -87,3 +87,17 @@ def test_files_go_where_they_belong_and_nothing_is_overwritten(tmp_path):
     with pytest.raises(ToolpointError, match="another content"):
         add_files(root, [tmp_path / "r.csv"])
     assert (root / "records/r.csv").read_text() == "time,a\n0,1\n"
+
+
+def test_files_that_cannot_be_read_and_entries_that_give_way_are_told(tmp_path):
+    root = write_folder(tmp_path / "mill").parent
+    (tmp_path / "torn.yaml").write_text("toolpoint: 1\nname: torn\nbodies:\n  bed: {mass: -3 kg}\n")
+    (tmp_path / "notes.yaml").write_text("a: [1, 2\n")
+    io.write_template(tmp_path / "whole.yaml", "machine", "lathe")
+    torn = add_files(root, [tmp_path / "torn.yaml", tmp_path / "notes.yaml"])
+    assert [doubt.what for doubt in torn.doubts] == ["torn.yaml", "notes.yaml"]
+    assert "bodies.bed" in torn.doubts[0] and "no step takes it" in torn.doubts[1]
+    whole = add_files(root, [tmp_path / "whole.yaml"])
+    assert [doubt.what for doubt in whole.doubts] == ["machine"] and "torn.yaml was entered before" in whole.doubts[0]
+    assert not add_files(root, [tmp_path / "whole.yaml"]).doubts  # the same once more
+    assert (root / "torn.yaml").is_file()

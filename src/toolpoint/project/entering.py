@@ -11,6 +11,8 @@ from pathlib import Path
 
 from toolpoint import io
 from toolpoint._check import ToolpointError, fail, one_of
+from toolpoint._doubt import Doubt
+from toolpoint.io.suffixes import YAML
 from toolpoint.project.engine.content import file_digest
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.folder import PROJECT_FILE
@@ -29,6 +31,7 @@ FILE_KINDS = {
     "other": ("", "a file that no step takes"),
 }
 SNIFFED_BYTES = 8192  # of the beginning of a file, by which its kind is guessed
+_SINGLE_FILES = ("machine", "components", "geometry", "servo")  # of which project.yaml names one
 _YAML_KINDS = {"test", "components", "servo", "machine"}
 _RECORD_SUFFIXES = (".wav", ".tdms", ".lvm")
 _PROGRAM_SUFFIXES = (".nc", ".ngc", ".mpf", ".h", ".gcode", ".tap")
@@ -47,10 +50,14 @@ class FileGuess:
 
 @dataclass(frozen=True)
 class EnteredFiles:
-    """Files that were put in a project: their places, and the parts that were written into project.yaml (place, value)."""
+    """Files that were put in a project: their places, and the parts that were written into project.yaml (place, value).
+
+    doubts : files that cannot be read as what they are taken for, or that no step takes; entries that stood there before.
+    """
 
     places: tuple[str, ...]
     parts: tuple[tuple[str, str], ...]
+    doubts: tuple[Doubt, ...] = ()
 
 
 def guess_kind(file: Path) -> FileGuess:
@@ -136,13 +143,47 @@ def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[st
             raise ToolpointError(f"{target.relative_to(root)}: is there already with another content; nothing was written: "
                                  "rename one of the two")
         planned.append((file, kind, target))
+    doubts = [doubt for file, kind, _ in planned for doubt in _question_file(file, kind)]
     for file, kind, target in planned:
         _place(file, target, move=move)
         placed.append((kind, target.relative_to(root).as_posix()))
     parts = _parts_of(placed)
+    doubts += _question_entries(root, parts)
     for place, value in parts:
         add_part(root, place, value)
-    return EnteredFiles(tuple(place for _, place in placed), tuple(parts))
+    return EnteredFiles(tuple(place for _, place in placed), tuple(parts), tuple(doubts))
+
+
+def _question_file(file: Path, kind: str) -> list[Doubt]:
+    """Return a doubt about a file that cannot be read as its kind, or that no step takes; it is entered all the same."""
+    if kind == "other":
+        return [Doubt(file.name, "no step takes it: its content does not say what it is", "say it by `kind`, or take it away")]
+    if kind not in _YAML_KINDS or file.suffix.lower() not in YAML:
+        return []
+    try:
+        if kind == "machine":
+            io.read_machine(file)
+        else:
+            io.read_kind(file, kind)
+    except (ToolpointError, OSError) as error:
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        # Of several faults the first line says their number alone.
+        fault = lines[1] if len(lines) > 1 and lines[0].endswith("faults") else lines[0]
+        return [Doubt(file.name, f"cannot be read as a {kind} file: {fault.removeprefix(str(file)).lstrip(': ')}",
+                      "toolpoint check says all its faults; a run stops at it")]
+    return []
+
+
+def _question_entries(root: Path, parts: Sequence[tuple[str, str]]) -> list[Doubt]:
+    """Return a doubt about every file that project.yaml named so far in the place of a new one."""
+    described = io.read_project(root / PROJECT_FILE)
+    doubts = []
+    for place, value in parts:
+        named = getattr(described, place, None) if place in _SINGLE_FILES else None
+        if named and Path(named).name != Path(value).name:
+            doubts.append(Doubt(place, f"{named} was entered before, {value} takes its place",
+                                f"enter {place}: {named} again to go back, its file stays"))
+    return doubts
 
 
 def _place(file: Path, target: Path, *, move: bool) -> None:
@@ -160,7 +201,7 @@ def _place(file: Path, target: Path, *, move: bool) -> None:
 
 def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the parts of project.yaml that placed files make; records belong to their test file."""
-    parts = [(kind, place) for kind, place in placed if kind in ("geometry", "components", "machine", "servo")]
+    parts = [(kind, place) for kind, place in placed if kind in _SINGLE_FILES]
     for kind in ("test", "modes"):
         parts += [(f"tests.{_stem(place)}", f"{{{kind}: {place}}}") for file_kind, place in placed if file_kind == kind]
     responses = [place for kind, place in placed if kind == "responses"]

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from toolpoint import io, project, workbench
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.values import AnyPath, NewFile
@@ -44,7 +45,8 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
     named = [line for text in part for line in project.add_part(folder, *_pair(text, ":", "--part"))]
     lines = [f"Added: {place}" for place in (() if entered is None else entered.places)]
     lines += [f"Entered: {place}: {value}" for place, value in (() if entered is None else entered.parts)]
-    run.show_text(*lines, *(f"Entered: {text}" for text in part),
+    doubts = () if entered is None else entered.doubts
+    run.show_text(*mark_notes(doubts), *lines, *(f"Entered: {text}" for text in part),
                   *(f"Entered, as it meant the only cut so far: {line}" for line in named))
     run.suggest(f"run {folder}")
 

@@ -107,7 +107,7 @@ window.Workbench = window.Workbench || { views: {} };
       list.replaceChildren(confirmList(files, view.data.kinds, (answer) => {
         W.entered = answer;
         entered.replaceChildren(W.make("p", { class: "key", text: W.word("entered.files", { n: answer.places.length }) }),
-          W.make("ul", {}, answer.parts.map((text) => W.make("li", { text }))));
+          W.doubts(answer.doubts), W.make("ul", {}, answer.parts.map((text) => W.make("li", { text }))));
         fill();
       }));
     };
