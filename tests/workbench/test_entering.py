@@ -96,7 +96,7 @@ def test_files_that_cannot_be_read_and_entries_that_give_way_are_told(tmp_path):
     io.write_template(tmp_path / "whole.yaml", "machine", "lathe")
     torn = add_files(root, [tmp_path / "torn.yaml", tmp_path / "notes.yaml"])
     assert [doubt.what for doubt in torn.doubts] == ["torn.yaml", "notes.yaml"]
-    assert "bodies.bed" in torn.doubts[0] and "no step takes it" in torn.doubts[1]
+    assert "joints: missing" in torn.doubts[0] and "no step takes it" in torn.doubts[1]
     whole = add_files(root, [tmp_path / "whole.yaml"])
     assert [doubt.what for doubt in whole.doubts] == ["machine"] and "torn.yaml was entered before" in whole.doubts[0]
     assert not add_files(root, [tmp_path / "whole.yaml"]).doubts  # the same once more
