@@ -178,6 +178,11 @@ def _with_energy(result: CalibrationStudy, problem: MillingProblem, records: Seq
         return result, float("nan")
     turned = [turn_forces(part, test.speed) for _, part, _ in records]
     angle = None if test.angle is None else float(np.radians(test.angle))
+    if not is_asked:  # a coarse fit first: most misfits are those of a wrong tool, which no law explains
+        trial = fit_total_energy(problem, result.feeds, turned, depth=test.depth, start=result.fit, angle=angle,
+                                 slices=TRIAL_SLICES)
+        if not trial[1] < misfit:
+            return result, trial[1]
     energy, energy_misfit = fit_total_energy(problem, result.feeds, turned, depth=test.depth, start=result.fit, angle=angle,
                                              slices=FIT_SLICES)
     if not is_asked:
