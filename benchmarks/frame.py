@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -69,6 +70,11 @@ class CommandLine(argparse.ArgumentParser):
         if self._cases is not None and options.quick:
             setattr(options, self._cases, max(1, getattr(options, self._cases) // QUICK_DIVISOR))
         return options
+
+
+def read_rows(file: Path | None) -> list[dict[str, Any]]:
+    """Return the rows that earlier runs kept in a file, a JSON object a line; none where there is no file."""
+    return [] if file is None or not file.exists() else [json.loads(line) for line in file.read_text().splitlines()]
 
 
 def import_peer(name: str) -> Any:

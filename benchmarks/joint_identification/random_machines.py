@@ -34,7 +34,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, read_rows
 from benchmarks.joint_identification import joint_machines as jm
 from toolpoint.app.main import main as command
 from toolpoint.cutting import HillDeterminant
@@ -299,9 +299,7 @@ def main() -> None:
                         help="of every machine; random where left out")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
-    rows = []
-    if given.results is not None and given.results.exists():
-        rows = [json.loads(line) for line in given.results.read_text().splitlines()]
+    rows = read_rows(given.results)
     done = {row["seed"] for row in rows}
     for seed in range(given.first, given.first + given.seeds):
         if seed in done:

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, read_rows
 from benchmarks.joint_identification import joint_machines as jm
 from toolpoint.project import Project
 from toolpoint.project.limits.changes import rank_joints
@@ -186,9 +186,7 @@ def main() -> None:
     parser.add_argument("--results", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
-    rows = []
-    if given.results is not None and given.results.exists():
-        rows = [json.loads(line) for line in given.results.read_text().splitlines()]
+    rows = read_rows(given.results)
     done = {row["seed"] for row in rows}
     for seed in range(given.first, given.first + given.seeds):
         if seed in done:

@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from benchmarks.frame import CommandLine
+from benchmarks.frame import CommandLine, read_rows
 from benchmarks.joint_identification import joint_machines as jm
 from toolpoint.machine import Machine, build
 from toolpoint.studies.drift.drift_study import MIN_NAMED_PROBABILITY, DriftStudy, study_drift
@@ -138,8 +138,7 @@ def main() -> None:
     parser.add_argument("--model-scatter", type=float, default=MODEL_SCATTER)
     parser.add_argument("--two", action="store_true")
     options = parser.parse_args()
-    rows = [json.loads(line) for line in options.results.read_text().splitlines()] if (
-        options.results and options.results.exists()) else []
+    rows = read_rows(options.results)
     done = {row["seed"] for row in rows}
     for seed in range(options.first, options.first + options.seeds):
         if seed in done:

@@ -26,13 +26,10 @@ def motion(head):
 
 
 def test_parasitic_shift_is_that_of_the_closed_form(motion):
-    """x = -r/2 cos(2 azimuth)(1 - cos tilt), y = r/2 sin(2 azimuth)(1 - cos tilt): of a head with balls at radius r."""
+    """x = -r/2 cos(2 azimuth)(1 - cos tilt), y = r/2 sin(2 azimuth)(1 - cos tilt): the file's balls lie at r = 250 mm."""
     shift = np.stack([motion.of("parasitic x"), motion.of("parasitic y")], axis=-1)
     tilt, azimuth = np.meshgrid(*motion.axes.values(), indexing="ij")
-    moved = np.abs(shift).max() / ((1 - np.cos(tilt)) / 2).max()
-    radius = round(float(moved), 6)
-    expected = ThreeRps(0.35, radius).parasitic(tilt, azimuth)
-    assert shift == pytest.approx(expected, abs=1e-9) or shift == pytest.approx(-expected, abs=1e-9)
+    assert shift == pytest.approx(ThreeRps(0.35, 0.25).parasitic(tilt, azimuth), abs=1e-9)
     assert motion.of("parasitic torsion") == pytest.approx(0, abs=1e-12)
 
 

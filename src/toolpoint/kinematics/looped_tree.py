@@ -19,18 +19,7 @@ from toolpoint.kinematics.tree import TreeChain
 class LoopedTree(TreeChain):
     """Tree of links with loops and a task: the equations of `Closure` and the reasons of `reach` are asked of it.
 
-    Parameters
-    ----------
-    loops : sequence of LoopClosure
-    task : Task, optional
-        Its coordinates are axes of the chain; a pose names them, or the axes that they stand in place of, never both.
-    names : names of the joints, for messages
-    limits : mapping of passive step (its index among all) to (lower, upper), m or rad
-    modes : mapping of the name of an assembly mode to start values of passive steps (index to m or rad) at the reference pose
-    mode : str
-        The assembly mode in use; the reference pose as described where empty.
-    length : float
-        By which rotations are weighed against lengths, m.
+    Its parameters are those of `ClosedChain`, which solves it.
     """
 
     loops: tuple[LoopClosure, ...] = ()

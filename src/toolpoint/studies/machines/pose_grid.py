@@ -99,6 +99,13 @@ class Grid:
         return " x ".join(f"{name} {len(positions)}" for name, positions in self.axes.items())
 
 
+def plain_cells(values: FloatArray) -> Any:
+    """Return values as nested lists for JSON, None where a pose failed."""
+    cells = values.astype(object)
+    cells[np.isnan(values)] = None
+    return cells.tolist()
+
+
 def check_grid(machine: Machine, axes: Mapping[str, ArrayLike]) -> Grid:
     """Return a grid of axis positions after checking names and limits of travel."""
     if not axes:

@@ -23,7 +23,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.branch_words import branch_lines, name_branches
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over, plain_cells
 from toolpoint.studies.text_table import text_table
 
 MAX_CORNER_AXES = 3  # axes whose ends are combined where the reduction is estimated
@@ -74,10 +74,9 @@ class PoseMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
-        values = self.frequency.astype(object)
-        values[np.isnan(self.frequency)] = None
-        return {"axes": {name: positions.tolist() for name, positions in self.axes.items()}, "frequency_hz": values.tolist(),
-                "branches": list(self.branches), "failures": self.failed(), "extremes": self.extremes(),
+        return {"axes": {name: positions.tolist() for name, positions in self.axes.items()},
+                "frequency_hz": plain_cells(self.frequency), "branches": list(self.branches), "failures": self.failed(),
+                "extremes": self.extremes(),
                 "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
                 "uncertain": self.uncertain(), "reduction": list(self.reduction),
                 "doubts": doubts_among(self.reduction)}

@@ -14,7 +14,7 @@ from toolpoint._check import ComplexArray, FloatArray, fail, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over, plain_cells
 from toolpoint.studies.machines.pose_map import pose_map
 from toolpoint.studies.machines.tool_point import tool_point
 from toolpoint.studies.text_table import text_table
@@ -74,14 +74,9 @@ class ResponseMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, m/N."""
-        def nested_lists(values: FloatArray) -> Any:
-            cells = values.astype(object)
-            cells[np.isnan(values)] = None
-            return cells.tolist()
-
         return {"axes": {name: positions.tolist() for name, positions in self.axes.items()}, "directions": list(NAMES),
-                "frequency_hz": self.frequency.tolist(), "real_m_per_n": nested_lists(self.values.real),
-                "imaginary_m_per_n": nested_lists(self.values.imag), "failures": self.failed(), "extremes": self.extremes(),
+                "frequency_hz": self.frequency.tolist(), "real_m_per_n": plain_cells(self.values.real),
+                "imaginary_m_per_n": plain_cells(self.values.imag), "failures": self.failed(), "extremes": self.extremes(),
                 "notes": list(self.notes)}
 
     def __repr__(self) -> str:

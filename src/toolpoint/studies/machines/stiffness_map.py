@@ -19,7 +19,7 @@ from toolpoint._check import ComplexArray, FloatArray, one_of
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over, plain_cells
 from toolpoint.studies.machines.tool_point import ToolPoint, tool_point
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import frequency_response
@@ -69,15 +69,10 @@ class StiffnessMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, N/m."""
-        def nested_lists(values: FloatArray) -> Any:
-            cells = values.astype(object)
-            cells[np.isnan(values)] = None
-            return cells.tolist()
-
         return {"kind": self.kind, "axes": {name: positions.tolist() for name, positions in self.axes.items()},
                 "directions": list(NAMES),
-                "stiffness_n_per_m": nested_lists(self.stiffness), "softest_direction": nested_lists(self.softest),
-                "frequency_hz": nested_lists(self.frequency), "failures": self.failed(), "extremes": self.extremes()}
+                "stiffness_n_per_m": plain_cells(self.stiffness), "softest_direction": plain_cells(self.softest),
+                "frequency_hz": plain_cells(self.frequency), "failures": self.failed(), "extremes": self.extremes()}
 
     def __repr__(self) -> str:
         return f"StiffnessMap({self.kind}, {self.grid}, {len(self.failures)} poses failed)"

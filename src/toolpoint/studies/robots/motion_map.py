@@ -18,7 +18,7 @@ from toolpoint.kinematics.task import ANGLES, Task
 from toolpoint.machine import Machine
 from toolpoint.machine.pose.tool_pose import tool_pair
 from toolpoint.studies.execute import Engine, Progress
-from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_block, map_over, plain_cells
 from toolpoint.studies.robots.own_coordinates import free_coordinates
 from toolpoint.studies.text_table import text_table
 
@@ -98,11 +98,9 @@ class MotionMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, SI, None where a pose failed."""
-        cells = self.values.astype(object)
-        cells[np.isnan(self.values)] = None
         return {"axes": {name: positions.tolist() for name, positions in self.axes.items()},
-                "columns": [column.name for column in self.columns], "values": cells.tolist(), "failures": self.failed(),
-                "extremes": self.extremes(), "notes": list(self.notes)}
+                "columns": [column.name for column in self.columns], "values": plain_cells(self.values),
+                "failures": self.failed(), "extremes": self.extremes(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return f"MotionMap({self.grid}, {len(self.columns)} quantities, {len(self.failures)} poses failed)"

@@ -19,6 +19,7 @@ from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.arm_reach import Pose
 from toolpoint.studies.machines.branch_words import branch_lines
+from toolpoint.studies.machines.pose_grid import plain_cells
 from toolpoint.studies.machines.reach import Reach, reach_places
 from toolpoint.studies.machines.stiffness_map import NAMES, stiffness_rows
 from toolpoint.studies.machines.tool_point import batch_of, tool_point
@@ -239,14 +240,11 @@ class PlaceMap(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a place cannot be; m."""
-        values = self.values.astype(object)
-        # JSON has no not-a-number.
-        values[np.isnan(self.values)] = None
         return {"along": {name: positions.tolist() for name, positions in zip(self.grid.names, self.grid.positions,
                                                                               strict=True)},
                 "places": self.grid.places.tolist(), "quantity": self.quantity.kind, "unit": self.quantity.unit,
                 "columns": list(self.quantity.columns), "branches": list(self.reach.branches),
-                "values": values.tolist(), "extremes": self.extremes(),
+                "values": plain_cells(self.values), "extremes": self.extremes(),
                 "failures": [[list(k), reason] for k, reason in self.failures().items()], "notes": list(self.notes)}
 
     def __repr__(self) -> str:

@@ -53,9 +53,9 @@ class StepSetting:
     def __post_init__(self) -> None:
         one_of("StepSetting.level", self.level, STEP_LEVELS)
         if self.height == 0 or not np.isfinite(self.height):
-            fail("StepSetting.height", f"{self.height:g}", "must not be zero")
+            fail("height of the step", f"{self.height:g}", "must be finite and not zero")
         if self.is_share and self.level != "current":
-            fail("StepSetting.height", "a share", f"must carry a unit for a {self.level} step",
+            fail("height of the step", "a share", f"must carry a unit for a {self.level} step",
                  remedy="a share is that of the current limit")
 
 
