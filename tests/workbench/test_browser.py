@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -39,6 +40,18 @@ class Server:
     def kill(self) -> None:
         self.process.send_signal(signal.SIGKILL)
         self.process.wait()
+
+    def hold_job(self) -> int:
+        """Halt the process of this folder's job as soon as there is one: what a page shows of it stays, on any machine."""
+        end = time.monotonic() + 60.0
+        while time.monotonic() < end:
+            for line in Path("/proc").glob("[0-9]*/cmdline"):
+                with contextlib.suppress(OSError):  # a process that ends meanwhile
+                    if b"state.job_process" in (words := line.read_bytes()) and str(self.folder).encode() in words:
+                        os.kill(number := int(line.parent.name), signal.SIGSTOP)
+                        return number
+            time.sleep(0.01)
+        raise AssertionError("no job was started")
 
 
 @pytest.fixture
@@ -150,16 +163,20 @@ def test_reload_second_tab_and_a_killed_server_lose_no_job(demo, serve, tab):
     ready(page, "project")
     assert page.inner_text(".answer").startswith("Of an earlier state")  # the file was changed on the disk
     page.get_by_role("button", name="Run the project").click()
-    wait(page, "document.getElementById('wb-job').innerText.includes('limits/as tested')")
+    held = server.hold_job()
+    wait(page, "document.getElementById('wb-job').innerText.includes('Running')")
     page.reload()
-    wait(page, "document.getElementById('wb-job').innerText.includes('limits/as tested')")
+    wait(page, "document.getElementById('wb-job').innerText.includes('Running')")
     other = tab(server.address, beside=page)
     wait(other, "document.getElementById('wb-job').innerText.includes('Running')")
     server.kill()
     wait(page, "!document.getElementById('wb-link').hidden")  # the page says that it may be old
+    os.kill(held, signal.SIGKILL)  # it would end with its server, did it run
     server.start()
+    held = server.hold_job()
     wait(page, "document.getElementById('wb-link').hidden")
     wait(page, "document.getElementById('wb-job').innerText.includes('Going on')")
+    os.kill(held, signal.SIGCONT)
     for place in (page, other):
         wait(place, "document.querySelector('.answer')?.innerText.includes('1250 rev/min')", 120)
         wait(place, "!document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
