@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
+    from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -141,6 +142,7 @@ __all__ = [
     "StepSetting",
     "Swap",
     "ToolStance",
+    "ToolTips",
     "TraverseStudy",
     "TraverseWindow",
     "TuningTarget",
@@ -331,6 +333,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
+    "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, fail, suggestion
+from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
 from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.attached_tool import detach_tool
 from toolpoint.studies.cuts.coupling.line_smoothing import smooth_tip
 from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, machine_uncertainty
 from toolpoint.studies.machines.tool_point import tool_axes
@@ -33,9 +34,9 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
     """Return the receptance of a point of a machine, deflections and rotations in both planes, and of its table.
 
     frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out. Axes are the tool's at the pose. Where the machine's
-    identified numbers have a covariance, machines are drawn from it.
+    identified numbers have a covariance, machines are drawn from it. The file's own tool there is taken off.
 
-    Raises ToolpointError for a point that the machine does not have.
+    Raises ToolpointError as `detach_tool` does.
 
     Examples
     --------
@@ -54,9 +55,8 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
     >>> bases_of_machine(machine, "nose", np.arange(20.0, 200.0))
     SpindleReceptance(20..199 Hz, 180 lines, rigid work)
     """
-    points = machine.description.points
-    if point not in points:
-        fail("point", repr(point), f"must be of {', '.join(points)}", remedy=suggestion(point, points))
+    count_before = len(machine.description.doubts)
+    machine = detach_tool(machine, point)
     lines = SPINDLE_LINES if frequency is None else np.asarray(frequency, float)
     values = _section_responses(machine, point, lines, pose)
     drawn = [_section_responses(sample, point, lines, pose) for sample in _drawn_machines(machine)]
@@ -64,8 +64,9 @@ def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None 
                  else "whose numbers are taken as exact")
     table = machine.description.table
     work = "the work stands still: the file names no table" if table is None else f"against its table {table}"
-    return SpindleReceptance(lines, values, np.stack(drawn) if drawn else None, (
-        *_doubts(machine), f"the spindle is computed: point {point} of {machine.name}, {work}, {knowledge}"))
+    notes = (*_doubts(machine), *machine.description.doubts[count_before:],
+             f"the spindle is computed: point {point} of {machine.name}, {work}, {knowledge}")
+    return SpindleReceptance(lines, values, np.stack(drawn) if drawn else None, notes)
 
 
 def _section_responses(machine: Machine, point: str, lines: FloatArray, pose: Mapping[str, float] | None) -> ComplexArray:
