@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import bars
+from benchmarks.house import counts
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
@@ -186,6 +187,23 @@ def unclear_names(path):
 def test_names_are_plain():
     """No vague word in a public name or an argument; functions of a module are verbs, never participles."""
     assert in_modules(unclear_names) == []
+
+
+def crowded_signatures(path):
+    if "app/" in path.relative_to(SOURCE).as_posix():  # commands are called by click, by name
+        return []
+    return [f"{node.name}: {counts.positional_arguments(node)} positional arguments" for node in nodes_of(path)
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and counts.is_crowded(node)]
+
+
+def test_public_functions_take_at_most_three_positional_arguments():
+    """Of a fourth a reader of the call no longer knows what it is: it has its name there. Compiled kernels know no names."""
+    assert in_modules(crowded_signatures) == []
+
+
+def test_every_module_is_read_by_the_type_checker():
+    assert [path for path in MODULES if "mypy: ignore-errors" in text_of(path)] == []
+    assert "ignore_errors" not in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 
 
 def vague_locals(path):

@@ -259,9 +259,9 @@ def test_record_of_another_pose_is_refused(tmp_path):
     points = surface_points(demo_machine(), 24, np.random.default_rng(0))
     (tmp_path / "components.yaml").write_text(_component_text(demo_machine(), points))
     with pytest.raises(ToolpointError, match=r"X at 0\.2; the component file says at_test 0"):
-        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"X": 0.2})
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", components=tmp_path / "components.yaml", pose={"X": 0.2})
     with pytest.raises(ToolpointError, match="must be an axis of the component file: X, Z"):
-        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"B": 0.2})
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", components=tmp_path / "components.yaml", pose={"B": 0.2})
 
 
 def test_a_project_stands_for_its_machine_file_in_every_command(folder, capsys):
