@@ -1,8 +1,6 @@
 """The house rules that a program can hold: floors, forbidden libraries, light import, size of modules, no drawers."""
 
 import ast
-import contextlib
-import gc
 import json
 import re
 import subprocess
@@ -13,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import bars
-from benchmarks.house import counts
+from benchmarks.house import counts, text_rules
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
@@ -24,36 +22,14 @@ HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distrib
         "starlette": "workbench/serving", "uvicorn": "workbench/serving"}
 
 
-@cache
 def tree_of(path):
-    """A module's syntax tree; each is asked by many tests."""
-    with without_garbage():
-        return ast.parse(text_of(path))
+    """A module's syntax tree; each is asked by many tests, and by those of the text beside this module."""
+    return text_rules.trees(ROOT)[path]
 
 
-@cache
 def nodes_of(path):
     """All nodes of a module's syntax tree."""
-    with without_garbage():
-        return list(ast.walk(tree_of(path)))
-
-
-@contextlib.contextmanager
-def without_garbage():
-    """A million nodes, none of them garbage: looking for it takes longer than parsing."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _trees():
-    """Syntax trees are let go of when the rules are through."""
-    yield
-    for kept in (tree_of, nodes_of, text_of, code_of, imports):
-        kept.cache_clear()
+    return text_rules.nodes(ROOT)[path]
 
 
 def in_modules(faults_of, paths=MODULES):

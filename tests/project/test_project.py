@@ -102,9 +102,9 @@ def test_probability_of_a_cut_falls_with_its_depth_and_is_never_certain():
 
 
 def test_tried_cut_moves_the_interval_to_its_side_and_a_contradiction_is_named():
-    systems = MachineDraws(build(slide()), 60, 1)
+    systems = MachineDraws(build(slide()), 45, 1)
     before = draw_limits(systems, question())
-    weights, middle = np.full(60, 1 / 60), float(np.median(before.draws))
+    weights, middle = np.full(45, 1 / 45), float(np.median(before.draws))
     stable = weigh_draws(systems, [TriedCut(2500.0, middle, True)], {"half": question()})
     assert before.interval(stable.weights)[0, 0] > before.interval(weights)[0, 0] and not stable.doubts
     shallow = draw_limits(systems, question(0.5 * middle))
