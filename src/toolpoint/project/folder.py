@@ -143,7 +143,7 @@ class Project:
         described = project.cuts[name]
         asked_speeds = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
         options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
-        question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
+        question = question_of(name, options, [float(speed) for speed in asked_speeds], pose=dict(pose or {}))
         count = draws or project.draws
         if stick_out is not None:
             return draw_limits(self.coupled_tool(stick_out, draws=count), question)

@@ -116,7 +116,7 @@ def _struck_spindle(files: tuple[str, ...], stamps: tuple[Any, ...], noise: floa
     return tuple(studies.bases_from_gauge(frf, gauge, noise=noise, draws=draws, generator=np.random.default_rng(seed)))
 
 
-def coupling_words(plan: CoupledTool, machine_file: str, stick_out: float, segment: str) -> list[str]:
+def coupling_words(plan: CoupledTool, machine_file: str, stick_out: float, *, segment: str) -> list[str]:
     """Return the words of the command that couples the tool at this stick-out."""
     words = ["rcsa", plan.tool, "--stick-out", f"{segment}={1e3 * stick_out:.6g}mm:{1e3 * stick_out:.6g}mm:1"]
     if plan.point is not None:

@@ -160,6 +160,6 @@ def choose_test(folder: Path, machine: Path, checked: Path, *, pose: Mapping[str
     return StepOutcome(words)
 
 
-def question_of(name: str, cut: Mapping[str, Any], speeds: Sequence[float], pose: Mapping[str, float]) -> CutQuestion:
+def question_of(name: str, cut: Mapping[str, Any], speeds: Sequence[float], *, pose: Mapping[str, float]) -> CutQuestion:
     """Return the question of a cut of a project at several speeds (rev/min)."""
     return replace(_question(name, cut, speeds[0], pose), speeds=tuple(speeds))

@@ -41,7 +41,7 @@ def judge_program(folder: Path, program: Path, *, settings: Mapping[str, Any], d
         raise ToolpointError(f"{program.name}: no block cuts: the tool meets no material; mend stock or zero in project.yaml")
     weighed = np.full(draws, 1 / draws) if weights is None else np.asarray(read_json(weights)["weights"], float)
     places, after = draw_program(run, systems)
-    data = program_numbers(run, places, after, weighed)
+    data = program_numbers(run, places, after, weights=weighed)
     write_json(folder / "program.json", data)
     return StepOutcome(program_words(data), tuple(dict.fromkeys([*_doubts(run, systems, dynamics), *(
         () if places is None else places.doubts)])))
