@@ -87,7 +87,7 @@ def _open(page, address: str, sizes: list[int]):
 
 
 def _tab(browser):
-    """Return an empty tab of a browser that runs; the time of the first view says when the page itself says that it is ready."""
+    """Return an empty tab of a browser that runs; its own clock says when the page itself says that it is ready."""
     page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
     page.add_init_script(READY_WATCH)
     return page
@@ -103,14 +103,15 @@ def _first_views(browser, folder: Path, repeats: int = 7) -> None:
         listening = time.time() - start
         _open(page, address, sizes)
         origin, script, ready = page.evaluate("[performance.timeOrigin, window.scriptReady, window.viewReady]")
-        rows.append((origin / 1e3 + ready / 1e3 - start, listening, origin / 1e3 - start - listening, script / 1e3,
-                     (ready - script) / 1e3, _cpu_seconds(process), os.getloadavg()[0]))
+        request = origin / 1e3 - start  # s after the start of the process
+        rows.append((request + ready / 1e3, listening, request - listening, script / 1e3, (ready - script) / 1e3,
+                     _cpu_seconds(process), os.getloadavg()[0]))
         page.context.close()
         process.kill()
         process.wait()
     first, listening, leaving, script, view, cpu, load = np.median(rows, axis=0)
     print(f"first view {first:.2f} s after serve at a load of {load:.1f} (slowest {np.max(rows, axis=0)[0]:.2f} s): listening "
-          f"{listening:.2f}, to the browser's request {leaving:.2f}, page and scripts {script:.2f}, the view's numbers and drawing "
+          f"{listening:.2f}, to the browser's request {leaving:.2f}, page and scripts {script:.2f}, numbers and drawing "
           f"{view:.2f}; the server's CPU {cpu:.2f} s, {sum(sizes) / 1e6:.2f} MB")
 
 
