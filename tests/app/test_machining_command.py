@@ -86,3 +86,14 @@ def test_the_curve_of_the_spindle_is_read_from_its_option(program: Path, capsys:
     with pytest.raises(SystemExit):
         main(["machining", str(program), *STOCK, *TOOL, "--spindle-curve", "1000"])
     assert "RPM:NM" in capsys.readouterr().err
+
+
+def test_a_shaft_of_a_tool_needs_the_machine_and_its_point(program: Path, tmp_path: Path,
+                                                           capsys: pytest.CaptureFixture[str]) -> None:
+    drill = tmp_path / "drill.yaml"
+    drill.write_text("toolpoint: 1\nsegments:\n  shank: {length: 60 mm, diameter: 10 mm}\n")
+    shaft = ["--shaft", f"1={drill}"]
+    for more, words in ((shaft, "--at"), ([*shaft, "--at", "nose"], "--machine")):
+        with pytest.raises(SystemExit):
+            main(["machining", str(program), *STOCK, *TOOL, *more])
+        assert words in capsys.readouterr().err

@@ -70,14 +70,7 @@ class Dynamics:
         tool = self._read_tool()
         if self.work is None:
             return tool
-        return studies.with_work(tool, self._read_work(self.work))
-
-    def _read_work(self, path: Path) -> ToolDynamics:
-        modes, frf = io.read_test_nouns([path], quantity=self.quantity)
-        if modes is not None:
-            return studies.modal_dynamics(modes, what=str(path))
-        assert frf is not None
-        return studies.response_dynamics(frf, band=self.band, what=path.name)
+        return studies.with_work(tool, read_tip_dynamics(self.work, quantity=self.quantity, band=self.band))
 
     def _read_tool(self) -> ToolDynamics:
         if self.machine is not None:
@@ -99,6 +92,15 @@ class Dynamics:
         return studies.separate_dynamics(parts["x"], parts.get("y"), parts.get("xy"), across=self.y, band=self.band,
                                          sensor_mass=self.sensor_mass,
                                          names={way: path.name for way, path in paths.items()})
+
+
+def read_tip_dynamics(path: Path, *, quantity: str | None = None, band: Band = None) -> ToolDynamics:
+    """Return the dynamics of a tip or a work from one file: FRFs along x and y, or modes."""
+    modes, frf = io.read_test_nouns([path], quantity=quantity)
+    if modes is not None:
+        return studies.modal_dynamics(modes, what=str(path))
+    assert frf is not None
+    return studies.response_dynamics(frf, band=band, what=path.name)
 
 
 def read_responses(paths: Sequence[Path], quantity: str | None, naming: Naming | None = None) -> Frf:

@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, lay_path, line, plane_frame, sides_of, square
     from toolpoint.studies.citation import Citation, cite_package
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
+    from toolpoint.studies.cuts.coupling.machine_spindle import bases_of_machine
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
     from toolpoint.studies.cuts.forces.material_table import materials_table
     from toolpoint.studies.cuts.lobes_study import chart_lobes
     from toolpoint.studies.cuts.measured_response import study_responses
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
-    from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_machine, bases_of_responses, study_tool
+    from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
+    from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -142,6 +144,7 @@ __all__ = [
     "StepSetting",
     "Swap",
     "ToolStance",
+    "ToolTips",
     "TraverseStudy",
     "TraverseWindow",
     "TuningTarget",
@@ -293,7 +296,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
-    "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
+    "cuts.coupling.machine_spindle": ("bases_of_machine",),
+    "cuts.tool_coupling": ("bases_from_gauge", "bases_of_responses", "study_tool"),
     "cuts.work_dynamics": ("with_work",),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
@@ -333,6 +337,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
+    "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),

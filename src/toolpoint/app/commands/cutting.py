@@ -20,7 +20,7 @@ from toolpoint.cutting.description import PARAMETERS, check_cut
 from toolpoint.io.quantities.written import read_shares, read_tried_cut
 
 if TYPE_CHECKING:
-    from toolpoint.substructuring import PlaneReceptance
+    from toolpoint.substructuring import PlaneReceptance, SpindleReceptance
 
 DEFAULT_CHART_SPEEDS = np.linspace(3000, 20000, 60)  # rev/min
 # Shares in percent, as a person types them; `Uncertainty` takes fractions.
@@ -181,7 +181,8 @@ class Spindle:
         if self.machine is not None and self.point is None:
             raise ToolpointError("--at: missing; a computed spindle needs the point where the tool begins")
 
-    def read(self, quantity: str | None, draws: int, generator: np.random.Generator) -> list[PlaneReceptance]:
+    def read(self, quantity: str | None, draws: int, generator: np.random.Generator
+             ) -> list[PlaneReceptance] | SpindleReceptance:
         """Return the spindle's receptances, the likeliest and the draws."""
         if self.machine is not None and self.point is not None:
             built = io.read_machine_at(self.machine, self.pose)

@@ -16,10 +16,11 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import CoupledTool
-from toolpoint.studies.cuts.tool_coupling import tip_frf
+from toolpoint.studies.cuts.coupling.machine_spindle import tip_frf
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, response_dynamics
 from toolpoint.substructuring.receptance import PlaneReceptance
 from toolpoint.substructuring.shaft import ShaftDescription
+from toolpoint.substructuring.spindle import CoupledTip, SpindleReceptance
 from toolpoint.vibration import Frf
 
 KEPT_SPINDLES = 4  # in memory, by the content of their files
@@ -31,10 +32,10 @@ class CoupledDraws:
     """Tips of a coupled tool, drawn from the scatter of the gauge's responses and the deviations of the tool; poses play no
     part where the spindle comes from a gauge.
 
-    tips : in the planes that are known; stick_out : m; notes : of the coupling, doubts first.
+    coupled : the tip in the planes that are known; stick_out : m; notes : of the coupling, doubts first.
     """
 
-    tips: tuple[PlaneReceptance, ...]
+    coupled: CoupledTip
     stick_out: float
     notes: tuple[str, ...]
     count: int
@@ -42,11 +43,11 @@ class CoupledDraws:
 
     def nominal(self, pose: Mapping[str, float]) -> ToolDynamics:
         """Return the dynamics of the likeliest tip."""
-        return self._dynamics(tip_frf(self.tips, self.notes))
+        return self._dynamics(tip_frf(self.coupled, self.notes))
 
     def drawn(self, pose: Mapping[str, float]) -> Sequence[ToolDynamics]:
         """Return the dynamics of all draws; where no scatter is known all are the likeliest."""
-        frf = tip_frf(self.tips, self.notes)
+        frf = tip_frf(self.coupled, self.notes)
         if frf.draws is None or not len(frf.draws):
             return [self._dynamics(frf)] * self.count
         return [self._dynamics(Frf(frf.frequency, frf.draws[k % len(frf.draws)], frf.outputs, frf.inputs))
@@ -88,7 +89,7 @@ def couple_at(plan: CoupledTool, folder: Path, stick_out: float, *, machine: Mac
              f"{1e3 * length:.4g} mm of segment {segment}", remedy="describe the tool at about this length")
     bases = spindle_of(plan, folder, machine, draws=draws, seed=seed)
     study = studies.study_tool(bases, tool.with_length(segment, stick_out), generator=np.random.default_rng(seed))
-    return CoupledDraws(study.tips, stick_out, study.notes, draws, seed)
+    return CoupledDraws(study.coupled, stick_out, study.notes, draws, seed)
 
 
 def _segment(plan: CoupledTool, tool: ShaftDescription) -> tuple[str, float]:
@@ -98,7 +99,8 @@ def _segment(plan: CoupledTool, tool: ShaftDescription) -> tuple[str, float]:
     return name, tool.segments[name].length
 
 
-def spindle_of(plan: CoupledTool, folder: Path, machine: Machine | None, *, draws: int, seed: int) -> list[PlaneReceptance]:
+def spindle_of(plan: CoupledTool, folder: Path, machine: Machine | None, *, draws: int, seed: int
+               ) -> list[PlaneReceptance] | SpindleReceptance:
     """Return the receptance of the spindle in the planes that are known, kept while its files stay."""
     if plan.point is not None:
         if machine is None:
