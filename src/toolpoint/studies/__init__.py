@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.listening.listen import SpindleRange, listen
     from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut, question_windows
     from toolpoint.studies.listening.tried_cuts import hear_tried
+    from toolpoint.studies.live_testing.blow_tone import BlowTone, sound_blow
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
     from toolpoint.studies.live_testing.live_session import follow_blows
     from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap
@@ -115,6 +116,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "BlowTone",
     "BlowVerdict",
     "Citation",
     "CuttingLimits",
@@ -234,6 +236,7 @@ __all__ = [
     "simulate_cut",
     "solve_matrix_modes",
     "solve_modes",
+    "sound_blow",
     "spindle_signal",
     "spring_ways",
     "square",
@@ -311,6 +314,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.listen": ("SpindleRange", "listen"),
     "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut", "question_windows"),
     "listening.tried_cuts": ("hear_tried",),
+    "live_testing.blow_tone": ("BlowTone", "sound_blow"),
     "live_testing.blow_verdict": ("BlowVerdict",),
     "live_testing.live_session": ("follow_blows",),
     "live_testing.live_tap": ("LiveProgress", "LiveTap"),
