@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, frozen, positive
+from toolpoint._check import FloatArray, IndexArray, fail, frozen, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
 from toolpoint.studies.accuracy.cutting_table import CuttingTable
@@ -26,11 +26,11 @@ from toolpoint.vibration.simulation.varying import (
     VaryingSystem,
     step_nodes,
 )
-from toolpoint.vibration.simulation.varying_periods import WholePeriod, advance_periods
+from toolpoint.vibration.simulation.varying_periods import SteppedCourse, WholePeriod, advance_periods
 
 Progress = Callable[[int, int], None]
 _SIDE_BLOCK_STEPS = 100_000  # steps of a block
-_MAX_KEPT_SAMPLES = 1_000_000  # of a side
+_MAX_KEPT_SAMPLES = 200_000  # of a side: with five times as many the means change by 1e-9
 _FEED_CHANGE_TOLERANCE = 2e-3  # of the largest feed, within a revolution: below, its steps are taken at once
 
 
@@ -207,21 +207,57 @@ class _SideSteps:
 
         setup, dt = self.setup, self.cut.step
         stepwise = setup.regenerative or setup.with_energy or setup.with_base
-        # Loads of a step are those of its middle.
-        motion = self.structure.side.law.sample(self.begin + (np.arange(first_step, min(first_step + _SIDE_BLOCK_STEPS,
-                                                                                        self.steps)) + 0.5) * dt)
-        node, share = _between(self.system.length, motion[:, 0])
+        count = min(_SIDE_BLOCK_STEPS, self.steps - first_step)
+        course = _SideCourse(self.structure, self.system, self.cut.tables[0], self.begin + first_step * dt, dt, count)
+        if not stepwise and len(self.cut.tables) == 1 and _is_even(course.motion_in_periods(), course.table):
+            # Of whole periods few steps are looked at: only these are computed.
+            self._take_periods(course, course.table, first_step)
+            return
+        motion = course.motion(np.arange(count))
         for start, stop, table in self.cut.parts(motion[:, 0]):
-            feed = table.feed_shares(motion[start:stop, 1])
-            of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
-            course = CourseArrays(node[start:stop], share[start:stop], feed, self.structure.load_factors(motion[start:stop]))
-            out, first = self.out[self.kept:], first_step + start
+            part, first = replace(course, table=table).of(motion[start:stop]), first_step + start
             if not stepwise and _is_even(motion[start:stop], table):
-                self.kept += advance_periods(self.nodes, of_cut, course, motion=self.carried, keep=self.keep, first=first,
-                                             out=out, maps=self.period_maps)
+                self._take_periods(part, table, first)
             else:
-                self.kept += advance(self.nodes, of_cut, course, self.carried, self.keep, first, out,
-                                     self.base[self.kept:] if setup.with_base else self.base)
+                self.kept += advance(self.nodes, self._cut_arrays(table), part, self.carried, self.keep, first,
+                                     self.out[self.kept:], self.base[self.kept:] if setup.with_base else self.base)
+
+    def _take_periods(self, course: SteppedCourse, table: CuttingTable, first: int) -> None:
+        self.kept += advance_periods(self.nodes, self._cut_arrays(table), course, motion=self.carried, keep=self.keep,
+                                     first=first, out=self.out[self.kept:], maps=self.period_maps)
+
+    def _cut_arrays(self, table: CuttingTable) -> CutArrays:
+        return CutArrays(table.table, table.regeneration, self.setup.depth if self.setup.regenerative else 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _SideCourse:
+    """Course of a block of `size` steps with one table, computed where it is asked for; `begin`, `step`: s."""
+
+    structure: MovingStructure
+    system: VaryingSystem
+    table: CuttingTable
+    begin: float
+    step: float
+    size: int
+
+    def motion(self, steps: IndexArray) -> FloatArray:
+        """Return the motion (n, 4: length, speed, acceleration, jerk) in the middle of steps, where their loads are taken."""
+        return self.structure.side.law.sample(self.begin + (steps + 0.5) * self.step)
+
+    def motion_in_periods(self) -> FloatArray:
+        """Return the motion at one step of every period, and at the last."""
+        return self.motion(np.append(np.arange(0, self.size, self.table.table.shape[1]), self.size - 1))
+
+    def at(self, steps: slice | IndexArray) -> CourseArrays:
+        """Return some of the steps."""
+        numbers = np.arange(*steps.indices(self.size)) if isinstance(steps, slice) else steps
+        return self.of(self.motion(numbers))
+
+    def of(self, motion: FloatArray) -> CourseArrays:
+        """Return the course at motions (n, 4)."""
+        node, share = _between(self.system.length, motion[:, 0])
+        return CourseArrays(node, share, self.table.feed_shares(motion[:, 1]), self.structure.load_factors(motion))
 
 
 @on_one_thread
