@@ -83,7 +83,8 @@ def write_mesh(path: Path, model: SolidModel) -> None:
         words = [str(e + 1), *(str(n + 1) for n in nodes)]
         lines += [", ".join(words[:15]) + ",", ", ".join(words[15:])]
     lines += ["*NSET, NSET=FIXED", *(f"{n + 1}," for n in np.flatnonzero(np.abs(x[:, 2] - low[2]) < 1e-9))]
-    corners = {"S1": [0, 1, 2, 3], "S2": [4, 5, 6, 7], "S3": [0, 1, 5, 4], "S4": [1, 2, 6, 5], "S5": [2, 3, 7, 6], "S6": [3, 0, 4, 7]}
+    corners = {"S1": [0, 1, 2, 3], "S2": [4, 5, 6, 7], "S3": [0, 1, 5, 4], "S4": [1, 2, 6, 5], "S5": [2, 3, 7, 6],
+               "S6": [3, 0, 4, 7]}
     for surface, axis, end in (("FRONT", 1, high), ("REAR", 1, low), ("BOTTOM", 2, low)):
         lines.append(f"*SURFACE, NAME={surface}")
         lines += [f"{e + 1}, {side}" for e, nodes in enumerate(model.blocks[0].nodes) for side, chosen in corners.items()
@@ -92,21 +93,26 @@ def write_mesh(path: Path, model: SolidModel) -> None:
                                "*SOLID SECTION, ELSET=body, MATERIAL=IRON", ""]))
 
 
+def on_ram_place(x: float, z: float) -> np.ndarray:
+    """Return a place of the ram's rear face in the machine, m."""
+    return np.array(PLACES["ram"]) + np.array([x, 0.0, z])
+
+
 def machine_text() -> str:
     """The machine's file: blocks are places of the housing's front, and travel over the ram's rear face."""
     housing, ram, guides = [], [], []
     stiffness = "{" + ", ".join(f"{way}: {value:g}" for way, value in GUIDE.items()) + "}"
     for name, (x, z) in BLOCKS.items():
         patch = "along: [0, 0, 1], across: [1, 0, 0], length: 60 mm, width: 40 mm"
-        on_housing = np.array(PLACES["ram"]) + [x, 0, z] - PLACES["housing"]
+        on_housing = on_ram_place(x, z) - PLACES["housing"]
         housing.append(f"        {name}: {{centre: {on_housing.round(6).tolist()}, {patch}}}")
         ram.append(f"        {name}: {{centre: [{x}, 0, {z}], {patch}, slide: [-{TRAVEL}, {TRAVEL}]}}")
-        place = (np.array(PLACES["ram"]) + [x, 0, z]).round(6).tolist()
+        place = on_ram_place(x, z).round(6).tolist()
         kind = "free: [z]" if name != "a" else ""
         springs = stiffness if name != "a" else stiffness[:-1] + f", z: {SCREW:g}}}"
         loop = "closes_loop: true, " if name != "a" else ""
-        guides.append(f"  guide_{name}: {{parent: housing, child: ram, at: {place}, {loop}elastic_at: parent, parent_interface: {name}, "
-                      f"child_interface: {name}, stiffness: {springs}{', ' + kind if kind else ''}}}")
+        guides.append(f"  guide_{name}: {{parent: housing, child: ram, at: {place}, {loop}elastic_at: parent, "
+                      f"parent_interface: {name}, child_interface: {name}, stiffness: {springs}{', ' + kind if kind else ''}}}")
     text = MACHINE.replace("BLOCKS_OF_HOUSING", "\n".join(housing)).replace("WAYS_OF_RAM", "\n".join(ram))
     for key, values in (("FOOT_STIFFNESS", FOOT), ("MOUNT_STIFFNESS", MOUNT)):
         text = text.replace(key, "{" + ", ".join(f"{way}: {value:g}" for way, value in zip(WAYS, values, strict=True)) + "}")
@@ -136,7 +142,6 @@ def of_scipy(models: dict[str, SolidModel], position: float) -> np.ndarray:
     free = np.setdiff1d(np.arange(total), column.coordinates_of(held))
     rigid = np.zeros((total, 6))
     rigid[column.coordinates_of(held)] = column.rigid_motion(tuple(centre))[column.coordinates_of(held)]
-    carried = csc_array(np.eye(1))
     rows, columns = np.nonzero(rigid)
     carried = csc_array((np.concatenate([np.ones(len(free)), rigid[rows, columns]]),
                          (np.concatenate([free, rows]), np.concatenate([np.arange(len(free)), len(free) + columns]))),
@@ -146,15 +151,13 @@ def of_scipy(models: dict[str, SolidModel], position: float) -> np.ndarray:
     springs = motion @ np.diag(MOUNT) @ motion.T.toarray()
     total_stiffness = csc_array(stiffness) + csc_array(springs)
     for name, (x, z) in BLOCKS.items():
-        joint = np.array(PLACES["ram"]) + [x, 0.0, z]
+        joint = on_ram_place(x, z)
         on_ram = Patch((x, 0, z - position), (0, 0, 1), (1, 0, 0), 0.06, 0.04)
         on_housing = Patch(joint - PLACES["housing"], (0, 0, 1), (1, 0, 0), 0.06, 0.04)
-        moved = dict(models)
         motion = csc_array(_at(twist, "ram", on_ram, joint, position) - twist("housing", on_housing, joint))
         diagonal = [GUIDE.get(way, 0.0) for way in WAYS]
         diagonal[2] = SCREW if name == "a" else 0.0
         total_stiffness = total_stiffness + csc_array(motion @ np.diag(diagonal) @ motion.T.toarray())
-        del moved
     k, m = (csc_array(carried.T @ matrix @ carried) for matrix in (total_stiffness, csc_array(mass)))
     k = k + csc_array((FOOT, (np.arange(len(free), len(free) + 6),) * 2), shape=k.shape)
     squares = eigsh(k, COUNT, m, sigma=0.0, return_eigenvectors=False)

@@ -62,8 +62,8 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
     """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
     if mass is not None or machine.suffix.lower() in MATRICES:
         if pose or full_mesh:
-            raise ToolpointError(f"{'--pose' if pose else '--full-mesh'}: is of machine files; {machine} is a file of matrices, "
-                                 "which has no axes and is not reduced")
+            option = "--pose" if pose else "--full-mesh"
+            raise ToolpointError(f"{option}: is of machine files; {machine} is a file of matrices, with no axes, not reduced")
         matrices = io.read_matrices(machine, mass, names=names, units=units)
         result = studies.solve_matrix_modes(matrices, count)
         run.show(result, result.notes)

@@ -18,17 +18,17 @@ from toolpoint.machine.assembly.gyroscopics import fastest_spin
 from toolpoint.machine.assembly.joint_terms import joint_travel, loop_directions, loop_frame
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.elastic import HELD_INTERFACE, ElasticDescription, SolidBody
-from toolpoint.machine.parts.elastic_body import SlidingPatch, described_place
+from toolpoint.machine.parts.elastic_body import SlidingPatch, place_of
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.substructuring.linked_bodies import FreeBody, LinkedBodies
 
-_MIN_STIFFNESS_RATIO = 1e-14  # of the largest of a joint: below, a combination of its directions is free
+_MIN_SPRING_RATIO = 1e-14  # of the largest of a joint: below, a combination of its directions is free
 
 
 def link_full_meshes(machine: Machine, pose: Pose | None = None) -> LinkedBodies:
-    """Return the bodies at a pose (m, rad), castings and solids with all coordinates of their meshes, and their joints as links.
+    """Return the bodies at a pose (m, rad) and their joints as links; castings and solids with all coordinates of meshes.
 
     Bodies that are rigid, beams or imported matrices have the coordinates that `assemble` gives them.
 
@@ -93,13 +93,13 @@ class _Part:
             twist = np.zeros((6, self.size))
             twist[:, -6:] = np.eye(6)
             return NamedNodes(_held_name(self.description)).centre_on(self.model), twist
-        place = described_place(self.description.interfaces[str(interface)])
+        place = place_of(self.description.interfaces[str(interface)])
         if isinstance(place, SlidingPatch):
             along = np.asarray(place.along) / np.linalg.norm(place.along)
             travel = float((local - place.patch.centre) @ along)
             position, weights = place.patch.centre + travel * along, place.weights(self.model, travel)
         else:
-            position, weights = place.centre_on(self.model), place.averages(self.model)
+            position, weights = np.asarray(place.centre_on(self.model)), place.averages(self.model)
         weights = weights if self.held is None else self.held.T @ weights
         return position, np.asarray(weights.T.toarray())
 
@@ -111,9 +111,12 @@ def _motion_of_body(body: Body, interface: str | None, local: FloatArray) -> tup
     part = body.interfaces[interface]
     if part.slide is not None:
         positions, motions = part.slid_to(local[None])
-        position, motion = positions[0], motions[0]
-    else:
-        position, motion = part.position, body.participation(interface)
+        return _with_frame(positions[0], motions[0])
+    return _with_frame(part.position, body.participation(interface))
+
+
+def _with_frame(position: FloatArray, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a place with its motion per twist of the body's frame and per modal coordinate, (6, 6 + m)."""
     return position, np.hstack([tf.adjoint(tf.inverse(tf.transform(None, position))), motion])
 
 
@@ -165,9 +168,9 @@ class _Link:
     @classmethod
     def of_law(cls, motions: Mapping[int, FloatArray], *, directions: FloatArray, stiffness: FloatArray,
                locked: list[int]) -> _Link:
-        """Return a joint whose motion is `directions` (6, 6) times its coordinates: locked ones, and others on springs (6, 6)."""
+        """Return a joint whose motion is `directions` (6, 6) times its coordinates, locked ones and others on springs."""
         values, vectors = np.linalg.eigh(stiffness)
-        springs = np.flatnonzero(values > _MIN_STIFFNESS_RATIO * max(values.max(), 1e-300))
+        springs = np.flatnonzero(values > _MIN_SPRING_RATIO * max(values.max(), 1e-300))
         mixing = np.vstack([np.eye(6)[locked], vectors[:, springs].T]) @ np.linalg.inv(directions)
         return cls({body: mixing @ motion for body, motion in motions.items()},
                    np.concatenate([np.zeros(len(locked)), 1 / values[springs]]))
@@ -179,7 +182,8 @@ def _relative(place: Placement, parts: Mapping[str, _Part], frame: FloatArray, *
 
     ends : link, interface and sign of both sides; the ground (-1) does not move.
     """
-    names, result, to_frame = place.machine.body_names, {}, tf.adjoint(tf.inverse(frame))
+    names, to_frame = place.machine.body_names, tf.adjoint(tf.inverse(frame))
+    result: dict[int, FloatArray] = {}
     for link, interface, sign in ends:
         if link < 0:
             continue
@@ -206,7 +210,7 @@ def _tree_link(place: Placement, parts: Mapping[str, _Part], joint: int) -> _Lin
 
 
 def _complete(twists: FloatArray) -> FloatArray:
-    """Return twists (6, 6) whose columns of zeros, behind the screws of a joint, are filled with motions independent of these."""
+    """Return twists (6, 6) with motions independent of a joint's screws in the columns of zeros behind these."""
     count = int((np.abs(twists).sum(axis=0) > 0).sum())
     if count == 6:
         return twists.copy()

@@ -226,14 +226,14 @@ def _note(reduction: Reduction, size: int) -> str:
 def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody:
     """Return the reduced body of a described casting or solid."""
     notes = description.content.notes if isinstance(description, SolidBody) and description.content is not None else ()
-    places = {name: within(f"interfaces.{name}", described_place, part) for name, part in description.interfaces.items()}
+    places = {name: within(f"interfaces.{name}", place_of, part) for name, part in description.interfaces.items()}
     held = NamedNodes(description.held) if isinstance(description, SolidBody) and description.held else None
     if held is not None and HELD_INTERFACE in places:
         fail(f"interfaces.{HELD_INTERFACE}", "given", "must have another name: it is that of the held nodes")
     return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes, held=held)
 
 
-def described_place(part: PatchDescription) -> SolidPlace | SlidingPatch:
+def place_of(part: PatchDescription) -> SolidPlace | SlidingPatch:
     """Return the place that an interface describes, on a body's model."""
     place = part.place
     if not isinstance(place, Patch) or not part.slide:

@@ -8,17 +8,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, IndexArray, fail, frozen, positive
+from toolpoint._check import FloatArray, fail, frozen, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
 from toolpoint.studies.accuracy.cutting_table import CuttingTable
 from toolpoint.studies.accuracy.joint_servos import JointServo
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
 from toolpoint.studies.accuracy.run_store import RunStore
+from toolpoint.studies.accuracy.side_course import SideCourse, between_nodes
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.branch_words import branch_lines
 from toolpoint.vibration.simulation.varying import (
-    CourseArrays,
     CutArrays,
     NodeArrays,
     RunArrays,
@@ -208,7 +208,7 @@ class _SideSteps:
         setup, dt = self.setup, self.cut.step
         stepwise = setup.regenerative or setup.with_energy or setup.with_base
         count = min(_SIDE_BLOCK_STEPS, self.steps - first_step)
-        course = _SideCourse(self.structure, self.system, self.cut.tables[0], self.begin + first_step * dt, dt, count)
+        course = SideCourse(self.structure, self.system, self.cut.tables[0], self.begin + first_step * dt, dt, count)
         if not stepwise and len(self.cut.tables) == 1 and _is_even(course.motion_in_periods(), course.table):
             # Of whole periods few steps are looked at: only these are computed.
             self._take_periods(course, course.table, first_step)
@@ -228,36 +228,6 @@ class _SideSteps:
 
     def _cut_arrays(self, table: CuttingTable) -> CutArrays:
         return CutArrays(table.table, table.regeneration, self.setup.depth if self.setup.regenerative else 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class _SideCourse:
-    """Course of a block of `size` steps with one table, computed where it is asked for; `begin`, `step`: s."""
-
-    structure: MovingStructure
-    system: VaryingSystem
-    table: CuttingTable
-    begin: float
-    step: float
-    size: int
-
-    def motion(self, steps: IndexArray) -> FloatArray:
-        """Return the motion (n, 4: length, speed, acceleration, jerk) in the middle of steps, where their loads are taken."""
-        return self.structure.side.law.sample(self.begin + (steps + 0.5) * self.step)
-
-    def motion_in_periods(self) -> FloatArray:
-        """Return the motion at one step of every period, and at the last."""
-        return self.motion(np.append(np.arange(0, self.size, self.table.table.shape[1]), self.size - 1))
-
-    def at(self, steps: slice | IndexArray) -> CourseArrays:
-        """Return some of the steps."""
-        numbers = np.arange(*steps.indices(self.size)) if isinstance(steps, slice) else steps
-        return self.of(self.motion(numbers))
-
-    def of(self, motion: FloatArray) -> CourseArrays:
-        """Return the course at motions (n, 4)."""
-        node, share = _between(self.system.length, motion[:, 0])
-        return CourseArrays(node, share, self.table.feed_shares(motion[:, 1]), self.structure.load_factors(motion))
 
 
 @on_one_thread
@@ -346,12 +316,6 @@ def places_of(side: PathSide, setup: MillingSetup, tooth: float) -> tuple[float,
     return float(ends[0]), float(ends[1])
 
 
-def _between(length: FloatArray, places: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Return the node before every length, and the share of the way to the next."""
-    node = np.clip(np.searchsorted(length, places, side="right") - 1, 0, len(length) - 2)
-    return node, (places - length[node]) / (length[node + 1] - length[node])
-
-
 def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: StepNodes, cut: CuttingTable, *,
                     motion: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the state at the start of a revolution that repeats after it, and the tip's way over its last tooth period."""
@@ -360,7 +324,7 @@ def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: St
     loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
                                                                                              nodes.deflection.shape[1] - 3))],
                            axis=1)
-    node, part = (v[0] for v in _between(system.length, motion[:1]))
+    node, part = (v[0] for v in between_nodes(system.length, motion[:1]))
 
     def blend(values: FloatArray) -> FloatArray:
         return values[node] + part * (values[node + 1] - values[node])
@@ -391,7 +355,7 @@ def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArr
     """Return the reaction of the base: rate of elastic momentum less the force on the tip, plus the reaction at rest."""
     if not len(base):
         return np.zeros((0, 6))
-    node, share = _between(structure.system.length, motion[:, 0])
+    node, share = between_nodes(structure.system.length, motion[:, 0])
 
     def along(values: FloatArray) -> FloatArray:
         return values[node] + share.reshape(-1, *[1] * (values.ndim - 1)) * (values[node + 1] - values[node])

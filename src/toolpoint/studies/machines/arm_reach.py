@@ -34,7 +34,7 @@ class ArmReach:
         self.names = [axis.name for axis in self.axes]
         self._reference_positions = np.array([axis.reference_position for axis in self.axes])
         self._turns = np.array([2 * np.pi * np.arange(-2, 3) * axis.is_rotary for axis in self.axes])
-        self._limits = (np.array([[axis.lower - 1e-9] for axis in self.axes]), np.array([[axis.upper + 1e-9] for axis in self.axes]))
+        self._limits = np.array([[[axis.lower - 1e-9], [axis.upper + 1e-9]] for axis in self.axes]).swapaxes(0, 1)
         # All targets have one orientation: they differ by the place alone.
         self._target_at_origin = tool_target(pair, np.zeros(3), direction, turn=turn)
         self._branches_by_place: dict[tuple[int, ...], list[ArmBranch]] = {}
@@ -77,8 +77,8 @@ class ArmReach:
         turned = branch.positions[:, None] + self._turns
         inside = (self._limits[0] <= turned) & (turned <= self._limits[1])
         distance = np.where(inside, np.abs(turned - start_positions[:, None]), np.inf)
-        nearest = turned[np.arange(len(turned)), distance.argmin(axis=1)]
-        return np.where(inside.any(axis=1), nearest, branch.positions)
+        turned_positions = turned[np.arange(len(turned)), distance.argmin(axis=1)]
+        return np.where(inside.any(axis=1), turned_positions, branch.positions)
 
     def wrist_turn(self, positions: FloatArray) -> float:
         """Return the turn of the three axes of the wrist from rest, rad."""

@@ -1,4 +1,4 @@
-"""Natural frequencies of a machine with all elements of its meshes, beside those of its reduced bodies and their stated error."""
+"""Natural frequencies of a machine with all elements of its meshes, beside the reduced ones and the error these state."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FullMeshModes(NotebookText):
 
     @property
     def rise(self) -> FloatArray:
-        """By how much each reduced frequency is higher (below zero: lower, by tables of sliding places), relative; 0 at 0 Hz."""
+        """Relative rise of each frequency by the reduction, 0 at 0 Hz; below zero where tables of sliding places lower it."""
         moving = self.frequency > _MIN_SHIFT_FREQUENCY * self.frequency.max(initial=0.0)
         return np.where(moving, self.reduced.frequency / np.where(moving, self.frequency, 1.0) - 1, 0.0)
 
@@ -56,12 +56,12 @@ class FullMeshModes(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the comparison says, doubts first; then what the reduced machine says."""
+        """Remarks of the comparison, doubts first; then those of the reduced machine."""
         bound = _MAX_UNSTATED_ERROR if self.stated is None else np.nan_to_num(self.stated, nan=np.inf)
-        beyond = np.flatnonzero(np.abs(self.rise) > bound + _SOLUTION_ERROR)
-        doubts = [Doubt("reduction error", f"modes {_numbers(beyond)} differ from those of all elements by more than "
+        exceeding = np.flatnonzero(np.abs(self.rise) > bound + _SOLUTION_ERROR)
+        doubts = [Doubt("reduction error", f"modes {_numbers(exceeding)} differ from those of all elements by more than "
                         + ("0.1 %" if self.stated is None else "their stated error"), "take the frequencies of all elements",
-                        figure=float(np.abs(self.rise[beyond]).max()))] if len(beyond) else []
+                        figure=float(np.abs(self.rise[exceeding]).max()))] if len(exceeding) else []
         return (*doubts, f"{self.size} coordinates of all elements; no mode of theirs is missing below "
                 f"{self.counted_below:.5g} Hz (counted). What finer meshes would change is in neither",
                 *self.reduced.notes)
@@ -97,6 +97,21 @@ def compare_full_mesh(machine: Machine, pose: Mapping[str, float] | None = None,
 
     Raises ToolpointError as `machine.assembly.full_mesh.link_full_meshes`: for a machine without meshes, with bodies that spin,
     and with gravity or loads.
+
+    Examples
+    --------
+    A block of cast iron on its foot, three modes of 96 coordinates:
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, PatchDescription
+    >>> foot = PatchDescription((0.1, 0.05, 0), (1, 0, 0), (0, -1, 0), 0.2, 0.1)
+    >>> block = ElasticDescription((CastingBox((0, 0, 0), (0.2, 0.1, 0.1)),), {"foot": foot}, band=6000.0, mesh_size=0.1)
+    >>> joint = JointDescription("ground", "block", child_interface="foot")
+    >>> machine = build(MachineDescription("block", {"block": BodyDescription(elastic=block)}, {"bolts": joint}))
+    >>> result = compare_full_mesh(machine, count=3)
+    >>> result.size, bool((abs(result.rise) <= result.stated + 1e-7).all())
+    (96, True)
     """
     linked = link_full_meshes(machine, pose)
     reduced = solve_modes(machine, pose, count)

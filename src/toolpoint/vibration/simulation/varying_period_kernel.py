@@ -20,7 +20,7 @@ def answer_from_rest(transition: FloatArray, static: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def forced_states(transition: FloatArray, transition_slope: FloatArray, static: FloatArray, static_slope: FloatArray,
+def sum_forced_states(transition: FloatArray, transition_slope: FloatArray, static: FloatArray, static_slope: FloatArray,
                   periodic_state: FloatArray) -> FloatArray:
     """Return the states (m + 1, 3 s, z) from rest of `varying_periods._forced`.
 
@@ -50,11 +50,11 @@ def forced_states(transition: FloatArray, transition_slope: FloatArray, static: 
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def advance_vibration(before: FloatArray, after: FloatArray, forced_before: FloatArray, forced_after: FloatArray,
+def advance_vibration(transition: FloatArray, transition_after: FloatArray, forced_before: FloatArray, forced_after: FloatArray,
                       share: FloatArray, state: FloatArray, starts: FloatArray) -> None:
     """Advance a state (z,) by whole periods between two nodes; the states at their starts are written to `starts` (k, z).
 
-    before, after : (z, z) transitions of a period at both nodes, by columns; forced_before, forced_after : (k, z).
+    transition, transition_after : (z, z), of a period at both nodes, by columns; forced_before, forced_after : (k, z).
     """
     size, count = state.size, share.size
     result = np.zeros(size)
@@ -66,7 +66,7 @@ def advance_vibration(before: FloatArray, after: FloatArray, forced_before: Floa
         for j in range(size):
             x, y = (1 - t) * state[j], t * state[j]
             for r in range(size):
-                result[r] += before[j, r] * x + after[j, r] * y
+                result[r] += transition[j, r] * x + transition_after[j, r] * y
         for r in range(size):
             state[r] = result[r]
 

@@ -70,11 +70,11 @@ def advance_periods(nodes: NodeArrays, cut: CutArrays, course: SteppedCourse, *,
 
 
 class _PeriodCourse(NamedTuple):
-    """Whole periods of a course: the first of its steps, number and steps of the periods."""
+    """Whole periods of a course: the first of its steps, number of the periods and steps of each."""
 
     course: SteppedCourse
     begin: int
-    count: int
+    number: int
     period: int
 
     def at(self, steps: IndexArray) -> CourseArrays:
@@ -83,7 +83,7 @@ class _PeriodCourse(NamedTuple):
 
     def in_periods(self, step: int) -> CourseArrays:
         """Return one step of every period."""
-        return self.at(step + self.period * np.arange(self.count))
+        return self.at(step + self.period * np.arange(self.number))
 
 
 def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: _PeriodCourse, motion: RunArrays, keep: int, first: int,
@@ -91,7 +91,7 @@ def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: _PeriodCourse, mot
     """Advance whole periods: vibration about the static deflection, by maps of two nodes blended at the period's middle."""
     from toolpoint.vibration.simulation.varying_period_kernel import advance_vibration
 
-    period, count = course.period, course.count
+    period, count = course.period, course.number
     static = _static(nodes, cut, course.in_periods(0), "deflection")
     static_end = _static(nodes, cut, course.at(np.array([period * count - 1])), "deflection")[0]
     change = np.diff(static, axis=0,
@@ -108,7 +108,8 @@ def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: _PeriodCourse, mot
         pair = _maps_about(nodes, cut, node, maps)
         forced = [np.ascontiguousarray(inputs[start:stop] @ part.end[:, size:].T) for part in pair]
         transitions = [np.ascontiguousarray(part.end[:, :size].T) for part in pair]
-        advance_vibration(*transitions, *forced, np.ascontiguousarray(share), vibration, starts[start:stop])
+        advance_vibration(transitions[0], transitions[1], forced[0], forced[1], np.ascontiguousarray(share), vibration,
+                          starts[start:stop])
         columns = np.concatenate([starts[start:stop], inputs[start:stop]], axis=1)
         _read_kept(pair, columns, share, first=first + start * period, keep=keep,
                    out=motions[slice(*np.searchsorted(written, (start * period, stop * period)))])
@@ -225,11 +226,11 @@ def _forced(phi: FloatArray, static_map: FloatArray, force: FloatArray, slopes: 
 
     Without the last two the amplitudes would jump from period to period, and each jump would excite the structure.
     """
-    from toolpoint.vibration.simulation.varying_period_kernel import answer_from_rest, forced_states
+    from toolpoint.vibration.simulation.varying_period_kernel import answer_from_rest, sum_forced_states
 
     static, static_slope = (np.einsum("ha,mfa->mfh", values[:, :3], force) for values in (static_map, slopes[1]))
     columns = np.ascontiguousarray(phi.T)
     state = answer_from_rest(columns, np.ascontiguousarray(static))
     periodic_state = np.linalg.solve(np.eye(len(phi)) - period_transition, state.T).T  # the state that repeats
-    return forced_states(columns, np.ascontiguousarray(slopes[0].T), np.ascontiguousarray(static),
+    return sum_forced_states(columns, np.ascontiguousarray(slopes[0].T), np.ascontiguousarray(static),
                          np.ascontiguousarray(static_slope), np.ascontiguousarray(periodic_state))
