@@ -127,7 +127,7 @@ def test_a_goal_on_a_struck_gauge_needs_no_machine(tmp_path):
 
 def test_a_program_has_the_draws_of_each_tool(folder):
     (folder / "cut3.yaml").write_text("toolpoint: 1\ncutting: {diameter: 12 mm, teeth: 4, tangential: 800 MPa, "
-                                      "normal: 300 MPa, direction: slot}\n")
+                                      "normal: 300 MPa}\n")
     (folder / "slots.nc").write_text("S9000 M3\nT1 M6\nG0 X-20 Y0 Z-0.1\nG1 X60 F1200\nG0 Z20\nT3 M6\nG0 X-20 Y30\nZ-0.1\n"
                                      "G1 X60 F1200\nG0 Z20\n")
     start = PROJECT[:PROJECT.index("goals:")]

@@ -146,7 +146,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     """
     source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
-    cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    cuts = {number: io.read_tool(path) for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
     stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
     servo = None if drives is None else io.read_drives(drives)

@@ -90,7 +90,7 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
     machine = dynamics if isinstance(dynamics, Machine) else None
     stock, parsed = read_stock_and_program(files, settings)
     text = files.program.read_text(encoding="utf-8-sig", errors="replace")
-    cuts = {int(number): io.read_kind(path, "cut")[1] for number, path in zip(settings["tools"], files.tools, strict=True)}
+    cuts = {int(number): io.read_tool(path) for number, path in zip(settings["tools"], files.tools, strict=True)}
     is_tilted, tips = parsed.is_tilted, read_tips(files, settings)
     servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
     setup = studies.describe_machining(
