@@ -28,6 +28,7 @@ from toolpoint.project.results import ProjectResults, gather_results
 from toolpoint.project.steps.plain_files import read_json
 
 if TYPE_CHECKING:
+    from toolpoint.project.limits.attached_tool_draws import AttachedToolDraws
     from toolpoint.project.limits.coupled_tool import CoupledDraws
     from toolpoint.project.limits.drawn_limits import DrawnLimits
     from toolpoint.project.programs.run_files import ProgramRun
@@ -148,7 +149,7 @@ class Project:
             return draw_limits(self.coupled_tool(stick_out, draws=count), question)
         return draw_limits(MachineDraws(io.read_machine(self.machine_file), count, project.seed), question)
 
-    def coupled_tool(self, stick_out: float, *, draws: int) -> CoupledDraws:
+    def coupled_tool(self, stick_out: float, *, draws: int) -> CoupledDraws | AttachedToolDraws:
         """Return the draws of the project's coupled tool at a stick-out (m); raises ToolpointError where it has none."""
         from toolpoint.project.limits.coupled_tool import couple_at
 

@@ -32,6 +32,7 @@ from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.machining.tilted_poses import find_tilted_poses
+from toolpoint.studies.machining.tool_tips import ToolTips
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -42,7 +43,7 @@ NamedProgress = Callable[..., None]
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                 name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
-                folder: Path | None = None, rotation: FloatArray | None = None,
+                folder: Path | None = None, rotation: FloatArray | None = None, tips: ToolTips | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -62,6 +63,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     rotation : (3, 3) floats, optional
         Columns are the axes of the tilted plane in which program and stock are written, in those of the work; a machine then
         stands as its chain brings the tool there.
+    tips : ToolTips, optional
+        Responses of tools that are not the tool of `dynamics`.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
@@ -97,15 +100,18 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         else:
             pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
-        isotropic = poses[0].y == "same"
+        solver = StabilitySolver(setup, poses, tips or ToolTips())
+        isotropic = solver.is_isotropic
+        notes += solver.tips.notes(poses, laid.numbers)
+        doubts += solver.tips.doubts(setup, laid.numbers, poses[0])
         groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
-        classes, solver = groups.count, StabilitySolver(setup, poses)
+        classes = groups.count
         margins = place_margins(arcs, groups, laid, piece=removed.piece, solver=solver, pose=pose, folder=folder,
                                 progress=lambda finished, total: progress("distinct engagements", finished, total))
         doubts += _margin_doubts(margins, arcs)
         if isinstance(dynamics, Machine):
             interval = find_limit_interval(dynamics, poses, arcs, margins=margins, pose=pose, laid=laid, piece=removed.piece,
-                                           setup=setup)
+                                           setup=setup, tips=solver.tips)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
         judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
