@@ -69,6 +69,12 @@ def split_moves(start: FloatArray, end: FloatArray, step: float, *, kind: np.nda
     rapid : (n,) bools, optional
     shape : (n,) ints, optional
         Index of the tool's shape; 0 where left out.
+
+    Examples
+    --------
+    >>> moves = split_moves([[0, 0, 0.0]], [[0.01, 0, 0.0]], step=0.004)
+    >>> moves.count, round(float(moves.length.sum()), 9)
+    (3, 0.01)
     """
     a, b = floats("start", start, (None, 3)), floats("end", end, (None, 3))
     n = len(a)

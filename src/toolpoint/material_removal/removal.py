@@ -37,6 +37,15 @@ def remove_material(pieces: Moves, stock: Stock, shapes: Sequence[MillShape], *,
     progress : function of pieces done and in all, optional
 
     Raises ToolpointError where the path never comes over the stock.
+
+    Examples
+    --------
+    >>> from toolpoint.material_removal.moves import split_moves
+    >>> pieces = split_moves([[-0.01, 0.01, -0.002]], [[0.05, 0.01, -0.002]], step=0.02)
+    >>> stock = Stock.box((0, 0, -0.01), (0.04, 0.02, 0))
+    >>> removed = remove_material(pieces, stock, [MillShape(0.01)], settings=RemovalSettings(1e-3))
+    >>> round(1e9 * removed.total_volume)  # a slot of 10 x 2 x 40 mm, mm^3
+    800
     """
     from toolpoint.material_removal.cell_volumes import measure_by_lines
     from toolpoint.material_removal.march import march  # brings the compiler

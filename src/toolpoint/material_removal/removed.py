@@ -27,6 +27,11 @@ class RemovalSettings:
 
     spacing : of the dexels, m; slices : number along the tool's edge; tolerance : m, depth of material up to which a contact
     of a rapid or a holder is not reported (the grid resolves no less).
+
+    Examples
+    --------
+    >>> RemovalSettings(spacing=5e-4).slices
+    10
     """
 
     spacing: float
