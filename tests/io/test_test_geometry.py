@@ -1,4 +1,4 @@
-"""Places of a test's points: of the file that is named, else of the measured file that holds them, else an error with a remedy."""
+"""Places of a test's points: of the file that is named, else of the measured file that holds them, else an error."""
 
 import pytest
 

@@ -48,8 +48,8 @@ def read_test_geometry(path: str | Path | None, measured_files: Sequence[str | P
                 if geometry.points:
                     return geometry
     names = ", ".join(Path(file).name for file in measured_files[:3])
-    raise ToolpointError(f"`geometry`: missing, and {names or 'no file'} holds no places of points; name a file that says where "
-                         "each point is: universal, or CSV with the columns point,x,y,z in m")
+    raise ToolpointError(f"`geometry`: missing, and {names or 'no file'} holds no places of points; name a file that says "
+                         "where each point is: universal, or CSV with the columns point,x,y,z in m")
 
 
 @door("file of lines")

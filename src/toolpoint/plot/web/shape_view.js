@@ -101,7 +101,7 @@
       this.canvas = make("canvas", { tabindex: "0", role: "img", "aria-label":
         "Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode." });
       this.coarseNote = make("div", { class: "tp-coarse", text: "coarser while it moves", hidden: "" });
-      this.printed = make("canvas", { class: "tp-print", "aria-hidden": "true" });
+      this.printed = make("canvas", { class: "tp-print", "aria-hidden": "true", "aria-label": "The shape as it is printed" });
       this.stage = make("div", { class: "tp-stage" }, this.canvas, this.printed, this.coarseNote);
       this.side = make("div", { class: "tp-side" });
       this.bar = make("div", { class: "tp-bar" });
