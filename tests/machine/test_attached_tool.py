@@ -88,6 +88,24 @@ def test_the_table_is_part_of_a_coupled_response():
     assert np.abs(soft[:, 0, 1]).max() > 0.03 * np.abs(soft).max()  # nor would both planes apart be the whole
 
 
+def test_a_damping_ratio_of_the_machine_is_its_own_and_the_tool_keeps_its_losses():
+    """Alike where the tool is as lossy; a tool of a tenth of the machine's ratio keeps its own, which cannot be told as one."""
+    ratio = swivel_machine()
+    ratio = ratio.rebuild(replace(ratio.description, damping_ratio=LOSS / 2, joints={
+        name: replace(joint, loss_factor=0.0) for name, joint in ratio.description.joints.items()}))
+    np.testing.assert_allclose(response(attach_tool(ratio, "nose", ROD), {}),
+                               response(attach_tool(swivel_machine(), "nose", ROD), {}), rtol=1e-9)
+    dry = ShaftDescription({"rod": SegmentDescription(LENGTH, DIAMETER, loss_factor=LOSS / 10)})
+    peaks = [np.abs(response(attach_tool(ratio, "nose", shaft), {})[:, 0, 0]).max() for shaft in (ROD, dry)]
+    assert peaks[1] > 3 * peaks[0]
+    lossless = ShaftDescription({"rod": SegmentDescription(LENGTH, DIAMETER)})
+    assert any("no loss factor" in doubt for doubt in attach_tool(ratio, "nose", lossless).description.doubts)
+    by_mode = ratio.rebuild(replace(ratio.description, damping_ratio=None, modal_damping=(0.01, 0.02)))
+    attached = attach_tool(by_mode, "nose", ROD)
+    assert "mean of 1.5 %" in attached.description.doubts[0]
+    np.testing.assert_allclose(response(attached, {}), response(attach_tool(ratio, "nose", ROD), {}), rtol=1e-9)
+
+
 def test_what_cannot_be_attached_is_refused_by_name():
     with pytest.raises(ToolpointError, match="must be of nose, table"):
         attach_tool(swivel_machine(), "noze", ROD)

@@ -14,6 +14,7 @@ from toolpoint.app.declare import Argument, Help, list_given
 from toolpoint.app.options import Band, Naming, Pose, Quantity
 from toolpoint.app.values import SourceFile
 from toolpoint.io.suffixes import HDF5, MATLAB, NUMPY, TEXT, UNIVERSAL
+from toolpoint.project.limits.line_draws import read_tip_file
 
 if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -70,7 +71,7 @@ class Dynamics:
         tool = self._read_tool()
         if self.work is None:
             return tool
-        return studies.with_work(tool, read_tip_dynamics(self.work, quantity=self.quantity, band=self.band))
+        return studies.with_work(tool, read_tip_file(self.work, quantity=self.quantity, band=self.band))
 
     def _read_tool(self) -> ToolDynamics:
         if self.machine is not None:
@@ -92,15 +93,6 @@ class Dynamics:
         return studies.separate_dynamics(parts["x"], parts.get("y"), parts.get("xy"), across=self.y, band=self.band,
                                          sensor_mass=self.sensor_mass,
                                          names={way: path.name for way, path in paths.items()})
-
-
-def read_tip_dynamics(path: Path, *, quantity: str | None = None, band: Band = None) -> ToolDynamics:
-    """Return the dynamics of a tip or a work from one file: FRFs along x and y, or modes."""
-    modes, frf = io.read_test_nouns([path], quantity=quantity)
-    if modes is not None:
-        return studies.modal_dynamics(modes, what=str(path))
-    assert frf is not None
-    return studies.response_dynamics(frf, band=band, what=path.name)
 
 
 def read_responses(paths: Sequence[Path], quantity: str | None, naming: Naming | None = None) -> Frf:

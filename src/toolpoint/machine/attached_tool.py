@@ -33,7 +33,8 @@ def attach_tool(machine: Machine, point: str, shaft: ShaftDescription) -> Machin
     """Return a machine whose tool is a shaft that begins at one of its points.
 
     The shaft is beams along the tool's axis, joined by its contacts; its tip is the tool point. The file's own tool is
-    taken off as `detach_tool` does it.
+    taken off as `detach_tool` does it. Damping ratios of the machine's modes become loss factors of its springs, so that the
+    tool's modes have the damping that its own file states.
 
     Raises ToolpointError as `detach_tool` does, and for segments that shear by Hutchinson's coefficient, which beams do not
     have.
@@ -54,7 +55,7 @@ def attach_tool(machine: Machine, point: str, shaft: ShaftDescription) -> Machin
         if segment.shear != "cowper":
             fail(f"segments.{name}.shear", repr(segment.shear), "must be cowper for a tool on a machine")
     spindle = detach_tool(machine, point)
-    bare = spindle.description
+    bare = _with_spring_losses(spindle.description)
     start = _place_of(spindle, bare.points[point])
     turn = smallest_turn(np.array(bare.tool_axis)) @ _TURNED_OVER
     bodies, joints, reached = dict(bare.bodies), dict(bare.joints), 0.0
@@ -75,7 +76,7 @@ def attach_tool(machine: Machine, point: str, shaft: ShaftDescription) -> Machin
     # Modes that were measured with another tool are no reference for this one.
     return spindle.rebuild(replace(
         bare, bodies=bodies, joints=joints, points={**bare.points, tip: PointDescription(parent, interface="tip")}, tool=tip,
-        reference=()))
+        reference=(), doubts=(*bare.doubts, *_loss_doubts(shaft))))
 
 
 def detach_tool(machine: Machine, point: str) -> Machine:
@@ -89,6 +90,42 @@ def detach_tool(machine: Machine, point: str) -> Machine:
         fail("point", repr(point), f"must be of {', '.join(points)}", remedy=suggestion(point, points))
     bare = _without_own_tool(machine.description, point)
     return machine if bare is machine.description else machine.rebuild(bare)
+
+
+def _with_spring_losses(description: MachineDescription) -> MachineDescription:
+    """Return the description with loss factors of all springs in place of damping ratios of its modes.
+
+    A ratio z of all modes and a loss factor 2 z of all springs damp every mode alike; ratios mode by mode are taken as their
+    mean, with a doubt. Other elastic bodies than beams keep the ratio, which then damps the tool's modes too, with a doubt.
+    """
+    stated = description.modal_damping
+    ratio = description.damping_ratio if isinstance(stated, str) else float(np.mean(stated))
+    if ratio is None:
+        return description
+    if any(body.is_elastic and body.beam is None for body in description.bodies.values()):
+        return replace(description, modal_damping="", damping_ratio=ratio, doubts=(*description.doubts, Doubt(
+            "damping of the tool", f"the machine's ratio of {100 * ratio:.2g} % stands for the modes of the tool too",
+            "give the machine's joints and materials loss factors", figure=ratio)))
+    doubts = () if isinstance(stated, str) else (Doubt(
+        "damping", f"the machine's ratios mode by mode are taken as their mean of {100 * ratio:.2g} %: its modes are others "
+        "with this tool", "give its joints loss factors"),)
+    bodies = {name: body if body.beam is None else replace(body, beam=replace(body.beam, segments={
+        key: replace(segment, loss_factor=2 * ratio) for key, segment in body.beam.segments.items()}))
+        for name, body in description.bodies.items()}
+    joints = {name: replace(joint, loss_factor=2 * ratio, damping={}, damping_matrix=None)
+              for name, joint in description.joints.items()}
+    return replace(description, bodies=bodies, joints=joints, damping_ratio=None, modal_damping="",
+                   doubts=(*description.doubts, *doubts))
+
+
+def _loss_doubts(shaft: ShaftDescription) -> tuple[Doubt, ...]:
+    """Return the doubt about a shaft whose file states no loss at all."""
+    losses = [part.loss_factor for part in shaft.segments.values()]
+    losses += [part.contact.loss_factor for part in shaft.segments.values() if part.contact is not None]
+    if any(losses):
+        return ()
+    return (Doubt("damping of the tool", "its shaft file states no loss factor: the tool's own modes are damped by the machine "
+                  "alone, and limits come out too low", "give its segments a loss factor (1 to 4 % with its clamping)"),)
 
 
 def _rigid_parts(shaft: ShaftDescription) -> list[dict[str, SegmentDescription]]:
@@ -151,8 +188,8 @@ def _without_own_tool(description: MachineDescription, point: str) -> MachineDes
     doubt = Doubt("tool", f"{', '.join(sorted(removed))} of the machine file taken off: another tool begins at point {point}",
                   "name another point where the tool begins")
     return replace(
-        description, bodies=_others(description.bodies, removed), joints=_others(description.joints, removed_joints), points=kept_points,
-        tool=None, table=description.table if description.table in kept_points else None,
+        description, bodies=_others(description.bodies, removed), joints=_others(description.joints, removed_joints),
+        points=kept_points, tool=None, table=description.table if description.table in kept_points else None,
         axes={name: axis for name, axis in description.axes.items()
               if not {way.joint for way in axis.moved} & removed_joints},
         loads=tuple(load for load in description.loads if load.point in kept_points), doubts=(*description.doubts, doubt))

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
     from toolpoint.studies.machines.check.machine_check import check_machine
+    from toolpoint.studies.machines.full_mesh_modes import compare_full_mesh
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
     from toolpoint.studies.machines.machine_responses import study_responses_of_machine
@@ -165,6 +166,7 @@ __all__ = [
     "choose_turns",
     "cite_package",
     "compare_branches",
+    "compare_full_mesh",
     "compare_record",
     "compare_stages",
     "compare_two_states",
@@ -322,6 +324,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
+    "machines.full_mesh_modes": ("compare_full_mesh",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.machine_responses": ("study_responses_of_machine",),

@@ -52,6 +52,8 @@ TwoNames = Annotated[tuple[str, str], Reading(read_two_names, "two names with a 
 
 @command(page=False)
 def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count = 12,
+          full_mesh: Annotated[bool, Help("All elements of castings and solids too, beside the reduced bodies and their stated "
+                                          "error.")] = False,
           mass: Annotated[SourceFile | None, Help("Mass matrix, where MACHINE is a file of a stiffness matrix alone.")] = None,
           names: Annotated[TwoNames | None, Help("Names of stiffness and mass in files that hold several matrices.",
                                                  name="--matrices", metavar="K,M")] = None,
@@ -59,8 +61,9 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
                                                              "millimetre and tonnes.")] = "m-kg-s") -> None:
     """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
     if mass is not None or machine.suffix.lower() in MATRICES:
-        if pose:
-            raise ToolpointError(f"--pose: is of machine files; {machine} is a file of matrices, which has no axes")
+        if pose or full_mesh:
+            option = "--pose" if pose else "--full-mesh"
+            raise ToolpointError(f"{option}: is of machine files; {machine} is a file of matrices, with no axes, not reduced")
         matrices = io.read_matrices(machine, mass, names=names, units=units)
         result = studies.solve_matrix_modes(matrices, count)
         run.show(result, result.notes)
@@ -68,7 +71,7 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
     if of_matrices := list_given("names", "units"):
         raise ToolpointError(f"{of_matrices[0]}: is of files of matrices; {machine} is a machine file")
     built = io.read_machine_at(machine, pose)
-    run.show(studies.solve_modes(built, pose, count))
+    run.show(studies.compare_full_mesh(built, pose, count) if full_mesh else studies.solve_modes(built, pose, count))
 
 
 @command(page=False)

@@ -10,11 +10,12 @@ from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import CutValues
 from toolpoint.app.declare import Argument, Help, Reading, command
-from toolpoint.app.dynamics import Dynamics, read_tip_dynamics
+from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_stock
+from toolpoint.project.limits.line_draws import read_tip_file
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -68,7 +69,7 @@ class TipsOfTools:
     def read(self) -> studies.ToolTips:
         """Read the tips; raises ToolpointError as `studies.ToolTips` does."""
         shafts = {number: io.read_shaft(path) for number, path in self.shaft}
-        struck = {number: read_tip_dynamics(path) for number, path in self.tip}
+        struck = {number: read_tip_file(path) for number, path in self.tip}
         return studies.ToolTips(struck, shafts, self.point)
 
 
@@ -145,7 +146,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     """
     source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
-    cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    cuts = {number: io.read_tool(path) for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
     stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
     servo = None if drives is None else io.read_drives(drives)

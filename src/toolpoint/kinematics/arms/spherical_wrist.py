@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail, floats
+from toolpoint._check import FloatArray, fail, floats, frozen
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.arms.branch_choice import ELBOWS, SHOULDERS, WRISTS
 from toolpoint.kinematics.tree import TreeChain
@@ -27,6 +27,7 @@ from toolpoint.spatial.rotation import skew
 
 PARALLEL_TOLERANCE = 1e-9  # sine of the angle between axes 2 and 3
 COSINE_TOLERANCE = 1e-9  # excess of a cosine over one that is rounding
+_IDENTITY = frozen(np.eye(3))
 STRAIGHT_WRIST_TOLERANCE = 1e-8  # sine of the angle between axes 4 and 6, below which joint 4 is arbitrary
 
 
@@ -67,10 +68,17 @@ class SphericalWrist:
         single = skew(self.directions)
         return list(np.stack([single, single @ single], axis=1))
 
+    @cached_property
+    def _probe(self) -> tuple[FloatArray, FloatArray]:
+        """A direction (3,) across axis 6, and the one that it moves to as the axis begins to turn."""
+        w6 = self.directions[5]
+        probe = _across(np.eye(3)[int(np.argmin(np.abs(w6)))], w6)
+        return probe, self._crosses[5][0] @ probe
+
     def _turn(self, axis: int, angle: float) -> FloatArray:
         """Return the rotation (3, 3) about a joint axis (0 .. 5), I + sin(q) [w] + (1 - cos(q)) [w]^2 (Rodrigues), q in rad."""
         k = self._crosses[axis]
-        return np.eye(3) + math.sin(angle) * k[0] + (1 - math.cos(angle)) * k[1]
+        return _IDENTITY + math.sin(angle) * k[0] + (1 - math.cos(angle)) * k[1]
 
     @classmethod
     def of(cls, chain: TreeChain) -> SphericalWrist:
@@ -184,15 +192,18 @@ class SphericalWrist:
 
     def _branch(self, name: str, angles: list[float], note: str) -> ArmBranch:
         """Return the branch of joint angles (6,), rad: positions of the axes, each by whole turns into its limits."""
-        joint = np.arctan2(np.sin(angles), np.cos(angles))
+        joint = np.array([math.atan2(math.sin(angle), math.cos(angle)) for angle in angles])
         # Whole turns are taken off the joints first: an axis may drive several, and is turned whole after that.
         joints_to_axes, reference_positions = self._decoupling
         positions = joints_to_axes @ joint + reference_positions
-        positions = np.array([_wrap_into_limits(v, axis.lower, axis.upper) for v, axis in zip(positions, self.chain.driven_axes,
-                                                                                              strict=True)])
-        is_within = all(axis.lower - 1e-9 <= v <= axis.upper + 1e-9
-                        for v, axis in zip(positions, self.chain.driven_axes, strict=True))
-        return ArmBranch(name, positions, is_within, note)
+        values = [_wrap_into_limits(v, *limits) for v, limits in zip(positions.tolist(), self._limits, strict=True)]
+        is_within = all(lower - 1e-9 <= v <= upper + 1e-9 for v, (lower, upper) in zip(values, self._limits, strict=True))
+        return ArmBranch(name, np.array(values), is_within, note)
+
+    @cached_property
+    def _limits(self) -> list[tuple[float, float]]:
+        """Limits of every axis, rad."""
+        return [(axis.lower, axis.upper) for axis in self.chain.driven_axes]
 
     @cached_property
     def _decoupling(self) -> tuple[FloatArray, FloatArray]:
@@ -243,8 +254,9 @@ class SphericalWrist:
             else:
                 fourth = float(math.atan2((self._crosses[3][0] @ bent_across) @ goal_across, bent_across @ goal_across))
             remaining = self._turn(4, -fifth) @ self._turn(3, -fourth) @ turn
-            probe = _across(np.eye(3)[int(np.argmin(np.abs(w6)))], w6)
-            sixth = float(math.atan2((self._crosses[5][0] @ probe) @ (remaining @ probe), probe @ remaining @ probe))
+            probe, turned_probe = self._probe
+            moved = remaining @ probe
+            sixth = math.atan2(float(turned_probe @ moved), float(probe @ moved))
             yield (fourth, fifth, sixth), note
 
 
@@ -270,6 +282,8 @@ def _across(vector: FloatArray, unit: FloatArray) -> FloatArray:
 
 def _wrap_into_limits(value: float, lower: float, upper: float) -> float:
     """Return an angle (rad) changed by up to two turns: within limits the one nearest to zero, else the smallest of all."""
+    if abs(value) < math.pi and lower - 1e-9 <= value <= upper + 1e-9:
+        return value  # no whole turn brings it nearer to zero
     turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)]
     inside = [v for v in turns if lower - 1e-9 <= v <= upper + 1e-9]
     return min(inside or turns, key=abs)

@@ -31,7 +31,7 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
         for i, law in enumerate(machine.joints):
             if law.travel is not None:
                 column = machine.joint_columns[i][law.freedoms.index(law.travel.way)]
-                gain = law.travel.gain(_travel(place, i))
+                gain = law.travel.gain(joint_travel(place, i))
                 matrices[0, :, column, column] += gain
                 matrices[2, :, column, column] += law.travel.loss_factor * gain
     if not machine.loops:
@@ -61,7 +61,7 @@ def stiffness_of_joint(place: Placement, name: str, direction: int | None = None
         total[np.ix_(columns, columns)] = _masked(law.stiffness, direction)[np.ix_(list(law.freedoms), list(law.freedoms))]
         if law.travel is not None and direction in (None, law.travel.way):
             column = columns[law.freedoms.index(law.travel.way)]
-            total[column, column] += law.travel.gain(_travel(place, link))[0]
+            total[column, column] += law.travel.gain(joint_travel(place, link))[0]
         return total
     loop = next((each for each in machine.loops if each.name == name), None)
     if loop is None:
@@ -83,7 +83,7 @@ def has_travelling_stiffness(machine: Machine) -> bool:
     return any(law.travel is not None for law in machine.joints)
 
 
-def _travel(place: Placement, link: int) -> FloatArray:
+def joint_travel(place: Placement, link: int) -> FloatArray:
     """Return the travel of a joint along its travel law, (P,); faults of its law there name the joint."""
     travel = place.machine.joints[link].travel
     assert travel is not None

@@ -23,7 +23,7 @@ class MilledSquare:
     """A square that is milled: side (m), centre (m), the directions of its first and second side; and how.
 
     window : s of the middle of every side that is run, whole sides where left out; sides : which of the four; spacing : m
-    between the places at which the structure is assembled.
+    between the places at which the structure is assembled; steps : in a tooth period.
     """
 
     side: PathLength
@@ -40,6 +40,7 @@ class MilledSquare:
     sides: tuple[int, ...] = (1, 2, 3, 4)
     branch: str = ""
     spacing: PathLength = 2e-3
+    steps: int = 100
 
 
 @dataclass(frozen=True)

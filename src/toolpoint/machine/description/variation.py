@@ -91,10 +91,11 @@ Change = Factor | Swap
 def vary(description: MachineDescription, changes: Sequence[Change], shares: Sequence[float]) -> MachineDescription:
     """Return the machine with every factor and swap at its share (0 .. 1) of the range."""
     values: dict[str, float] = {}
+    known_paths = _known_paths(description, changes)
     for change, share in zip(changes, shares, strict=True):
         if isinstance(change, Factor):
             number = change.level(share)
-            operations: list[tuple[str, str, float]] = [(change.kind, path, number) for path in _paths(description, change)]
+            operations: list[tuple[str, str, float]] = [(change.kind, path, number) for path in _paths(known_paths, change)]
         else:
             option = list(change.options.values())[change.index(share)]
             operations = [(kind, path, number) for kind, part in (("set", option.values), ("scale", option.scale),
@@ -114,9 +115,14 @@ def branch_of(changes: Sequence[Change], shares: Sequence[float]) -> str:
     return next((name for name in reversed(names) if name), "")
 
 
-def _paths(description: MachineDescription, factor: Factor) -> list[str]:
+def _known_paths(description: MachineDescription, changes: Sequence[Change]) -> list[str]:
+    """Return all parameters of a machine where a factor has a pattern for them; they are listed once for all factors."""
+    has_pattern = any("*" in path for change in changes if isinstance(change, Factor) for path in change.paths)
+    return list(parameters(description)) if has_pattern else []
+
+
+def _paths(known_paths: Sequence[str], factor: Factor) -> list[str]:
     """Return the parameters that a factor changes, patterns resolved."""
-    known_paths = list(parameters(description))
     result: list[str] = []
     for pattern in factor.paths:
         matches = fnmatch.filter(known_paths, pattern) if "*" in pattern else [pattern]
@@ -135,8 +141,9 @@ def check_changes(description: MachineDescription, changes: Sequence[Change]) ->
     repeated = next((name for name in names if names.count(name) > 1), None)
     if repeated is not None:
         fail("changes", f"{repeated!r} appears twice", "names must differ")
+    known_paths = _known_paths(description, changes)
     for change in changes:
-        paths = _paths(description, change) if isinstance(change, Factor) else [
+        paths = _paths(known_paths, change) if isinstance(change, Factor) else [
             path for option in change.options.values() for part in (option.values, option.scale, option.add) for path in part]
         for path in paths:
             description.value(path)

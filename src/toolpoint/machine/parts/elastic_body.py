@@ -18,7 +18,7 @@ from toolpoint.bodies.solid.mesh_energy import mesh_energy
 from toolpoint.bodies.solid.region import SolidPlace
 from toolpoint.bodies.surface import BodySurface
 from toolpoint.machine.description.elastic import HELD_INTERFACE, ElasticDescription, PatchDescription, SolidBody
-from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form, split_sliding
+from toolpoint.machine.parts.residual_places import PlaceLoads, held_residual_form, residual_form, split_sliding
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
@@ -26,6 +26,7 @@ from toolpoint.substructuring.reach import DEFAULT_REACH_RATIO, MIN_TRUSTED_REAC
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import table_positions, tabulate
 
+HELD_SHIFT_RATIO = 0.1  # of the band: frequency of the shift of a body with held nodes
 MAX_SURFACE_NODES = 2500  # nodes of a body's drawn surface at most, about
 
 
@@ -101,8 +102,7 @@ def _reduce_held(model: SolidModel, interfaces: Mapping[str, SolidPlace | Slidin
                  method: ReductionMethod, size: int | None, notes: tuple[str, ...]) -> ReducedBody:
     """Return a solid whose held nodes move with the body's frame: shapes are relative to it, and zero at these nodes.
 
-    What the frame's acceleration does to the body acts as six loads more. The error is not kept with it: a machine's modes are
-    compared with those of a richer body.
+    What the frame's acceleration does to the body acts as six loads more.
     """
     nodes = np.unique(held.nodes(model))
     if len(nodes) < 3:
@@ -111,9 +111,12 @@ def _reduce_held(model: SolidModel, interfaces: Mapping[str, SolidPlace | Slidin
     stiffness, mass = model.assembled()
     inertia = mass @ rigid
     columns = csc_array(hstack([*(place.columns for place in places.values()), csc_array(inertia)]))
+    further_columns = csc_array(hstack([csc_array((model.size, 0)), *(place.further_columns for place in places.values())]))
     body = LargeBody(csc_array(stiffness[free][:, free]), csc_array(mass[free][:, free]), csc_array(columns[free]),
-                     repeats=np.concatenate([*_repeats(places), np.ones(6)]), coordinates=model.dof_places[free])
-    reduction = reduce(body, method, size)
+                     repeats=np.concatenate([*_repeats(places), np.ones(6)]), coordinates=model.dof_places[free],
+                     estimate_loads=csc_array(further_columns[free]))
+    # Shifted as a free body is: the error is stated in the flexibility of the body with its frame free.
+    reduction = reduce(body, method, size, shift=(2 * np.pi * HELD_SHIFT_RATIO * method.band) ** 2)
     vectors = np.zeros((model.size, reduction.size))
     vectors[free] = reduction.vectors
     moving = np.hstack([rigid, vectors])
@@ -122,7 +125,9 @@ def _reduce_held(model: SolidModel, interfaces: Mapping[str, SolidPlace | Slidin
         HELD_INTERFACE: Interface(held.centre_on(model), np.zeros((6, reduction.size)))}
     notes = (*notes, *_place_notes(model, interfaces), f"{len(nodes)} nodes of {held.name} are held as one rigid piece",
              _note(reduction, model.size))
-    nominal = Body(coupled, np.diag(reduction.squares), notes=notes, interfaces=held_on, surface=_surface(model, vectors))
+    form = held_residual_form(reduction, _symmetric_part(rigid.T @ inertia), places, held=HELD_INTERFACE)
+    nominal = Body(coupled, np.diag(reduction.squares), notes=notes, interfaces=held_on, surface=_surface(model, vectors),
+                   residual=form)
     return _in_parts(model, nominal, vectors)
 
 
@@ -221,14 +226,15 @@ def _note(reduction: Reduction, size: int) -> str:
 def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody:
     """Return the reduced body of a described casting or solid."""
     notes = description.content.notes if isinstance(description, SolidBody) and description.content is not None else ()
-    places = {name: within(f"interfaces.{name}", _described_place, part) for name, part in description.interfaces.items()}
+    places = {name: within(f"interfaces.{name}", place_of, part) for name, part in description.interfaces.items()}
     held = NamedNodes(description.held) if isinstance(description, SolidBody) and description.held else None
     if held is not None and HELD_INTERFACE in places:
         fail(f"interfaces.{HELD_INTERFACE}", "given", "must have another name: it is that of the held nodes")
     return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes, held=held)
 
 
-def _described_place(part: PatchDescription) -> SolidPlace | SlidingPatch:
+def place_of(part: PatchDescription) -> SolidPlace | SlidingPatch:
+    """Return the place that an interface describes, on a body's model."""
     place = part.place
     if not isinstance(place, Patch) or not part.slide:
         return place

@@ -7,7 +7,7 @@ combinations of a few columns: those of its stations, and as many more as the me
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_array, hstack
@@ -68,12 +68,51 @@ def residual_form(reduction: Reduction, rigid: FloatArray, places: Mapping[str, 
         The motions of the body's frame over the reduction's rigid motions.
     places : mapping of name to PlaceLoads
     """
+    frame = np.zeros((len(reduction.residual.gram), 6))
+    frame[:len(rigid)] = rigid
+    return _form(reduction, frame, places)
+
+
+def held_residual_form(reduction: Reduction, rigid_mass: FloatArray, places: Mapping[str, PlaceLoads], *,
+                       held: str) -> ResidualForm:
+    r"""Return the form of a body whose shapes are relative to its frame, and zero at nodes that move with that.
+
+    The last six loads of the reduction are M R on the other coordinates, R the motions of the frame. Residuals act on these
+    coordinates alone, as the frame's are in balance; but the flexibility is that of the body with its frame free, and follows
+    from that of the held one, S, by :math:`S + s_0^2 S M R (s_0 R^T M R - s_0^2 R^T M S M R)^{-1} R^T M S`. A motion
+    orthogonal in the mass to the frame's and to all held modes below a frequency has no less energy than at that frequency: the
+    reach is that of the held modes.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        Of the held body, its loads those of the places, then M R.
+    rigid_mass : (6, 6) floats
+        R^T M R, about the frame.
+    places : mapping of name to PlaceLoads
+        On the coordinates that are not held.
+    held : str
+        Interface of the held nodes: a wrench there is the frame's.
+    """
+    residual = reduction.residual
+    last = len(residual.shapes) + len(residual.loads)
+    frame, shift, gram = slice(last - 6, last), residual.shift, residual.gram
+    answer = np.linalg.solve(shift * rigid_mass - shift**2 * gram[frame, frame], gram[frame])
+    of_free = replace(residual, gram=gram + shift**2 * gram[:, frame] @ answer)
+    selected = np.zeros((len(gram), 6))
+    selected[frame] = np.eye(6)
+    form = _form(replace(reduction, residual=of_free), selected, places)
+    return replace(form, places={**form.places, held: np.zeros((6, form.load_count))})
+
+
+def _form(reduction: Reduction, frame: FloatArray, places: Mapping[str, PlaceLoads]) -> ResidualForm:
+    """Return the form of a reduction with the columns (x + l + q, 6) that the inertia of the frame's motions is."""
     residual = reduction.residual
     x, r = residual.shapes.shape
     l = len(residual.loads)
     is_used, tables = _combinations(places, l, len(residual.gram) - x - l)
     turn = np.zeros((len(residual.gram), 6 + 2 * r + int(is_used.sum())))
-    turn[:len(rigid), :6] = rigid
+    turn[:, :6] = frame
     turn[:x, 6:6 + r], turn[x:x + l, 6:6 + r] = residual.inertial, residual.loads
     turn[:x, 6 + r:6 + 2 * r] = residual.shapes
     turn[x + np.flatnonzero(is_used), np.arange(6 + 2 * r, turn.shape[1])] = 1.0

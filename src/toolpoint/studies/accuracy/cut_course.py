@@ -85,7 +85,8 @@ def cut_course(problem: MillingProblem, arcs: Sequence[tuple[float, Arc]] | None
     """
     def table_of(met: MillingProblem) -> CuttingTable:
         table = cutting_table(met, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
-        return replace(table, is_constant=is_constant)
+        # A chip that never changes needs no other feed beside it.
+        return replace(table, table=table.table[-1:].copy(), is_constant=True) if is_constant else table
 
     if arcs is None:
         table = table_of(problem)

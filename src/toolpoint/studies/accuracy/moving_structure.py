@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from toolpoint._check import FloatArray, ToolpointError, fail, positive
 from toolpoint.machine.assembly.inverse_dynamics import base_reaction
-from toolpoint.machine.assembly.system import assemble, equations
+from toolpoint.machine.assembly.system import assemble, loop_basis
 from toolpoint.machine.description.gravity import gravity_of
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
@@ -131,6 +131,10 @@ def _nodes(length: float, spacing: float, span: tuple[float, float] | None) -> F
     return np.asarray(length * np.arange(min(first, last - 4), last + 1) / count)
 
 
+def _loop_basis(place: Placement) -> FloatArray | None:
+    return loop_basis(place) if place.machine.loops else None
+
+
 def _is_rigid(machine: Machine) -> bool:
     return not any(body.modal_count for body in machine.bodies)
 
@@ -152,7 +156,7 @@ def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -
     if system.damping is None or not np.any(system.damping):
         fail("machine", "no damping", "what rings at the start would never die",
              remedy="give damping_ratio, or damping to joints")
-    basis = equations(place)[-1]
+    basis = _loop_basis(place)
     align = np.broadcast_to(np.eye(system.size), (place.poses, system.size, system.size)).copy()
     if basis is not None:  # null-space bases of neighbouring poses differ by a rotation that means nothing
         for i in range(1, place.poses):
@@ -177,7 +181,7 @@ def _cutter_axes(machine: Machine, side: PathSide, length: FloatArray, batch: di
 
 def _body_maps(place: Placement, align: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Return the coordinates of every body per coordinate of the machine (N, 6 + m, n), with its mass (6 + m, 6 + m)."""
-    basis = equations(place)[-1]
+    basis = _loop_basis(place)
     turn = align if basis is None else basis @ align
     return [(body_coordinates(place, link) @ turn, body.mass) for link, body in enumerate(place.machine.bodies)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from toolpoint.studies.accuracy.cutting_table import CuttingTable
 from toolpoint.studies.accuracy.joint_servos import JointServo
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
 from toolpoint.studies.accuracy.run_store import RunStore
+from toolpoint.studies.accuracy.side_course import SideCourse, between_nodes
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.branch_words import branch_lines
 from toolpoint.vibration.simulation.varying import (
-    CourseArrays,
     CutArrays,
     NodeArrays,
     RunArrays,
@@ -26,11 +26,11 @@ from toolpoint.vibration.simulation.varying import (
     VaryingSystem,
     step_nodes,
 )
-from toolpoint.vibration.simulation.varying_periods import WholePeriod, advance_periods
+from toolpoint.vibration.simulation.varying_periods import SteppedCourse, WholePeriod, advance_periods
 
 Progress = Callable[[int, int], None]
 _SIDE_BLOCK_STEPS = 100_000  # steps of a block
-_MAX_KEPT_SAMPLES = 1_000_000  # of a side
+_MAX_KEPT_SAMPLES = 200_000  # of a side: with five times as many the means change by 1e-9
 _FEED_CHANGE_TOLERANCE = 2e-3  # of the largest feed, within a revolution: below, its steps are taken at once
 
 
@@ -207,21 +207,27 @@ class _SideSteps:
 
         setup, dt = self.setup, self.cut.step
         stepwise = setup.regenerative or setup.with_energy or setup.with_base
-        # Loads of a step are those of its middle.
-        motion = self.structure.side.law.sample(self.begin + (np.arange(first_step, min(first_step + _SIDE_BLOCK_STEPS,
-                                                                                        self.steps)) + 0.5) * dt)
-        node, share = _between(self.system.length, motion[:, 0])
+        count = min(_SIDE_BLOCK_STEPS, self.steps - first_step)
+        course = SideCourse(self.structure, self.system, self.cut.tables[0], self.begin + first_step * dt, dt, count)
+        if not stepwise and len(self.cut.tables) == 1 and _is_even(course.motion_in_periods(), course.table):
+            # Of whole periods few steps are looked at: only these are computed.
+            self._take_periods(course, course.table, first_step)
+            return
+        motion = course.motion(np.arange(count))
         for start, stop, table in self.cut.parts(motion[:, 0]):
-            feed = table.feed_shares(motion[start:stop, 1])
-            of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
-            course = CourseArrays(node[start:stop], share[start:stop], feed, self.structure.load_factors(motion[start:stop]))
-            out, first = self.out[self.kept:], first_step + start
+            part, first = replace(course, table=table).of(motion[start:stop]), first_step + start
             if not stepwise and _is_even(motion[start:stop], table):
-                self.kept += advance_periods(self.nodes, of_cut, course, motion=self.carried, keep=self.keep, first=first,
-                                             out=out, maps=self.period_maps)
+                self._take_periods(part, table, first)
             else:
-                self.kept += advance(self.nodes, of_cut, course, self.carried, self.keep, first, out,
-                                     self.base[self.kept:] if setup.with_base else self.base)
+                self.kept += advance(self.nodes, self._cut_arrays(table), part, self.carried, self.keep, first,
+                                     self.out[self.kept:], self.base[self.kept:] if setup.with_base else self.base)
+
+    def _take_periods(self, course: SteppedCourse, table: CuttingTable, first: int) -> None:
+        self.kept += advance_periods(self.nodes, self._cut_arrays(table), course, motion=self.carried, keep=self.keep,
+                                     first=first, out=self.out[self.kept:], maps=self.period_maps)
+
+    def _cut_arrays(self, table: CuttingTable) -> CutArrays:
+        return CutArrays(table.table, table.regeneration, self.setup.depth if self.setup.regenerative else 0.0)
 
 
 @on_one_thread
@@ -310,12 +316,6 @@ def places_of(side: PathSide, setup: MillingSetup, tooth: float) -> tuple[float,
     return float(ends[0]), float(ends[1])
 
 
-def _between(length: FloatArray, places: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Return the node before every length, and the share of the way to the next."""
-    node = np.clip(np.searchsorted(length, places, side="right") - 1, 0, len(length) - 2)
-    return node, (places - length[node]) / (length[node + 1] - length[node])
-
-
 def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: StepNodes, cut: CuttingTable, *,
                     motion: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the state at the start of a revolution that repeats after it, and the tip's way over its last tooth period."""
@@ -324,7 +324,7 @@ def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: St
     loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
                                                                                              nodes.deflection.shape[1] - 3))],
                            axis=1)
-    node, part = (v[0] for v in _between(system.length, motion[:1]))
+    node, part = (v[0] for v in between_nodes(system.length, motion[:1]))
 
     def blend(values: FloatArray) -> FloatArray:
         return values[node] + part * (values[node + 1] - values[node])
@@ -355,7 +355,7 @@ def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArr
     """Return the reaction of the base: rate of elastic momentum less the force on the tip, plus the reaction at rest."""
     if not len(base):
         return np.zeros((0, 6))
-    node, share = _between(structure.system.length, motion[:, 0])
+    node, share = between_nodes(structure.system.length, motion[:, 0])
 
     def along(values: FloatArray) -> FloatArray:
         return values[node] + share.reshape(-1, *[1] * (values.ndim - 1)) * (values[node + 1] - values[node])

@@ -33,13 +33,18 @@ class ArmReach:
         self.axes = arm.chain.driven_axes
         self.names = [axis.name for axis in self.axes]
         self._reference_positions = np.array([axis.reference_position for axis in self.axes])
+        self._turns = np.array([2 * np.pi * np.arange(-2, 3) * axis.is_rotary for axis in self.axes])
+        self._limits = np.array([[[axis.lower - 1e-9], [axis.upper + 1e-9]] for axis in self.axes]).swapaxes(0, 1)
+        # All targets have one orientation: they differ by the place alone.
+        self._target_at_origin = tool_target(pair, np.zeros(3), direction, turn=turn)
         self._branches_by_place: dict[tuple[int, ...], list[ArmBranch]] = {}
 
     def branches(self, place: FloatArray, fourth: float = 0.0) -> list[ArmBranch]:
         """Return all branches at a place, within limits or not; fourth : angle of joint 4 where a straight wrist leaves it."""
         key = tuple(np.rint(place / _SAME_PLACE_TOLERANCE).astype(int).tolist())
         if key not in self._branches_by_place:
-            target = tool_target(self.pair, place, self.direction, turn=self.turn)
+            target = self._target_at_origin.copy()
+            target[:3, 3] += place
             branches = self.arm.inverse(target, turn_at_singular=fourth)
             # A straight wrist leaves joint 4 to the start: such branches hold for this call only.
             if any(each.note for each in branches):
@@ -69,12 +74,11 @@ class ArmReach:
 
     def nearest(self, branch: ArmBranch, start_positions: FloatArray) -> FloatArray:
         """Return the positions of a branch, each axis turned by whole turns towards a start, within its limits."""
-        values = []
-        for value, start_value, axis in zip(branch.positions, start_positions, self.axes, strict=True):
-            turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)] if axis.is_rotary else [value]
-            inside = [v for v in turns if axis.lower - 1e-9 <= v <= axis.upper + 1e-9] or [value]
-            values.append(min(inside, key=lambda v: abs(v - start_value)))
-        return np.array(values)
+        turned = branch.positions[:, None] + self._turns
+        inside = (self._limits[0] <= turned) & (turned <= self._limits[1])
+        distance = np.where(inside, np.abs(turned - start_positions[:, None]), np.inf)
+        turned_positions = turned[np.arange(len(turned)), distance.argmin(axis=1)]
+        return np.where(inside.any(axis=1), turned_positions, branch.positions)
 
     def wrist_turn(self, positions: FloatArray) -> float:
         """Return the turn of the three axes of the wrist from rest, rad."""

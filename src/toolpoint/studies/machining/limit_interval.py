@@ -39,7 +39,7 @@ class LimitInterval:
                       "cut with more in hand, or measure what the interval comes from")]
 
 
-def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: PlaceArcs, margins: PlaceMargins, *,
+def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: PlaceArcs, *, margins: PlaceMargins,
                         pose: np.ndarray,
                         laid: ProgramPath, piece: np.ndarray, setup: MachiningSetup, tips: ToolTips) -> LimitInterval | None:
     """Return the interval at the place nearest to its limit; nothing where no place has one, or the file no identified numbers.

@@ -237,4 +237,4 @@ def _untouched(setup: MachiningSetup) -> RemovedMaterial:
     place = setup.stock.upper + 0.1
     path = split_moves(place[None], place[None] + [[1e-3, 0.0, 0.0]], 1.0, rapid=np.array([True]))
     shapes = [setup.shape_of(0)]
-    return remove_material(path, setup.stock, shapes, RemovalSettings(setup.spacing_for(shapes), setup.slices))
+    return remove_material(path, setup.stock, shapes, settings=RemovalSettings(setup.spacing_for(shapes), setup.slices))

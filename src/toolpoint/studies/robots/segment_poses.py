@@ -59,13 +59,13 @@ class SegmentFollower:
         return self._by_iteration(dense, parts)
 
     def _along_branches(self, solver: ArmReach, dense: FloatArray, parts: int) -> SegmentPoses:
-        at_places = []
-        for place in dense:
-            inside = {each.name: each for each in solver.branches(place)
-                      if each.within_limits and solver.choice.allows(each.name)}
-            if not inside:
+        at_places = [dict[str, ArmBranch]()] * len(dense)
+        # Most segments that are not reached leave the workspace at an end.
+        for i in sorted(range(len(dense)), key=lambda i: min(i, len(dense) - 1 - i)):
+            at_places[i] = {each.name: each for each in solver.branches(dense[i])
+                            if each.within_limits and solver.choice.allows(each.name)}
+            if not at_places[i]:
                 return SegmentPoses(reason=OUT_OF_REACH)
-            at_places.append(inside)
         # Only a branch that reaches every place can be followed without passing a singular pose.
         names = [name for name in at_places[0] if all(name in inside for inside in at_places)]
         if not names:

@@ -87,8 +87,8 @@ def accuracy_of(part: MilledSquare) -> AccuracyMetric:
     """Return the accuracy of milling a square as a metric."""
     sides = square(part.side, centre=part.centre, first=part.first, second=part.second, feed=part.feed, law=part.law)
     # Not halved: a screening compares variants, whose errors of step and spacing are alike.
-    setup = MillingSetup(part.speed, part.depth, tuple(part.loads), part.regenerative, part.spacing, window=part.window,
-                         halved=False, stance=ToolStance(branch=part.branch))
+    setup = MillingSetup(part.speed, part.depth, tuple(part.loads), part.regenerative, part.spacing, part.steps,
+                         window=part.window, halved=False, stance=ToolStance(branch=part.branch))
     return AccuracyMetric(tuple(sides[number - 1] for number in part.sides), setup)
 
 

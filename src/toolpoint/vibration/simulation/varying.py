@@ -158,6 +158,11 @@ class CourseArrays(NamedTuple):
     feed: FloatArray
     loads: FloatArray
 
+    @property
+    def size(self) -> int:
+        """Number of steps."""
+        return self.share.size
+
     def at(self, steps: slice | IndexArray) -> CourseArrays:
         """Return some of the steps."""
         return CourseArrays(self.node[steps], self.share[steps], self.feed[steps], self.loads[steps])

@@ -11,11 +11,11 @@ and the motion of all periods between two nodes is one product of matrices.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vibration.simulation.varying import CourseArrays, CutArrays, NodeArrays, RunArrays
 
 
@@ -30,16 +30,30 @@ class WholePeriod(NamedTuple):
     motion: FloatArray
 
 
-def advance_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, *, motion: RunArrays, keep: int, first: int,
+class SteppedCourse(Protocol):
+    """Course of a run that is asked for at some of its steps: `CourseArrays`, or one that computes them when asked."""
+
+    @property
+    def size(self) -> int:
+        """Number of steps."""
+        ...
+
+    def at(self, steps: slice | IndexArray) -> CourseArrays:
+        """Return some of the steps."""
+        ...
+
+
+def advance_periods(nodes: NodeArrays, cut: CutArrays, course: SteppedCourse, *, motion: RunArrays, keep: int, first: int,
                     out: FloatArray, maps: dict[tuple[int, int], WholePeriod]) -> int:
     """Advance a block of steps by whole periods of the table; arguments and result as of `varying_kernel.advance`.
 
     maps : the last maps, by table and node, kept from block to block (empty at first). Steps before the first whole period and
-    after the last are advanced one by one. Not for feedback of the chip, energies and what acts on the base.
+    after the last are advanced one by one; within them the course is asked for at three steps a period, and at those that are
+    kept. Not for feedback of the chip, energies and what acts on the base.
     """
     from toolpoint.vibration.simulation.varying_kernel import advance
 
-    steps, period = course.share.size, cut.table.shape[1]
+    steps, period = course.size, cut.table.shape[1]
     first_period = min(-first % period, steps)
     last_period = first_period + (steps - first_period) // period * period
     no_base = np.empty((0, 9))
@@ -50,51 +64,88 @@ def advance_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, *, 
 
     n_written = single_steps(0, first_period, 0)
     if last_period > first_period:
-        part = course.at(np.s_[first_period:last_period])
+        part = _PeriodCourse(course, first_period, (last_period - first_period) // period, period)
         n_written += _whole_periods(nodes, cut, part, motion, keep, first + first_period, out[n_written:], maps)
     return n_written + single_steps(last_period, steps, n_written)
 
 
-def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, motion: RunArrays, keep: int, first: int,
+class _PeriodCourse(NamedTuple):
+    """Whole periods of a course: the first of its steps, number of the periods and steps of each."""
+
+    course: SteppedCourse
+    begin: int
+    number: int
+    period: int
+
+    def at(self, steps: IndexArray) -> CourseArrays:
+        """Return some of the steps, counted from the first."""
+        return self.course.at(self.begin + steps)
+
+    def in_periods(self, step: int) -> CourseArrays:
+        """Return one step of every period."""
+        return self.at(step + self.period * np.arange(self.number))
+
+
+def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: _PeriodCourse, motion: RunArrays, keep: int, first: int,
                    out: FloatArray, maps: dict[tuple[int, int], WholePeriod]) -> int:
     """Advance whole periods: vibration about the static deflection, by maps of two nodes blended at the period's middle."""
-    period, count = cut.table.shape[1], course.share.size // cut.table.shape[1]
-    static = _static(nodes, cut, course.at(np.s_[::period]), "deflection")
-    static_end = _static(nodes, cut, course.at(np.s_[-1:]), "deflection")[0]
+    from toolpoint.vibration.simulation.varying_period_kernel import advance_vibration
+
+    period, count = course.period, course.number
+    static = _static(nodes, cut, course.in_periods(0), "deflection")
+    static_end = _static(nodes, cut, course.at(np.array([period * count - 1])), "deflection")[0]
     change = np.diff(static, axis=0,
                      append=(static[-1] + (static_end - static[-1]) * period / max(period - 1, 1))[None]) / period
-    half_way = course.at(np.s_[period // 2::period])
-    inputs = np.concatenate([*_amplitudes(course, period, cut.table.shape[0]), change], axis=1)
+    half_way = course.in_periods(period // 2)
+    inputs = np.concatenate([*_amplitudes(course, half_way, cut.table.shape[0]), change], axis=1)
     n_coordinates, size = static.shape[1], motion.state.size
     vibration = motion.state.copy()
     vibration[:n_coordinates] -= static[0] - change[0]
-    motions = np.empty((count, period, 6))
+    starts = np.empty((count, size))
+    written = np.arange(-first % keep, period * count, keep)
+    motions = np.empty((written.size, 6))
     for start, stop, node, share in _stretches(half_way):
-        map_before, map_after = _maps_about(nodes, cut, node, maps)
-        columns = np.empty((size + inputs.shape[1], stop - start))
-        columns[size:] = inputs[start:stop].T
-        forced = [part.end[:, size:] @ columns[size:] for part in (map_before, map_after)]
-        for k, t in enumerate(share):
-            columns[:size, k] = vibration
-            vibration = (1 - t) * (map_before.end[:, :size] @ vibration + forced[0][:, k]) + t * (
-                map_after.end[:, :size] @ vibration + forced[1][:, k])
-        tip = map_before.motion @ (columns * (1 - share)) + map_after.motion @ (columns * share)
-        motions[start:stop] = tip.T.reshape(stop - start, period, 6)
+        pair = _maps_about(nodes, cut, node, maps)
+        forced = [np.ascontiguousarray(inputs[start:stop] @ part.end[:, size:].T) for part in pair]
+        transitions = [np.ascontiguousarray(part.end[:, :size].T) for part in pair]
+        advance_vibration(transitions[0], transitions[1], forced[0], forced[1], np.ascontiguousarray(share), vibration,
+                          starts[start:stop])
+        columns = np.concatenate([starts[start:stop], inputs[start:stop]], axis=1)
+        _read_kept(pair, columns, share, first=first + start * period, keep=keep,
+                   out=motions[slice(*np.searchsorted(written, (start * period, stop * period)))])
     motion.state[:] = vibration
     motion.state[:n_coordinates] += static_end
-    written = np.flatnonzero((first + np.arange(course.share.size)) % keep == 0)
-    out[:written.size] = motions.reshape(-1, 6)[written] + _static(nodes, cut, course.at(written), "reading")
+    out[:written.size] = motions + _static(nodes, cut, course.at(written), "reading")
     return int(written.size)
 
 
-def _amplitudes(course: CourseArrays, period: int, feeds: int) -> list[FloatArray]:
+def _read_kept(pair: list[WholePeriod], columns: FloatArray, share: FloatArray, *, first: int, keep: int, out: FloatArray
+               ) -> None:
+    """Write the tip's motion (k, 6) after the steps that are kept, of periods with inputs (periods, c) between two nodes.
+
+    Periods whose kept steps have the same phases are read together: what is not kept is not computed.
+    """
+    period = len(pair[0].motion) // 6
+    offset = (first + period * np.arange(len(share))) % keep
+    counts = (period - 1 - (-offset) % keep) // keep + 1
+    ends = np.cumsum(counts)
+    for value in np.unique(offset):
+        chosen = np.flatnonzero(offset == value)
+        phases = np.arange((-value) % keep, period, keep)
+        rows = (6 * phases[:, None] + np.arange(6)).ravel()
+        part, t = columns[chosen], share[chosen, None]
+        tip = ((1 - t) * part) @ pair[0].motion[rows].T + (t * part) @ pair[1].motion[rows].T
+        out[(ends[chosen] - counts[chosen])[:, None] + np.arange(len(phases))] = tip.reshape(len(chosen), -1, 6)
+
+
+def _amplitudes(course: _PeriodCourse, half_way: CourseArrays, feeds: int) -> list[FloatArray]:
     """Return the amplitudes of every period's inputs.
 
     The shares of the feeds of the table, what a step adds to them, and the shares times the fraction of the way between nodes
     that a step goes.
     """
-    start, half_way, end = (course.at(np.s_[offset::period]) for offset in (0, period // 2, period - 1))
-    count = max(period - 1, 1)
+    start, end = course.in_periods(0), course.in_periods(course.period - 1)
+    count = max(course.period - 1, 1)
     shares = _feed_shares(half_way.feed, feeds)
     progress = (end.node - start.node + end.share - start.share) / count
     return [shares, (_feed_shares(end.feed, feeds) - _feed_shares(start.feed, feeds)) / count, progress[:, None] * shares]
@@ -163,40 +214,23 @@ def _period_map(nodes: NodeArrays, cut: CutArrays, node: int) -> WholePeriod:
     slopes = [(values[node_after] - values[node_before]).T / (node_after - node_before)
               for values in (nodes.transition, nodes.deflection)]
     states = _forced(phi, static, alternating, (slopes[0], slopes[1]), period_transition)
-    answers = (reading @ states[1:, :n_coordinates]).reshape(6 * period, -1)
-    return WholePeriod(np.concatenate([period_transition, states[-1], -lag], axis=1),
+    answers = np.swapaxes(states[1:, :, :n_coordinates] @ reading.T, 1, 2).reshape(6 * period, -1)
+    return WholePeriod(np.concatenate([period_transition, states[-1].T, -lag], axis=1),
                        np.concatenate([free_motion[6:], answers, -summed], axis=1))
 
 
 def _forced(phi: FloatArray, static_map: FloatArray, force: FloatArray, slopes: tuple[FloatArray, FloatArray],
             period_transition: FloatArray) -> FloatArray:
-    """Return the states in a period from rest (m + 1, z, 3 s) to forces (m, s, 3) about their mean: held at one amplitude;
+    """Return the states in a period from rest (m + 1, 3 s, z) to forces (m, s, 3) about their mean: held at one amplitude;
     growing by one a step about the middle; and under a structure that moves on by one node a step about the middle.
 
     Without the last two the amplitudes would jump from period to period, and each jump would excite the structure.
     """
-    period, feeds, _ = force.shape
-    size, n_coordinates = len(phi), len(static_map)
-    static, static_slope = (np.einsum("ha,mfa->mhf", values[:, :3], force) for values in (static_map, slopes[1]))
-    states = np.zeros((period + 1, size, 3 * feeds))
+    from toolpoint.vibration.simulation.varying_period_kernel import answer_from_rest, sum_forced_states
 
-    def step(state: FloatArray, equilibrium: FloatArray) -> FloatArray:
-        shifted = state.copy()
-        shifted[:n_coordinates] -= equilibrium
-        shifted = phi @ shifted
-        shifted[:n_coordinates] += equilibrium
-        return shifted
-
-    state: FloatArray = np.zeros((size, feeds))
-    for j in range(period):
-        state = step(state, static[j])
-    periodic_state = np.linalg.solve(np.eye(size) - period_transition, state)  # the state that repeats
-    for j in range(period):
-        steps_since_middle = j - period // 2
-        equilibrium = np.concatenate([static[j], steps_since_middle * static[j], steps_since_middle * static_slope[j]], axis=1)
-        states[j + 1] = step(states[j], equilibrium)
-        deviation = periodic_state.copy()
-        deviation[:n_coordinates] -= static[j]
-        states[j + 1, :, 2 * feeds:] += steps_since_middle * (slopes[0] @ deviation)
-        periodic_state = step(periodic_state, static[j])
-    return states
+    static, static_slope = (np.einsum("ha,mfa->mfh", values[:, :3], force) for values in (static_map, slopes[1]))
+    columns = np.ascontiguousarray(phi.T)
+    state = answer_from_rest(columns, np.ascontiguousarray(static))
+    periodic_state = np.linalg.solve(np.eye(len(phi)) - period_transition, state.T).T  # the state that repeats
+    return sum_forced_states(columns, np.ascontiguousarray(slopes[0].T), np.ascontiguousarray(static),
+                         np.ascontiguousarray(static_slope), np.ascontiguousarray(periodic_state))

@@ -56,7 +56,8 @@ class _Recording:
             accept = data.get("accept")
             if accept not in (True, False, None):
                 fail("accept", repr(accept), "must be true, false or null")
-            return decide_blow(self.bench.desk, self.bench.recordings, text_of(data, "blow", MAX_BLOW_NAME_LENGTH), accept)
+            blow = text_of(data, "blow", MAX_BLOW_NAME_LENGTH)
+            return decide_blow(self.bench.desk, self.bench.recordings, blow, accept=accept)
         return await write_answer(work, self.bench.desk.lock)
 
     async def pulse(self, request: Request) -> Response:

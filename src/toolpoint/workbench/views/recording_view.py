@@ -68,7 +68,7 @@ def record_calls(settings: RecordingSettings) -> list[str]:
             "    print(getattr(event, 'words', event))"]
 
 
-def decide_blow(desk: Desk, recordings: Recordings, blow: str, accept: bool | None) -> dict[str, Any]:
+def decide_blow(desk: Desk, recordings: Recordings, blow: str, *, accept: bool | None) -> dict[str, Any]:
     """Write a decision about a blow of the last recording; where that has ended, the responses follow from its files."""
     state = recordings.recording
     if state.settings is None:
