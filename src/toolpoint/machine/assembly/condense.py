@@ -27,7 +27,7 @@ DEFAULT_CONDENSATION_ERROR = 1e-3  # relative, of frequencies
 FOLLOWED_MODE_RATIO = 1.5  # modes that are taken apart, over those in the band: the last ones are answered by those above
 _TAKEN_POSES, _ASKED_POSES = 12, 6  # poses an axis at which modes are taken apart, and others at which the error is stated
 _MAX_AXIS_SPAN = 1e3  # m or rad: an axis without limits stays at its reference
-_MIN_SINGULAR_RATIO = 1e-9  # of the largest: smaller combinations are rounding
+_MIN_SHAPE_RATIO = 1e-9  # of the largest: smaller combinations are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +45,8 @@ class Condensation(NotebookText):
     sizes : mapping of body to its elastic coordinates before and after
     poses : tuple of mappings
         At which the error was asked for.
+    mixes : mapping of body to (before, after) floats
+        Combinations of its elastic coordinates that were kept.
     """
 
     machine: Machine
@@ -52,10 +54,12 @@ class Condensation(NotebookText):
     band: float
     sizes: Mapping[str, tuple[int, int]]
     poses: tuple[Mapping[str, float], ...]
+    mixes: Mapping[str, FloatArray]
 
     def __repr__(self) -> str:
-        sizes = ", ".join(f"{name} {before} -> {after}" for name, (before, after) in self.sizes.items())
-        return f"Condensation({sizes}; frequencies to {self.band:.4g} Hz within {100 * self.error:.2g} % at {len(self.poses)} poses)"
+        sizes = ", ".join(f"{name} {full_size} -> {size}" for name, (full_size, size) in self.sizes.items())
+        return (f"Condensation({sizes}; frequencies to {self.band:.4g} Hz within {100 * self.error:.2g} % at {len(self.poses)} "
+                "poses)")
 
 
 def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERROR, band: float | None = None) -> Condensation:
@@ -77,32 +81,65 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
     positive("error", error)
     condensable = _condensable(machine)
     highest = min(_band(kept) for kept in condensable.values()) if band is None else positive("band", band)
-    taken, asked = _poses(machine)
-    snapshots = _snapshots(machine, condensable, taken, highest)
+    sampled_poses, bounded_poses = _poses(machine)
+    snapshots = _snapshots(machine, condensable, sampled_poses, highest)
     bases = {name: _ShapeBasis.of(machine.bodies[machine.link(name)], answers) for name, answers in snapshots.items()}
     levels = np.unique(np.concatenate([basis.energies for basis in bases.values()]))[::-1]
 
-    def trial(count: int) -> tuple[Machine, float]:
-        level = levels[count - 1] if count else np.inf
-        kept = {name: replace(part, reduced=part.reduced.combined(bases[name].mix(level)))
-                for name, part in condensable.items()}
-        condensed = machine.rebuild(machine.description, kept={**machine.reduced, **kept})
-        return condensed, max(_largest_error(condensed, pose, highest) for pose in asked)
-
-    first, last = 0, len(levels)
-    result, stated = trial(last)
-    if stated > error:
+    search = _SizeSearch(machine, condensable, bases, levels, bounded_poses, highest)
+    if (stated := search.bound(len(levels), np.inf)) > error:
         fail("error", f"{error:g}", f"all shapes give {stated:.2g}", remedy="give the bodies a wider band, or allow more")
+    first, last = 0, len(levels)
     while first < last:
         middle = (first + last) // 2
-        condensed, found = trial(middle)
-        if found <= error:
-            result, stated, last = condensed, found, middle
+        if (bound := search.bound(middle, error)) <= error:
+            stated, last = bound, middle
         else:
             first = middle + 1
-    sizes = {name: (machine.bodies[machine.link(name)].modal_count, result.bodies[result.link(name)].modal_count)
-             for name in condensable}
-    return Condensation(result, stated, highest, sizes, tuple(asked))
+    mixes = {name: basis.mix(search.level(last)) for name, basis in bases.items()}
+    sizes = {name: (mix.shape[0], mix.shape[1]) for name, mix in mixes.items()}
+    words = {name: f"condensed from {full_size} to {size} of these: frequencies to {highest:.4g} Hz within {100 * stated:.2g} "
+             f"% at {len(bounded_poses)} poses, by reduction" for name, (full_size, size) in sizes.items()}
+    return Condensation(combine_shapes(machine, mixes, words), stated, highest, sizes, tuple(bounded_poses), mixes)
+
+
+@dataclass
+class _SizeSearch:
+    """Bounds of the error by how many levels of energy are kept."""
+
+    machine: Machine
+    condensable: Mapping[str, KeptBody]
+    bases: Mapping[str, _ShapeBasis]
+    levels: FloatArray
+    poses: list[dict[str, float]]
+    band: float
+
+    def level(self, count: int) -> float:
+        """Return the energy from which combinations are kept."""
+        return float(self.levels[count - 1]) if count else np.inf
+
+    def bound(self, count: int, limit: float) -> float:
+        """Return the largest bound of a frequency's error over the poses; only that of the first pose that is above a limit."""
+        condensed = combine_shapes(self.machine, {name: basis.mix(self.level(count)) for name, basis in self.bases.items()}, {})
+        largest = 0.0
+        for pose in list(self.poses):
+            largest = max(largest, _largest_error(condensed, pose, self.band))
+            if largest > limit:
+                # The pose that refused one size is the first that is asked about the next.
+                self.poses.insert(0, self.poses.pop(self.poses.index(pose)))
+                break
+        return largest
+
+
+def combine_shapes(machine: Machine, mixes: Mapping[str, FloatArray], notes: Mapping[str, str]) -> Machine:
+    """Return a machine whose bodies have combinations of their modal coordinates, with a note each."""
+    kept = dict(machine.reduced)
+    for name, mix in mixes.items():
+        reduced = kept[name].reduced.combined(mix)
+        note = (notes[name],) if name in notes else ()
+        kept[name] = replace(kept[name], reduced=replace(reduced, nominal=replace(
+            reduced.nominal, notes=(*reduced.nominal.notes, *note))))
+    return machine.rebuild(machine.description, kept=kept)
 
 
 def _condensable(machine: Machine) -> dict[str, KeptBody]:
@@ -168,11 +205,11 @@ class _ShapeBasis:
         remaining = lower.T @ answers
         remaining = remaining - held @ (held.T @ remaining)
         left, singular, _ = np.linalg.svd(remaining, full_matrices=False)
-        usable = singular > _MIN_SINGULAR_RATIO * singular.max(initial=0.0)
+        usable = singular > _MIN_SHAPE_RATIO * singular.max(initial=0.0)
         return cls(kept, solve_triangular(lower.T, left[:, usable]), singular[usable])
 
     def mix(self, level: float) -> FloatArray:
-        """Return the free modes and the combinations of at least an energy, orthogonalised by who takes them, (r, n)."""
+        """Return the free modes and the combinations of at least an energy, (r, n)."""
         return np.hstack([self.kept, self.further[:, self.energies >= level]])
 
 
