@@ -14,6 +14,10 @@ from pathlib import Path
 
 # Collecting makes millions of objects that stay: looking for garbage among them took a third of its time.
 gc.disable()
+# Compiled modules are kept on disk, also where the shell says otherwise: each worker would compile package and tests anew, and
+# so would every command that a test starts. The kernels of numba lie beside them already.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # One thread of linear algebra a worker: more of them only wait for each other, and double the time of the suite. Before NumPy.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")

@@ -113,21 +113,26 @@ def _is_compiled(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     return any("njit" in ast.unparse(mark) or "vectorize" in ast.unparse(mark) for mark in node.decorator_list)
 
 
-def _positional(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+def positional_arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return the number of positional arguments, `self` and `cls` left out."""
     names = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
     return len(names) - (1 if names[:1] in (["self"], ["cls"]) else 0)
+
+
+def is_crowded(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """Whether a public function that is no kernel takes more than three positional arguments."""
+    return positional_arguments(node) > 3 and _is_public(node) and not _is_compiled(node)
 
 
 def many_positional(root: Path) -> int:
     """Return the public functions, compiled kernels and callbacks of commands left out, with more than three positional
     arguments."""
-    return sum(_positional(node) > 3 for path, node in functions(root)
-               if _is_public(node) and not _is_compiled(node) and "app" not in path.parts)
+    return sum(is_crowded(node) for path, node in functions(root) if "app" not in path.parts)
 
 
 def widest_kernel(root: Path) -> int:
     """Return the most positional arguments of a compiled kernel."""
-    return max((_positional(node) for _, node in functions(root) if _is_compiled(node)), default=0)
+    return max((positional_arguments(node) for _, node in functions(root) if _is_compiled(node)), default=0)
 
 
 def doubled_class_names(root: Path) -> int:

@@ -4,8 +4,8 @@
     python benchmarks/house/text_rules.py src/toolpoint/cutting # each place in one folder or module
     python benchmarks/house/text_rules.py --before OTHER        # counts of another checkout beside these
 
-The rules are those of docs/vocabulary.md. `tests/architecture/test_text.py` holds every room that has been reread to them.
-The last line is the sum over the package.
+The rules are those of docs/vocabulary.md. `tests/architecture/test_architecture_text.py` holds every room that has been reread
+to them. The last line is the sum over the package.
 """
 
 from __future__ import annotations
@@ -66,30 +66,39 @@ def places(root: Path, folder: str = SOURCE) -> Iterator[Place]:
     """Yield every place below a folder (or in one module) that breaks a rule; constants are compared with the whole package."""
     modules_of = _modules_of_numbers(root)
     place = str(root / folder)
-    for path, tree in _trees(root).items():
+    for path, tree in trees(root).items():
         if str(path) == place or str(path).startswith(f"{place}/"):
             yield from _constant_places(path, tree, modules_of)
-            yield from _walked_places(path, tree)
+            yield from _walked_places(path, nodes(root)[path])
 
 
 @lru_cache(maxsize=4)
-def _trees(root: Path) -> dict[Path, ast.Module]:
+def trees(root: Path) -> dict[Path, ast.Module]:
+    """Return the syntax tree of every module."""
     gc.disable()  # a million nodes, none of them garbage: looking for it takes longer than parsing
     try:
-        return _parsed(root)
+        return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((root / SOURCE).rglob("*.py"))}
     finally:
+        gc.freeze()  # nor is it looked for among them later
         gc.enable()
 
 
-def _parsed(root: Path) -> dict[Path, ast.Module]:
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((root / SOURCE).rglob("*.py"))}
+@lru_cache(maxsize=4)
+def nodes(root: Path) -> dict[Path, list[ast.AST]]:
+    """Return all nodes of every module: walking is what rules take their time for, and several ask the same nodes."""
+    gc.disable()
+    try:
+        return {path: list(ast.walk(tree)) for path, tree in trees(root).items()}
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @lru_cache(maxsize=4)
 def _modules_of_numbers(root: Path) -> dict[str, set[Path]]:
     """Return the modules that define each numeric constant."""
     modules_of = defaultdict[str, set[Path]](set)
-    for path, tree in _trees(root).items():
+    for path, tree in trees(root).items():
         for name, _, value in constants(tree):
             if is_numeric(value):
                 modules_of[name].add(path)
@@ -132,11 +141,11 @@ def _constant_places(path: Path, tree: ast.Module, modules_of: dict[str, set[Pat
             yield Place(path, line, "constant of several modules", name)
 
 
-def _walked_places(path: Path, tree: ast.Module) -> Iterator[Place]:
+def _walked_places(path: Path, nodes_of_module: list[ast.AST]) -> Iterator[Place]:
     """Yield the names and the first lines that break a rule, in one walk: walking is what this takes its time for."""
     kept_names, stored = KEYS_OF_FILES | RECTANGLE_FIELDS, ast.Store()
     fields = set[ast.expr]()
-    for node in ast.walk(tree):
+    for node in nodes_of_module:
         if isinstance(node, ast.Name):
             name = node.id
         elif isinstance(node, ast.Attribute):

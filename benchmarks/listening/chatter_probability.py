@@ -38,7 +38,7 @@ def main() -> None:
     features, truth = [], []
     for number, cut in cuts(options.cuts, options.seed):
         evidence = gather_evidence(cut.record.samples[:, 0], cut.record.sample_rate, cut.problem.tool.teeth,
-                                   60 * cut.spindle if cut.programmed is None else cut.programmed)
+                                   speed=60 * cut.spindle if cut.programmed is None else cut.programmed)
         if evidence.broadband > MAX_BROADBAND_RATIO:  # such cuts are left open whatever the model says
             continue
         features.append(features_of(evidence))

@@ -25,7 +25,7 @@ BLOCK = Stock.box(np.array([-60, -60, -10]) * MM, np.array([60, 60, 0]) * MM)
 def _run(stock: Stock, radius: float, rows: list[tuple]) -> RemovedMaterial:
     start, end, kind, center, sweep = (np.array([row[k] for row in rows], float) for k in range(5))
     moves = split_moves(start * MM, end * MM, radius / 4 * MM, kind=kind.astype(int), center=center * MM, sweep=sweep)
-    return remove_material(moves, stock, [MillShape(2 * radius * MM)], RemovalSettings(radius / 20 * MM))
+    return remove_material(moves, stock, [MillShape(2 * radius * MM)], settings=RemovalSettings(radius / 20 * MM))
 
 
 def _line(a: np.ndarray, b: np.ndarray) -> tuple:

@@ -54,7 +54,7 @@ def run(blocks: int, spacing: float) -> tuple[float, float]:
     setup = describe_machining(stock, CUT, spacing=spacing)
     begin = time.process_time()
     laid = lay_program(program, setup)
-    removed = remove_material(laid.moves, stock, [setup.shape_of(1)], RemovalSettings(spacing))
+    removed = remove_material(laid.moves, stock, [setup.shape_of(1)], settings=RemovalSettings(spacing))
     place_loads(removed, laid, setup)
     return time.process_time() - begin, float(removed.piece.size)
 

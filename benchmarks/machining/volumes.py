@@ -72,7 +72,7 @@ def main() -> None:
             from toolpoint.material_removal.removal import places_of
 
             sampled = np.zeros(places_of(moves)[0].size, bool)
-            result = remove_material(moves, stock, [MillShape(2 * radius)], RemovalSettings(spacing), sampled=sampled)
+            result = remove_material(moves, stock, [MillShape(2 * radius)], settings=RemovalSettings(spacing), sampled=sampled)
             errors.append(result.total_volume / exact - 1)
         worst, coarse_worst = max(worst, abs(errors[0])), max(coarse_worst, abs(errors[1]))
         print(f"{number}: {1e9 * exact:.2f} mm^3, {100 * errors[0]:+.4f} % (twice the spacing {100 * errors[1]:+.4f} %)",

@@ -24,6 +24,11 @@ from benchmarks.frame import CommandLine
 
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
              "--disable-background-networking", "--no-first-run"]
+READY_WATCH = """window.addEventListener("DOMContentLoaded", () => {
+  window.scriptReady = performance.now();
+  new MutationObserver(() => { if (document.body.dataset.ready && !window.viewReady) window.viewReady = performance.now(); })
+    .observe(document.body, { attributes: true });
+});"""
 MOVE = """async ([id, value]) => {
   const slider = document.getElementById(id), count = window.Workbench.moves, start = performance.now();
   slider.value = value;
@@ -37,6 +42,7 @@ MOVE = """async ([id, value]) => {
 def main() -> None:
     parser = CommandLine(__doc__)
     parser.cases("moves", 50)
+    parser.add_argument("--first", action="store_true", help="the first view alone")
     parser.add_argument("--project", type=Path, help="a project that has been run; the demo project is made where left out")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -46,7 +52,8 @@ def main() -> None:
             browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
             print("load of the machine:", ", ".join(f"{load:.1f}" for load in os.getloadavg()))
             _first_views(browser, folder)
-            _moves(browser, folder, options.moves)
+            if not options.first:
+                _moves(browser, folder, options.moves)
             browser.close()
 
 
@@ -70,8 +77,7 @@ def _cpu_seconds(process: subprocess.Popen[str]) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _open(browser, address: str, sizes: list[int]):
-    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+def _open(page, address: str, sizes: list[int]):
     # Compressed or not, what crosses the socket: the server sends no compression.
     page.on("response", lambda response: sizes.append(int(response.headers.get("content-length", 0))))
     page.goto(address)
@@ -80,26 +86,38 @@ def _open(browser, address: str, sizes: list[int]):
     return page
 
 
-def _first_views(browser, folder: Path, repeats: int = 5) -> None:
-    seconds = []
+def _tab(browser):
+    """Return an empty tab of a browser that runs; its own clock says when the page itself says that it is ready."""
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.add_init_script(READY_WATCH)
+    return page
+
+
+def _first_views(browser, folder: Path, repeats: int = 7) -> None:
+    """Print the first view, from the start of the process to the page's own word that it is ready, and the shares of it."""
+    rows = []
     for _ in range(repeats):
         sizes: list[int] = []
-        start = time.perf_counter()
+        page, start = _tab(browser), time.time()
         process, address = _serve(folder)
-        listening = time.perf_counter() - start
-        page = _open(browser, address, sizes)
-        seconds.append((time.perf_counter() - start, listening, _cpu_seconds(process)))
+        listening = time.time() - start
+        _open(page, address, sizes)
+        origin, script, ready = page.evaluate("[performance.timeOrigin, window.scriptReady, window.viewReady]")
+        request = origin / 1e3 - start  # s after the start of the process
+        rows.append((request + ready / 1e3, listening, request - listening, script / 1e3, (ready - script) / 1e3,
+                     _cpu_seconds(process), os.getloadavg()[0]))
         page.context.close()
         process.kill()
         process.wait()
-    first, listening, cpu = np.median(seconds, axis=0)
-    print(f"first view {first:.2f} s after serve (listening after {listening:.2f} s, the server's CPU {cpu:.2f} s), "
-          f"{sum(sizes) / 1e6:.2f} MB")
+    first, listening, leaving, script, view, cpu, load = np.median(rows, axis=0)
+    print(f"first view {first:.2f} s after serve at a load of {load:.1f} (slowest {np.max(rows, axis=0)[0]:.2f} s): listening "
+          f"{listening:.2f}, to the browser's request {leaving:.2f}, page and scripts {script:.2f}, numbers and drawing "
+          f"{view:.2f}; the server's CPU {cpu:.2f} s, {sum(sizes) / 1e6:.2f} MB")
 
 
 def _moves(browser, folder: Path, moves: int) -> None:
     process, address = _serve(folder)
-    page = _open(browser, address, [])
+    page = _open(_tab(browser), address, [])
     page.evaluate("location.hash = '#/machine'")
     while page.evaluate("document.body.dataset.ready") != "machine" or not page.evaluate("window.Workbench.moves || 0"):
         time.sleep(0.05)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from toolpoint.acquisition import InputChannel, InputChannels
@@ -34,3 +36,15 @@ def stream(forces: tuple[float, ...], *, apart: float = 0.8, doubles: tuple[int,
     motion = np.convolve(force, ring)[:count] / RATE
     volts = np.column_stack([HAMMER * force, SENSOR * np.gradient(np.gradient(motion)) * RATE**2])
     return volts + noise * rng.standard_normal(volts.shape)
+
+
+def write_records(folder: Path, forces: tuple[float, ...]) -> None:
+    """Write blows as a measuring program does: one a file (CSV, V), renamed when it is whole."""
+    volts = stream(forces)
+    folder.mkdir(exist_ok=True)
+    for number in range(len(forces)):
+        start = round((0.6 + 0.8 * number) * RATE)
+        lines = [f"{k / RATE:.8g},{a:.8g},{b:.8g}" for k, (a, b) in enumerate(volts[start:start + round(0.8 * RATE)])]
+        draft = folder / f".{number}.part"
+        draft.write_text("\n".join(["Time (s),Force (V),Acceleration (V)", *lines]) + "\n")
+        draft.rename(folder / f"blow_{number}.csv")

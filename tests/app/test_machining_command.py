@@ -86,3 +86,26 @@ def test_the_curve_of_the_spindle_is_read_from_its_option(program: Path, capsys:
     with pytest.raises(SystemExit):
         main(["machining", str(program), *STOCK, *TOOL, "--spindle-curve", "1000"])
     assert "RPM:NM" in capsys.readouterr().err
+
+
+def test_a_shaft_of_a_tool_needs_the_machine_and_its_point(program: Path, tmp_path: Path,
+                                                           capsys: pytest.CaptureFixture[str]) -> None:
+    drill = tmp_path / "drill.yaml"
+    drill.write_text("toolpoint: 1\nsegments:\n  shank: {length: 60 mm, diameter: 10 mm}\n")
+    shaft = ["--shaft", f"1={drill}"]
+    for more, words in ((shaft, "--at"), ([*shaft, "--at", "nose"], "--machine")):
+        with pytest.raises(SystemExit):
+            main(["machining", str(program), *STOCK, *TOOL, *more])
+        assert words in capsys.readouterr().err
+
+
+def test_a_tool_of_a_number_needs_no_arc_and_a_file_of_another_kind_is_named(program: Path, tmp_path: Path,
+                                                                             capsys: pytest.CaptureFixture[str]) -> None:
+    tool = tmp_path / "tool.yaml"
+    tool.write_text("cutting: {diameter: 10 mm, teeth: 4, tangential: 800 MPa, normal: 300 MPa}\n")
+    main(["machining", str(program), *STOCK, *TOOL, "--tool", f"0={tool}", "--json"])
+    assert json.loads(capsys.readouterr().out)["removed_m3"] == pytest.approx(600e-9, rel=1e-3)
+    tool.write_text("segments: {shank: {length: 60 mm, diameter: 10 mm}}\n")
+    with pytest.raises(SystemExit):
+        main(["machining", str(program), *STOCK, *TOOL, "--tool", f"0={tool}"])
+    assert "no section 'cutting', but segments" in " ".join(capsys.readouterr().err.split())

@@ -1,8 +1,6 @@
 """The house rules that a program can hold: floors, forbidden libraries, light import, size of modules, no drawers."""
 
 import ast
-import contextlib
-import gc
 import json
 import re
 import subprocess
@@ -13,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import bars
+from benchmarks.house import counts, text_rules
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
@@ -23,36 +22,14 @@ HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distrib
         "starlette": "workbench/serving", "uvicorn": "workbench/serving"}
 
 
-@cache
 def tree_of(path):
-    """A module's syntax tree; each is asked by many tests."""
-    with without_garbage():
-        return ast.parse(text_of(path))
+    """A module's syntax tree; each is asked by many tests, and by those of the text beside this module."""
+    return text_rules.trees(ROOT)[path]
 
 
-@cache
 def nodes_of(path):
     """All nodes of a module's syntax tree."""
-    with without_garbage():
-        return list(ast.walk(tree_of(path)))
-
-
-@contextlib.contextmanager
-def without_garbage():
-    """A million nodes, none of them garbage: looking for it takes longer than parsing."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-
-
-@pytest.fixture(autouse=True, scope="module")
-def _trees():
-    """Syntax trees are let go of when the rules are through."""
-    yield
-    for kept in (tree_of, nodes_of, text_of, code_of, imports):
-        kept.cache_clear()
+    return text_rules.nodes(ROOT)[path]
 
 
 def in_modules(faults_of, paths=MODULES):
@@ -186,6 +163,23 @@ def unclear_names(path):
 def test_names_are_plain():
     """No vague word in a public name or an argument; functions of a module are verbs, never participles."""
     assert in_modules(unclear_names) == []
+
+
+def crowded_signatures(path):
+    if "app/" in path.relative_to(SOURCE).as_posix():  # commands are called by click, by name
+        return []
+    return [f"{node.name}: {counts.positional_arguments(node)} positional arguments" for node in nodes_of(path)
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and counts.is_crowded(node)]
+
+
+def test_public_functions_take_at_most_three_positional_arguments():
+    """Of a fourth a reader of the call no longer knows what it is: it has its name there. Compiled kernels know no names."""
+    assert in_modules(crowded_signatures) == []
+
+
+def test_every_module_is_read_by_the_type_checker():
+    assert [path for path in MODULES if "mypy: ignore-errors" in text_of(path)] == []
+    assert "ignore_errors" not in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 
 
 def vague_locals(path):

@@ -17,7 +17,8 @@ LINES = np.array([3.0, 20.0, 55.0, 130.0, 310.0])
 
 def response(servo, state, frequency=LINES, output="table"):
     """Motion of the first axis' table under a force on it."""
-    return respond_to_forces(servo, servo.plant.b_force[:, :1], servo.plant.output(0, output)[None], frequency, state)[:, 0, 0]
+    outputs = servo.plant.output(0, output)[None]
+    return respond_to_forces(servo, servo.plant.b_force[:, :1], outputs, frequency=frequency, state=state)[:, 0, 0]
 
 
 def slow_loops(feedback):
@@ -90,5 +91,5 @@ def test_every_state_is_reciprocal_where_no_controller_acts():
     servo = benchmark_servo(smooth(lugre()))
     tables = np.vstack([servo.plant.output(axis, "table") for axis in (0, 1)])
     for state in DRIVE_STATES[1:]:
-        both = respond_to_forces(servo, servo.plant.b_force, tables, LINES, state)
+        both = respond_to_forces(servo, servo.plant.b_force, tables, frequency=LINES, state=state)
         assert both[:, 0, 1] == pytest.approx(both[:, 1, 0], rel=1e-6, abs=1e-9 * np.abs(both).max())

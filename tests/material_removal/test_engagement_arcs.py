@@ -17,7 +17,7 @@ def _mill(points: list[tuple[float, float, float]], stock: Stock, *, spacing: fl
           step: float = 1.0) -> RemovedMaterial:
     """Return what a polyline (mm) takes away."""
     p = np.array(points, float) * MM
-    return remove_material(split_moves(p[:-1], p[1:], step * MM), stock, [shape], RemovalSettings(spacing * MM))
+    return remove_material(split_moves(p[:-1], p[1:], step * MM), stock, [shape], settings=RemovalSettings(spacing * MM))
 
 
 def _turns(turns: list[tuple[float, float, float]], *, z: float = -DEPTH, step: float = 1.0) -> tuple[np.ndarray, ...]:
@@ -34,7 +34,7 @@ def _turns(turns: list[tuple[float, float, float]], *, z: float = -DEPTH, step: 
 def _circles(turns: list[tuple[float, float, float]], stock: Stock, *, sense: float = 1.0) -> RemovedMaterial:
     start, end, kind, center, sweep = _turns(turns)
     moves = split_moves(start * MM, end * MM, 1.0 * MM, kind=kind, center=center * MM, sweep=sense * sweep)
-    return remove_material(moves, stock, [END_MILL], RemovalSettings(0.25 * MM))
+    return remove_material(moves, stock, [END_MILL], settings=RemovalSettings(0.25 * MM))
 
 
 def _arc_at(result: RemovedMaterial, place: tuple[float, float], layer: int = 0) -> tuple[float, float, float]:
@@ -115,7 +115,7 @@ def _foremost(forward: float, stock: Stock) -> float:
     moves = split_moves(np.array([starts[0], starts[2], starts[3]]) * MM, np.array([ends[0], ends[2], ends[3]]) * MM, 1 * MM,
                         kind=np.array([1, 0, 1]), center=np.array([(0, 0, -DEPTH), (0, 0, 0), (forward, 0, -DEPTH)]) * MM,
                         sweep=np.array([2 * np.pi, 0.0, np.pi / 2]))
-    result = remove_material(moves, stock, [END_MILL], RemovalSettings(0.25 * MM))
+    result = remove_material(moves, stock, [END_MILL], settings=RemovalSettings(0.25 * MM))
     return _arc_at(result, (rho + forward, 0.0))[2]
 
 
@@ -124,7 +124,7 @@ def test_helical_ramp_of_a_flat_end() -> None:
     stock = Stock.box(np.array([-30, -30, -10]) * MM, np.array([30, 30, 0]) * MM)
     moves = split_moves(np.array([(8.0, 0, 0)]) * MM, np.array([(8.0, 0, -2)]) * MM, 1 * MM, kind=np.array([1]),
                         center=np.array([(0.0, 0, 0)]) * MM, sweep=np.array([2 * np.pi]))
-    result = remove_material(moves, stock, [END_MILL], RemovalSettings(0.25 * MM))
+    result = remove_material(moves, stock, [END_MILL], settings=RemovalSettings(0.25 * MM))
     k = np.flatnonzero(~result.at_start)
     depth = -result.tip[k, 2]
     before_first_overlap = slice(3, int(0.6 * k.size))

@@ -26,7 +26,7 @@ def _mill(points: list[tuple[float, float, float]], *, shape: MillShape, spacing
           holder: Holder | None = None, rapid: list[bool] | None = None) -> RemovedMaterial:
     p = np.array(points, float) * MM
     moves = split_moves(p[:-1], p[1:], 1 * MM, rapid=None if rapid is None else np.array(rapid))
-    return remove_material(moves, stock, [shape], RemovalSettings(spacing * MM), holders=[holder] if holder else [])
+    return remove_material(moves, stock, [shape], settings=RemovalSettings(spacing * MM), holders=[holder] if holder else [])
 
 
 def test_slot_of_a_flat_end() -> None:
@@ -47,7 +47,7 @@ def test_circular_pocket_emptied_whole() -> None:
         kinds, sweeps, centers, place = [*kinds, 0, 1], [*sweeps, 0.0, 2 * np.pi], [*centers, begin, (0.0, 0.0, -3.0)], begin
     moves = split_moves(np.array(starts) * MM, np.array(ends) * MM, 1 * MM, kind=np.array(kinds), center=np.array(centers) * MM,
                         sweep=np.array(sweeps))
-    result = remove_material(moves, BLOCK, [MillShape(0.01)], RemovalSettings(0.25 * MM))
+    result = remove_material(moves, BLOCK, [MillShape(0.01)], settings=RemovalSettings(0.25 * MM))
     assert result.total_volume == pytest.approx(3769.91118431e-9, rel=VOLUME_TOLERANCE)
 
 

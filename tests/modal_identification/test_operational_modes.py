@@ -51,7 +51,7 @@ def ringing(poles: np.ndarray, shapes: np.ndarray, seconds: float, seed: int) ->
 def test_correlations_are_those_of_the_definition() -> None:
     rng = np.random.default_rng(3)
     y = rng.standard_normal((1000, 3))
-    found = correlate_blocks([y], 0.01, [2, 0], 9, blocks=5)
+    found = correlate_blocks([y], 0.01, [2, 0], lags=9, blocks=5)
     length = (1000 - 9) // 5
     first = y[:length + 9]
     for lag in (0, 4, 9):
@@ -66,7 +66,7 @@ def test_poles_of_exact_decays(weight_past: bool) -> None:
     if weight_past:
         # The covariance of the past must be one: that of a record.
         samples = ringing(POLES, np.random.default_rng(1).standard_normal((4, 3)), 400.0, 2)
-        correlations = correlate_blocks([samples], 1 / RATE, [0, 1, 2, 3], 59, blocks=4)
+        correlations = correlate_blocks([samples], 1 / RATE, [0, 1, 2, 3], lags=59, blocks=4)
     else:
         correlations = Correlations(mean[None].repeat(2, axis=0), 1 / RATE, (0, 1, 2, 3))
     found = subspace_poles(correlations, 6, omega_range=(0, 300), weight_past=weight_past).diagram

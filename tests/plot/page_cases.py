@@ -215,7 +215,7 @@ def lobes() -> Report:
     from toolpoint.studies import Uncertainty, chart_lobes
 
     known = Uncertainty(20, cuts=((12000.0, 0.3e-3, False),))
-    return lobes_page(chart_lobes(tip(), CUT, speeds=np.linspace(8000, 20000, 40), uncertainty=known))
+    return lobes_page(chart_lobes(tip(), CUT, speeds=np.linspace(8000, 20000, 40), uncertainty=known, other_cuts=None))
 
 
 @case

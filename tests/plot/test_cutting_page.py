@@ -101,3 +101,32 @@ def test_a_helix_has_no_field_of_the_coefficient():
     straight = problem.changed(tool=Tool(0.012, 2))
     chart = stability.chart(straight, np.linspace(8000, 20000, 3), FloquetDeterminant(), depth_max=0.0006)
     assert _coefficient_field(problem, chart) is None and _coefficient_field(straight, chart) is not None
+
+
+@pytest.mark.slow
+def test_immersion_and_teeth_are_answered_where_computed_and_refused_by_name_elsewhere(opened):
+    from toolpoint.plot import InverseField, Lookup, Report, TableFields
+
+    values = np.array([[[1e-3, 3e-3], [4e-4, 5e-4]], [[6e-4, np.inf], [2e-4, 3e-4]]])
+    fields = TableFields(("immersion", "teeth"), (0.5, 2), (0.25, 0.5), (2, 3), (1000, 2000), values, np.full((2, 2), 4e-3),
+                         1e3, "mm", "By the engine.", "Run --immersion {0} --teeth {1}.")
+    lookup = Lookup("How deep", "rev/min", [1000, 2000], [6e-4, np.inf], ["a", "b"], 1000, "depth",
+                    InverseField("K_t", "N/mm²", 600.0, 1e3, "mm", 4e-3, "Exact."), fields)
+    seen = opened(Report("x", "An answer.").with_section("Chart", lookup).html())
+
+    def answer(immersion, teeth, speed="1000", kt="600"):
+        for place, text in (("row", immersion), ("column", teeth), ("inverse", kt), ("field", speed)):
+            seen.page.fill(f"#tp-{place}-depth", text)
+        return seen.page.inner_text(".tp-lookup output")
+    assert answer("0.5", "2") == "a"  # the chart's own answer
+    assert answer("0.25", "3").startswith("1000 rev/min, 3 teeth, immersion 0.25: stable up to 0.4 mm.")
+    assert "stable up to 0.2 mm" in answer("0.25", "3", kt="1200")  # goes with 1/Kt
+    assert "stable up to 0.4 mm" in answer("0.25", "3", "1500")  # the lower of two speeds
+    between = answer("0.3", "3")
+    assert "immersion 0.25 is stable up to 0.4 mm, 0.5 stable up to 0.2 mm" in between
+    assert "--immersion 0.3 --teeth 3" in between
+    for immersion, teeth in (("0.3", "7"), ("0.1", "2"), ("0.9", "3"), ("0.3", "2.5")):
+        refused = answer(immersion, teeth)
+        assert "stable up" not in refused and f"--immersion {immersion} --teeth {teeth}" in refused
+    assert answer("", "2") == "Write immersion and teeth above zero."
+    assert answer("0.25", "2", "900") == "Outside what was computed: 1000 to 2000 rev/min." and seen.errors == []

@@ -282,3 +282,24 @@ def test_a_slow_machine_gets_less_detail_in_motion_and_all_of_it_at_rest(opened,
     seen.page.evaluate(f"{VIEW}.setPhase(0)")
     assert seen.page.evaluate(f"{VIEW}.canvas.width") == width
     assert picture(seen.page) == still
+
+
+@pytest.mark.slow
+def test_a_large_scene_moves_with_fewer_faces_says_so_and_rests_with_all(opened):
+    x, y = np.meshgrid(np.linspace(0, 1, 61), np.linspace(0, 1, 61), indexing="ij")
+    nodes = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
+    at = np.arange(61 * 61).reshape(61, 61)
+    p, q, r, s = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel()
+    scene = Scene(nodes, np.concatenate([np.stack([p, q, r], -1), np.stack([q, s, r], -1)]), np.zeros((0, 2), int))
+    shape = np.zeros((1, 61 * 61, 3), complex)
+    shape[0, :, 2] = np.sin(3 * x.ravel())
+    seen = opened(ShapeView(scene, AnimatedShapes(np.array([20.0]), 0.01, shape)).html(), reduced_motion="reduce")
+    own = f"{VIEW}.renderer.panes[0]"
+    assert seen.page.evaluate(f"{own}.faceCount") == 3 * 7200
+    assert 0 < seen.page.evaluate(f"{own}.coarseCount") < 3 * 2400
+    still, note = picture(seen.page), seen.page.locator(".tp-coarse")
+    assert not note.is_visible()
+    seen.page.evaluate(f"{VIEW}.level = 4; {VIEW}.play(true)")
+    seen.wait("!document.querySelector('.tp-coarse').hidden")
+    seen.page.evaluate(f"{VIEW}.setPhase(0)")
+    assert not note.is_visible() and picture(seen.page) == still and seen.errors == []

@@ -18,7 +18,7 @@ from toolpoint.machine.description import (
 )
 from toolpoint.project import Project
 from toolpoint.project.limits.systems import coefficient_factors
-from toolpoint.project.programs.drawn_places import draw_places
+from toolpoint.project.programs.drawn_places import ProgramDraws, draw_places
 from toolpoint.project.programs.run_files import systems_of_program
 from toolpoint.vibration import Frf
 from toolpoint.workbench.state.desk import Desk
@@ -65,7 +65,7 @@ def test_limits_over_draws_fall_with_the_coefficients_and_places_fail_together(t
     run = Project.open(place).program("slots", lobes=0)
     systems = systems_of_program(place / "machine.yaml", None, None, zero={}, draws=40, seed=3)[0]
     judged = run.stages[0].judged
-    places = draw_places(systems, [judged], run.deviation_of)
+    places = draw_places(ProgramDraws(systems, run.tips), [judged], run.deviation_of)
     factors = coefficient_factors("half", 0.1, systems)
     near = np.abs(factors[:, 1] / factors[:, 0] - 1) < 0.05
     assert near.sum() >= 3

@@ -102,9 +102,9 @@ def test_probability_of_a_cut_falls_with_its_depth_and_is_never_certain():
 
 
 def test_tried_cut_moves_the_interval_to_its_side_and_a_contradiction_is_named():
-    systems = MachineDraws(build(slide()), 60, 1)
+    systems = MachineDraws(build(slide()), 45, 1)
     before = draw_limits(systems, question())
-    weights, middle = np.full(60, 1 / 60), float(np.median(before.draws))
+    weights, middle = np.full(45, 1 / 45), float(np.median(before.draws))
     stable = weigh_draws(systems, [TriedCut(2500.0, middle, True)], {"half": question()})
     assert before.interval(stable.weights)[0, 0] > before.interval(weights)[0, 0] and not stable.doubts
     shallow = draw_limits(systems, question(0.5 * middle))
@@ -259,9 +259,9 @@ def test_record_of_another_pose_is_refused(tmp_path):
     points = surface_points(demo_machine(), 24, np.random.default_rng(0))
     (tmp_path / "components.yaml").write_text(_component_text(demo_machine(), points))
     with pytest.raises(ToolpointError, match=r"X at 0\.2; the component file says at_test 0"):
-        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"X": 0.2})
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", components=tmp_path / "components.yaml", pose={"X": 0.2})
     with pytest.raises(ToolpointError, match="must be an axis of the component file: X, Z"):
-        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", tmp_path / "components.yaml", pose={"B": 0.2})
+        find_joints(tmp_path, tmp_path / "m.h5", tmp_path / "g.csv", components=tmp_path / "components.yaml", pose={"B": 0.2})
 
 
 def test_a_project_stands_for_its_machine_file_in_every_command(folder, capsys):

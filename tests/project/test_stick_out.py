@@ -37,7 +37,7 @@ def test_tip_at_a_stick_out_is_that_of_the_coupled_shaft(folder):
                                      draws=20, generator=np.random.default_rng(1))
     by_hand = studies.study_tool(bases, io.read_shaft(folder / "tool.yaml").with_length("shank", 0.085),
                                  generator=np.random.default_rng(1))
-    assert np.allclose(coupled.tips[0].values, by_hand.tips[0].values, rtol=1e-9)
+    assert np.allclose(coupled.coupled.tips[0].values, by_hand.tips[0].values, rtol=1e-9)
     longer = coupled.nominal({}).response.values[:, 0, 0]
     shorter = Project.open(folder).coupled_tool(0.06, draws=20).nominal({}).response.values[:, 0, 0]
     assert np.abs(longer).max() > np.abs(shorter).max()

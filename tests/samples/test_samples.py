@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.samples import KINDS, write_samples
 
-SLOW_KINDS = ("cut",)  # its cut is simulated, by kernels that compile
+SLOW_KINDS = ("cut", "video")  # a cut is simulated, by kernels that compile; a film is drawn
 
 
 def kinds(*slow):

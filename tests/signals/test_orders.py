@@ -48,7 +48,7 @@ def test_speed_is_found_within_a_fifth_of_a_permille_about_a_stated_one(spindle,
     rng = np.random.default_rng(3)
     sound = with_noise(comb(spindle, teeth, 2.0, rng), 1.0, rng)
     stated = spindle * (1 + off)
-    best = search_speed(line_spectrum(sound, RATE, highest=6000), teeth, 0.98 * stated, 1.02 * stated)[0]
+    best = search_speed(line_spectrum(sound, RATE, highest=6000), teeth, (0.98 * stated, 1.02 * stated))[0]
     assert best.frequency == pytest.approx(spindle, rel=2e-4)
     assert abs(best.frequency - spindle) < 5 * best.deviation + 1e-4 * spindle
 
@@ -59,7 +59,7 @@ def test_unknown_speed_is_found_beside_chatter(spindle, teeth):
     chatter = 6.37 * spindle * teeth / 2
     sound = with_noise(comb(spindle, teeth, 3.0, rng) + 2 * side_bands(chatter, teeth * spindle, 3.0, rng), 0.3, rng)
     spectrum, limits = line_spectrum(sound, RATE, highest=6000), (15.0, 500.0)
-    ranked = rank_speeds(spectrum, search_speed(spectrum, teeth, *limits), teeth, spindle_limits=limits)
+    ranked = rank_speeds(spectrum, search_speed(spectrum, teeth, limits), teeth, spindle_limits=limits)
     assert ranked[0].frequency == pytest.approx(spindle, rel=1e-3)
 
 
@@ -68,7 +68,7 @@ def test_hopf_lines_are_one_family_and_orders_are_in_none():
     sound = with_noise(comb(spindle, teeth, 3.0, rng) + side_bands(1333.0, 480.0, 3.0, rng), 0.5, rng)
     spectrum = line_spectrum(sound, RATE, highest=6000)
     separated = separate_lines(spectrum, spindle, teeth)
-    families = find_families(separated.others, spindle, teeth, spectrum.cell)
+    families = find_families(separated.others, spindle, teeth, cell=spectrum.cell)
     expected = {round(abs(1333.0 + 480.0 * k)) for k in range(-4, 5)}
     assert {round(float(f)) for f in families[0].lines.frequency} == expected
     assert families[0].base == pytest.approx(min(1333 % 480, 480 - 1333 % 480), abs=0.2)
@@ -81,7 +81,7 @@ def test_harmonics_of_another_machine_are_no_family():
     time = np.arange(3 * RATE) / RATE
     other = sum(np.cos(2 * np.pi * 173.3 * k * time) / k for k in range(1, 6))
     spectrum = line_spectrum(with_noise(comb(spindle, teeth, 3.0, rng) + 0.3 * other, 0.3, rng), RATE, highest=6000)
-    families = find_families(separate_lines(spectrum, spindle, teeth).others, spindle, teeth, spectrum.cell)
+    families = find_families(separate_lines(spectrum, spindle, teeth).others, spindle, teeth, cell=spectrum.cell)
     assert max(family.members for family in families) <= 2
 
 
@@ -101,7 +101,7 @@ def test_tracking_makes_the_comb_of_a_ramp_sharp():
     ramp = 100 * (1 + 0.004 * (time / 2 - 1))
     phase = 2 * np.pi * np.cumsum(ramp) / rate
     sound = with_noise(sum(np.cos(4 * k * phase) / k for k in range(1, 8)), 0.3, rng)
-    course = track_speed(sound, float(rate), 100.0, 4)
+    course = track_speed(sound, float(rate), 100.0, teeth=4)
     even = resample_by_angle(sound, float(rate), course)
     assert course.variation == pytest.approx(0.004, rel=0.25)
     high = 2800.0  # tooth passing 7
@@ -111,7 +111,7 @@ def test_tracking_makes_the_comb_of_a_ramp_sharp():
 
 def test_a_steady_speed_is_not_tracked():
     rng = np.random.default_rng(9)
-    assert track_speed(with_noise(comb(100.0, 4, 3.0, rng, rate=12000), 0.5, rng), 12000.0, 100.0, 4).variation < 2e-4
+    assert track_speed(with_noise(comb(100.0, 4, 3.0, rng, rate=12000), 0.5, rng), 12000.0, 100.0, teeth=4).variation < 2e-4
 
 
 def test_onset_and_growth_of_a_line_that_grows():
@@ -119,7 +119,7 @@ def test_onset_and_growth_of_a_line_that_grows():
     time = np.arange(3 * rate) / rate
     envelope = np.minimum(1.0, 1e-3 * np.exp(8 * np.maximum(time - 0.5, 0)))  # reaches 1 after 0.86 s
     sound = envelope * np.cos(2 * np.pi * 900 * time) + 1e-4 * np.random.default_rng(10).normal(size=time.size)
-    onset = find_onset(follow_power(sound, float(rate), np.array([900.0]), 60.0))
+    onset = find_onset(follow_power(sound, float(rate), np.array([900.0]), spacing=60.0))
     tenth = 0.5 + np.log(np.sqrt(0.1) / 1e-3) / 8
     assert onset.time == pytest.approx(tenth, abs=2 * onset.uncertainty + 0.02)
     assert onset.growth == pytest.approx(8, rel=0.25)
@@ -127,7 +127,7 @@ def test_onset_and_growth_of_a_line_that_grows():
 
 def test_a_line_that_is_always_there_has_no_onset():
     time = np.arange(24000) / 12000
-    assert find_onset(follow_power(np.cos(2 * np.pi * 900 * time), 12000.0, np.array([900.0]), 60.0)).time is None
+    assert find_onset(follow_power(np.cos(2 * np.pi * 900 * time), 12000.0, np.array([900.0]), spacing=60.0)).time is None
 
 
 def test_samples_each_turn_are_a_point_a_curve_and_two_points():
@@ -158,6 +158,6 @@ def test_clipping_is_seen_and_a_loud_sine_is_not_clipped():
 def test_limits_of_the_search_are_checked():
     spectrum = line_spectrum(np.random.default_rng(13).normal(size=4000), 4000.0)
     with pytest.raises(ToolpointError, match="must be above zero and in order"):
-        search_speed(spectrum, 4, 10.0, 5.0)
+        search_speed(spectrum, 4, (10.0, 5.0))
     with pytest.raises(ToolpointError, match="must reach one tooth passing"):
-        search_speed(spectrum, 4, 900.0, 950.0)
+        search_speed(spectrum, 4, (900.0, 950.0))

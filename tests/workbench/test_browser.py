@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tapping
 
 from toolpoint.project import Project, write_demo
 
@@ -452,3 +453,35 @@ def test_on_paper_no_doubt_is_folded_away(demo, serve, tab):
     assert page.evaluate(folded) == 0
     page.evaluate("window.dispatchEvent(new Event('afterprint'))")
     assert page.evaluate(folded) > 0
+
+
+def test_blows_are_recorded_from_a_watched_folder_judged_heard_and_entered(folder, serve, tab):
+    """Waits are for states that stay: it waits for its records, and ends after the good blows that were asked for."""
+    page = tab(serve(folder).address)
+    ready(page, "project")
+    (folder / "incoming_records").mkdir()
+    page.evaluate("location.hash = '#/record'")
+    ready(page, "record")
+    page.fill("#rec-channels", "\n".join(tapping.DESCRIBED))
+    page.fill("#rec-blows", "3")
+    page.click("#rec-start")
+    wait(page, "document.body.dataset.recording === 'waiting 0'")
+    tapping.write_records(folder / "incoming_records", (200.0, 180.0, 190.0))
+    wait(page, "document.body.dataset.recording === 'ended 3'")
+    assert page.locator("#rec-rows tbody tr").count() == 3 and "enough at tip:+x" in page.inner_text("#rec-last")
+    assert "from 3 of 3 hits" in page.inner_text("#rec-study")
+    page.click("[id='rec-decide-blow_0002.npz']")
+    wait(page, "document.getElementById('rec-study').textContent.includes('from 2 of 3 hits')")
+    command = page.inner_text("#rec-decided").partition("The same: ")[2]
+    assert command.startswith("toolpoint frf records/tip_x/test.yaml --refuse blow_0002.npz")
+    page.click("[id='rec-hear-blow_0001.npz']")
+    wait(page, "window.Workbench.pulse && window.Workbench.played === 1")
+    loudest = page.evaluate("Math.max(...window.Workbench.floats(window.Workbench.pulse.sound).map(Math.abs))")
+    assert loudest == pytest.approx(1.0, abs=0.01)  # resampled
+    page.reload()  # the state lies in the server and in the files
+    ready(page, "record")
+    wait(page, "document.body.dataset.recording === 'ended 3'")
+    assert "from 2 of 3 hits" in page.inner_text("#rec-study")
+    page.click("#rec-enter")
+    wait(page, "document.getElementById('rec-decided').textContent.includes('toolpoint add')")
+    assert "tip_x" in Project.open(folder).description.tests and page.errors == []

@@ -67,12 +67,12 @@ class SoundInput:
 
     def open(self) -> None:
         """Start the stream; ToolpointError where the device refuses rate or channels."""
-        def take(samples: FloatArray, frames: int, times: Any, status: Any) -> None:
+        def _take(samples: FloatArray, frames: int, times: Any, status: Any) -> None:
             self._queue.put((samples.copy(), bool(status.input_overflow), time.monotonic()))
         try:
             self._stream = self._library.InputStream(device=self._number, samplerate=self.rate, channels=len(self.names),
                                                      dtype="float32", latency=SOUND_BUFFER_SECONDS,
-                                                     callback=take)
+                                                     callback=_take)
             self._stream.start()
             self._last_arrival = time.monotonic()
         except (self._library.PortAudioError, ValueError) as error:

@@ -14,6 +14,7 @@ from toolpoint.app.declare import Argument, Help, list_given
 from toolpoint.app.options import Band, Naming, Pose, Quantity
 from toolpoint.app.values import SourceFile
 from toolpoint.io.suffixes import HDF5, MATLAB, NUMPY, TEXT, UNIVERSAL
+from toolpoint.project.limits.line_draws import read_tip_file
 
 if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -70,14 +71,7 @@ class Dynamics:
         tool = self._read_tool()
         if self.work is None:
             return tool
-        return studies.with_work(tool, self._read_work(self.work))
-
-    def _read_work(self, path: Path) -> ToolDynamics:
-        modes, frf = io.read_test_nouns([path], quantity=self.quantity)
-        if modes is not None:
-            return studies.modal_dynamics(modes, what=str(path))
-        assert frf is not None
-        return studies.response_dynamics(frf, band=self.band, what=path.name)
+        return studies.with_work(tool, read_tip_file(self.work, quantity=self.quantity, band=self.band))
 
     def _read_tool(self) -> ToolDynamics:
         if self.machine is not None:

@@ -37,7 +37,7 @@ class LiveBlows:
         """Return the input with its described channels."""
         if self.folder is None:
             raise ToolpointError("--folder: every blow is kept on disk before it is judged; name a folder for them")
-        return io.open_input(self.device, channel, self.rate, limit=self.limit)
+        return io.open_input(self.device, channel, self.rate, limit=self.limit, wait=console.remark)
 
     def follow(self, live: Any, show: Any) -> Any:
         """Record blows until enough are good; `show` receives the study after each. Return the folder of the blows, the test,
@@ -46,7 +46,8 @@ class LiveBlows:
         whole_records = self.device.startswith("folder:")
         block = None if whole_records else self.block
         folder = io.BlowFolder(self.folder, live, block)
-        tap = studies.LiveTap(live.inputs, live.device.rate, duration=block, goal=self.blows, kept=folder.kept)
+        tap = studies.LiveTap(live.inputs, live.device.rate, duration=block, goal=self.blows, kept=folder.kept,
+                              decisions=folder.decisions)
         fault = None
         try:
             for event in studies.follow_blows(live.device, tap, folder, trigger=self.trigger, patience=self.patience):

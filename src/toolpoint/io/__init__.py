@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.drive_file import write_gains
-    from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind
+    from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind, read_tool
     from toolpoint.io.yaml.machine_file import read as read_machine
     from toolpoint.io.yaml.machine_file import write as write_machine
     from toolpoint.io.yaml.machine_file import write_cutting
@@ -118,6 +118,7 @@ __all__ = [
     "read_step",
     "read_surface",
     "read_test_nouns",
+    "read_tool",
     "read_tried",
     "read_two_states",
     "write_cutting",
@@ -168,7 +169,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "urdf": ("read_robot",),
     "yaml.component_file": ("read as read_components",),
     "yaml.drive_file": ("read as read_drives", "write_gains"),
-    "yaml.file_kinds": ("json_schema", "kind_of", "read_kind"),
+    "yaml.file_kinds": ("json_schema", "kind_of", "read_kind", "read_tool"),
     "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
     "yaml.project_file": ("find_parts_without_cut", "read as read_project", "read_tried", "line_of_tried"),

@@ -16,7 +16,7 @@ _MIN_CORNER_TURN = 0.05  # rad: a smaller jump of the direction gets no place of
 _MAX_EDGE_HEIGHT = 10.0  # m, of edges whose length is not known
 
 
-def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], settings: RemovalSettings, *,
+def remove_material(moves: Moves, stock: Stock, shapes: Sequence[MillShape], *, settings: RemovalSettings,
                     holders: Sequence[Holder] = (), sampled: np.ndarray | None = None,
                     progress: Callable[[int, int], None] | None = None) -> RemovedMaterial:
     """Return what a path takes away from a stock.

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map
     from toolpoint.plot.figures.measured.correlation import mac_matrix
     from toolpoint.plot.figures.measured.frf import bode, coherence, nyquist, real_imaginary
-    from toolpoint.plot.page.charts import Chart, ClickedSeries, InverseField, Lookup
+    from toolpoint.plot.page.charts import Chart, ClickedSeries, InverseField, Lookup, TableFields
     from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
     from toolpoint.plot.page.pole_picker import PolePicker
     from toolpoint.plot.page.tables import Cell, Table
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 __all__ = [
     "AnimatedShapes", "BlockLobes", "BlockQuantity", "Box", "Cell", "Chart", "ClickedSeries", "InverseField", "Listing",
     "Lookup", "Notes", "Picture", "PolePicker", "ProgramView", "Report", "Scene", "ShapeView", "StabilityCurve",
-    "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves", "frequency_map", "mac_matrix",
-    "nyquist", "real_imaginary", "stability_chart",
+    "StabilityIntervals", "Table", "TableFields", "Text", "bode", "coherence", "frequency_curves", "frequency_map",
+    "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -33,7 +33,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "figures.measured.frf": ("bode", "coherence", "nyquist", "real_imaginary"),
     "figures.cuts.lobes": ("StabilityCurve", "StabilityIntervals", "stability_chart"),
     "figures.machines.pose_map": ("frequency_curves", "frequency_map"),
-    "page.charts": ("Chart", "ClickedSeries", "InverseField", "Lookup"),
+    "page.charts": ("Chart", "ClickedSeries", "InverseField", "Lookup", "TableFields"),
     "page.parts": ("Listing", "Notes", "Picture", "Text"),
     "page.pole_picker": ("PolePicker",),
     "page.tables": ("Cell", "Table"),

@@ -26,7 +26,7 @@ from toolpoint.project.programs.settings import program_command, program_inputs,
 TRIED_FILE = "tried.yaml"
 # Versions of what the steps compute: raised where results change.
 STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 2, "machine": 1, "tip": 1, "tried": 4,
-                 "limits": 7, "changes": 2, "next": 1, "contour": 1, "program": 1}
+                 "limits": 8, "changes": 2, "next": 1, "contour": 1, "program": 2}
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ class _ChainBuilder:
         machine = self._machine(modes)
         tip = self._tip()
         sources = ({"tip": tip} if tip else {}) | ({} if machine is None else {"machine": {"machine": machine}})
+        sources |= self._coupled(machine)
         weights = self._answers(sources, machine)
         self._programs(sources, weights)
         self._contours()
@@ -180,6 +181,19 @@ class _ChainBuilder:
                       words=f"verdict on the tap, and speeds for the cut {cut_name}")
         return {f"tip_{kind[-1]}": result_path(f"responses/{name}", "responses.h5") for kind, name in tests.items()}
 
+    def _coupled(self, machine: str | None) -> dict[str, dict[str, Any]]:
+        """Return the inputs of the coupled tool where a goal asks for it, nothing where its spindle is not known."""
+        plan = self.project.coupling
+        if plan is None or all(goal.stick_out is None for goal in self.project.goals.values()):
+            return {}
+        if plan.point is None:
+            return {"coupled": {"tool": plan.tool, "gauge": str(plan.gauge), "gauge_responses": self._files(
+                "coupling.responses", plan.responses)}}
+        if machine is None:
+            self.absent_parts.append("coupling: a machine (machine, or a test with components and geometry) carries the tool")
+            return {}
+        return {"coupled": {"tool": plan.tool, "machine": machine}}
+
     def _answers(self, sources: Mapping[str, Mapping[str, str]], machine: str | None) -> dict[str, dict[str, str]]:
         """Add the steps from the machine and the tip to the answers of the goals; return the weights of the draws."""
         project = self.project
@@ -187,25 +201,38 @@ class _ChainBuilder:
         goals = {name: _plain(goal) for name, goal in project.goals.items()}
         if not sources or not cuts:
             return {}
-        kinds = {name: self._source_of(goal["pose"], sources) for name, goal in goals.items()}
-        used_kinds = [*kinds.values(), *([_program_source(sources)] if project.programs else [])]
-        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(used_kinds)}, cuts)
+        kinds = {name: self._source_of(goal, sources) for name, goal in goals.items()}
+        on_machine = project.coupling is not None and project.coupling.point is not None
+        # The draws of a tool on the machine are those of the machine: cuts that were tried weigh both.
+        weighed = {name: "machine" if kind == "coupled" and on_machine else kind for name, kind in kinds.items()}
+        used_kinds = [*weighed.values(), *([_program_source(sources)] if project.programs else [])]
+        weights = self._tried({kind: sources[kind] for kind in dict.fromkeys(used_kinds) if kind in ("machine", "tip")}, cuts)
+        coupling = None if project.coupling is None else _plain(project.coupling)
         for name, goal in goals.items():
             kind = kinds[name]
-            # Limits rest on the look at what they are computed from: its doubts are theirs, its grave ones stop them.
-            look = {"checked": result_path("machine", "machine.json")} if kind == "machine" else {
-                "verdict": result_path(f"tip/{goal['cut']}", "tap.json")}
-            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), {**sources[kind], **weights[kind], **look},
+            if kind not in sources:
+                continue
+            tool_options = {"coupling": coupling} if kind == "coupled" else {}
+            self._add("limits", f"limits/{name}", _late("answering", "limit_goal"), {
+                **sources[kind], **weights.get(weighed[name], {}), **self._look(weighed[name], goal["cut"])},
                       options={"name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal,
-                               "struck_pose": self._struck_pose, **self._draws}, outputs=("limits.json",),
+                               "struck_pose": self._struck_pose, **tool_options, **self._draws}, outputs=("limits.json",),
                       words=f"limit and probability of the goal {name}")
-        if machine is not None and goals:
-            self._advice(machine, cuts, goals)
+        own_tool = {name: goal for name, goal in goals.items() if kinds[name] != "coupled"}
+        if machine is not None and own_tool:
+            self._advice(machine, cuts, own_tool)
         return weights
+
+    @staticmethod
+    def _look(kind: str, cut: str) -> dict[str, str]:
+        """Return the look at what a limit is computed from: its doubts are those of the limit, its grave ones stop it."""
+        if kind == "machine":
+            return {"checked": result_path("machine", "machine.json")}
+        return {"verdict": result_path(f"tip/{cut}", "tap.json")} if kind == "tip" else {}
 
     def _programs(self, sources: Mapping[str, Mapping[str, str]], weights: Mapping[str, Mapping[str, str]]) -> None:
         """Add the steps of the NC programs, on the machine where there is one, else on the tip, else without dynamics."""
-        project, kind = self.project, _program_source(sources) if sources else ""
+        project, kind = self.project, _program_source(sources)
         for name, program in project.programs.items():
             inputs = {**program_inputs(program, project.servo), **sources.get(kind, {}), **weights.get(kind, {})}
             if kind == "machine":
@@ -228,8 +255,12 @@ class _ChainBuilder:
         """Pose at which the tip was struck."""
         return next((dict(test.pose) for test in self.project.tests.values() if test.of == TIP_X), {})
 
-    def _source_of(self, pose: Mapping[str, float], sources: Mapping[str, Any]) -> str:
-        """Return what the limits at a pose are computed from: the tip where it was struck there, otherwise the machine."""
+    def _source_of(self, goal: Mapping[str, Any], sources: Mapping[str, Any]) -> str:
+        """Return what the limits of a goal are computed from: its coupled tool, the tip where it was struck at its pose,
+        otherwise the machine."""
+        pose = goal["pose"]
+        if goal["stick_out"] is not None:
+            return "coupled"
         if "machine" not in sources or ("tip" in sources and (not pose or dict(pose) == self._struck_pose)):
             return "tip"
         return "machine"
@@ -293,8 +324,8 @@ class _ChainBuilder:
 
 
 def _program_source(sources: Mapping[str, Any]) -> str:
-    """Return what programs run on: the machine, posed along them, else the tip."""
-    return "machine" if "machine" in sources else "tip"
+    """Return what programs run on: the machine, posed along them, else the tip; empty where neither is known."""
+    return next((kind for kind in ("machine", "tip") if kind in sources), "")
 
 
 def _late(module: str, name: str) -> LateWork:

@@ -28,6 +28,7 @@ from toolpoint.project.results import ProjectResults, gather_results
 from toolpoint.project.steps.plain_files import read_json
 
 if TYPE_CHECKING:
+    from toolpoint.project.limits.attached_tool_draws import AttachedToolDraws
     from toolpoint.project.limits.coupled_tool import CoupledDraws
     from toolpoint.project.limits.drawn_limits import DrawnLimits
     from toolpoint.project.programs.run_files import ProgramRun
@@ -142,13 +143,13 @@ class Project:
         described = project.cuts[name]
         asked_speeds = speeds if len(speeds) else np.linspace(*described.cut.speeds, 12)
         options = {"values": flat_values(described.cut), "deviation": described.coefficient_deviation}
-        question = question_of(name, options, [float(speed) for speed in asked_speeds], dict(pose or {}))
+        question = question_of(name, options, [float(speed) for speed in asked_speeds], pose=dict(pose or {}))
         count = draws or project.draws
         if stick_out is not None:
             return draw_limits(self.coupled_tool(stick_out, draws=count), question)
         return draw_limits(MachineDraws(io.read_machine(self.machine_file), count, project.seed), question)
 
-    def coupled_tool(self, stick_out: float, *, draws: int) -> CoupledDraws:
+    def coupled_tool(self, stick_out: float, *, draws: int) -> CoupledDraws | AttachedToolDraws:
         """Return the draws of the project's coupled tool at a stick-out (m); raises ToolpointError where it has none."""
         from toolpoint.project.limits.coupled_tool import couple_at
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.signal
+import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats, positive
 from toolpoint.signals.hammer import RESPONSE_QUANTITIES

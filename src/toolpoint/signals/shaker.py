@@ -84,7 +84,7 @@ def _first_of(records: Sequence[Record]) -> Record:
     return records[0]
 
 
-def count_blocks(records: Sequence[Record], resolution: float, excitation: str = "random", settle: int = 0) -> float:
+def count_blocks(records: Sequence[Record], resolution: float, excitation: str = "random", *, settle: int = 0) -> float:
     """Return how many independent blocks the records hold; overlapping ones count less.
 
     Examples
@@ -127,7 +127,7 @@ def _average_blocks(records: Sequence[Record], resolution: float, excitation: st
         fail("band", f"{band_min:g} .. {band_max:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
     spectra = np.concatenate([_transform_blocks(record, part, block, window, in_band)
                               for record, part in zip(records, starts, strict=True) if part.size])
-    blocks = count_blocks(records, resolution, excitation, settle)
+    blocks = count_blocks(records, resolution, excitation, settle=settle)
     return average(frequency[in_band], spectra[:, :, forces], spectra[:, :, outputs], blocks=blocks, full=estimator == "H2")
 
 

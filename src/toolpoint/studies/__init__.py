@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, lay_path, line, plane_frame, sides_of, square
     from toolpoint.studies.citation import Citation, cite_package
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
+    from toolpoint.studies.cuts.coupling.machine_spindle import bases_of_machine
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
     from toolpoint.studies.cuts.forces.material_table import materials_table
     from toolpoint.studies.cuts.lobes_study import chart_lobes
     from toolpoint.studies.cuts.measured_response import study_responses
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
-    from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_machine, bases_of_responses, study_tool
+    from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.listening.listen import SpindleRange, listen
     from toolpoint.studies.listening.live_listening import HeardWindow, decisive_window, follow_cut, question_windows
     from toolpoint.studies.listening.tried_cuts import hear_tried
+    from toolpoint.studies.live_testing.blow_tone import BlowTone, sound_blow
     from toolpoint.studies.live_testing.blow_verdict import BlowVerdict
     from toolpoint.studies.live_testing.live_session import follow_blows
     from toolpoint.studies.live_testing.live_tap import LiveProgress, LiveTap
@@ -62,6 +64,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
+    from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -114,6 +117,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FILMED_TRUTH",
     "AccuracyMetric",
+    "BlowTone",
     "BlowVerdict",
     "Citation",
     "CuttingLimits",
@@ -141,6 +145,7 @@ __all__ = [
     "StepSetting",
     "Swap",
     "ToolStance",
+    "ToolTips",
     "TraverseStudy",
     "TraverseWindow",
     "TuningTarget",
@@ -233,6 +238,7 @@ __all__ = [
     "simulate_cut",
     "solve_matrix_modes",
     "solve_modes",
+    "sound_blow",
     "spindle_signal",
     "spring_ways",
     "square",
@@ -292,7 +298,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
-    "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
+    "cuts.coupling.machine_spindle": ("bases_of_machine",),
+    "cuts.tool_coupling": ("bases_from_gauge", "bases_of_responses", "study_tool"),
     "cuts.work_dynamics": ("with_work",),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
@@ -309,6 +316,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.listen": ("SpindleRange", "listen"),
     "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut", "question_windows"),
     "listening.tried_cuts": ("hear_tried",),
+    "live_testing.blow_tone": ("BlowTone", "sound_blow"),
     "live_testing.blow_verdict": ("BlowVerdict",),
     "live_testing.live_session": ("follow_blows",),
     "live_testing.live_tap": ("LiveProgress", "LiveTap"),
@@ -332,6 +340,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
+    "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
     "measured.hammer_study": ("study_hammer_records",),

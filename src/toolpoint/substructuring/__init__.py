@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from toolpoint.substructuring.reduction import Reduction, reduce
     from toolpoint.substructuring.shaft import ContactDescription, SegmentDescription, ShaftDescription
     from toolpoint.substructuring.sliding import SlidingBody, fit_to_surroundings, tabulate
+    from toolpoint.substructuring.spindle import SpindleReceptance, couple_spindle
     from toolpoint.substructuring.virtual_point import VirtualPoint, reduce_to_points
 
 __all__ = [
@@ -33,12 +34,14 @@ __all__ = [
     "SegmentDescription",
     "ShaftDescription",
     "SlidingBody",
+    "SpindleReceptance",
     "Surroundings",
     "VirtualPoint",
     "couple",
     "couple_dual",
     "couple_reduced",
     "couple_responses",
+    "couple_spindle",
     "couple_tool",
     "decouple_responses",
     "fit_to_surroundings",
@@ -59,5 +62,6 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "reduction": ("Reduction", "reduce"),
     "shaft": ("ContactDescription", "SegmentDescription", "ShaftDescription"),
     "sliding": ("SlidingBody", "fit_to_surroundings", "tabulate"),
+    "spindle": ("SpindleReceptance", "couple_spindle"),
     "virtual_point": ("VirtualPoint", "reduce_to_points"),
 })

@@ -148,6 +148,11 @@ class ShaftDescription(NotebookText):
         return sum(segment.mass for segment in self.segments.values())
 
     @property
+    def polar_inertia(self) -> float:
+        """Moment of inertia about the axis, kg m^2."""
+        return sum(part.mass * (part.effective_diameter**2 + part.bore**2) / 8 for part in self.segments.values())
+
+    @property
     def rows(self) -> ComplexArray:
         """Rows of the kernels, contacts among them, from the base outward; shape (n, 7)."""
         rows: list[ComplexArray] = []

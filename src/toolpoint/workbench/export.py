@@ -62,6 +62,7 @@ def export_workbench(folder: str | Path, target: str | Path, progress: Progress 
 def _content(desk: Desk, draft: Path, progress: Progress) -> dict[str, Any]:
     """Return words, views and states; pages are written beside."""
     listed = catalogue.list_views(desk)
+    listed["views"].remove("record")  # a folder without a server records nothing
     views = {name: catalogue.view_of(desk, name).to_dict() for name in listed["views"]}
     pages = _write_pages(desk, draft, progress)
     states = _machine_states(desk, views["machine"]["data"], progress) if "machine" in views else []

@@ -20,7 +20,7 @@ from toolpoint.cutting.description import PARAMETERS, check_cut
 from toolpoint.io.quantities.written import read_shares, read_tried_cut
 
 if TYPE_CHECKING:
-    from toolpoint.substructuring import PlaneReceptance
+    from toolpoint.substructuring import PlaneReceptance, SpindleReceptance
 
 DEFAULT_CHART_SPEEDS = np.linspace(3000, 20000, 60)  # rev/min
 # Shares in percent, as a person types them; `Uncertainty` takes fractions.
@@ -46,7 +46,9 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
           tried: Annotated[tuple[TriedCut, ...], Help("A cut already made: rev/min, mm, and stable, chatter, or a recording "
                                                       "that is listened to (with --teeth); sharpens P(stable).",
                                                       metavar="SPEED:DEPTH:OUTCOME",
-                                                      needs="--probability, for example --probability 200")] = ()) -> None:
+                                                      needs="--probability, for example --probability 200")] = (),
+          fields: Annotated[bool, Help("Other immersions and numbers of teeth for the fields of the page, also where many "
+                                       "modes make them take long.")] = False) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     progress, dynamics = run.progress_of_parts(), source.read()
     recordings = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
@@ -54,7 +56,8 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
     judged, notes = studies.hear_tried(recordings, cut.get("teeth")) if recordings else ([], [])
     parameters = studies.Uncertainty(samples or 0, cuts=(*decided, *judged), **(uncertainty or {}))
     result = studies.chart_lobes(dynamics, cut, method=cutting.stability.method_named(method, "`method`"), speeds=speeds,
-                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress)
+                                 simulate_cuts=simulate, uncertainty=parameters, progress=progress,
+                                 other_cuts=True if fields else None if run.output else False)
     result = result.noted([*notes, *run.warnings])
     run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
 
@@ -181,7 +184,8 @@ class Spindle:
         if self.machine is not None and self.point is None:
             raise ToolpointError("--at: missing; a computed spindle needs the point where the tool begins")
 
-    def read(self, quantity: str | None, draws: int, generator: np.random.Generator) -> list[PlaneReceptance]:
+    def read(self, quantity: str | None, draws: int, generator: np.random.Generator
+             ) -> list[PlaneReceptance] | SpindleReceptance:
         """Return the spindle's receptances, the likeliest and the draws."""
         if self.machine is not None and self.point is not None:
             built = io.read_machine_at(self.machine, self.pose)

@@ -15,6 +15,7 @@ from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_stock
+from toolpoint.project.limits.line_draws import read_tip_file
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -52,6 +53,24 @@ class ProgramDynamics:
     def machine_of(self, source: Machine | ToolDynamics | None) -> Machine | None:
         """Return the machine among what was read."""
         return None if self.machine is None else cast("Machine", source)
+
+
+@dataclass(frozen=True)
+class TipsOfTools:
+    """Responses of tools that are not the tool of the machine or the tap."""
+
+    tip: Annotated[tuple[NumberedTool, ...], Help("Response of the tip of a tool's number, measured or coupled (FRFs, modes); "
+                                                  "several times.", metavar="NUMBER=FILE")] = ()
+    shaft: Annotated[tuple[NumberedTool, ...], Help("Shaft file of a tool's number: it stands on the machine at every pose; "
+                                                    "several times.", metavar="NUMBER=FILE", needs="--at")] = ()
+    point: Annotated[str, Help("Point of the machine where these shafts begin.", name="--at", metavar="POINT",
+                               needs="--machine")] = ""
+
+    def read(self) -> studies.ToolTips:
+        """Read the tips; raises ToolpointError as `studies.ToolTips` does."""
+        shafts = {number: io.read_shaft(path) for number, path in self.shaft}
+        struck = {number: read_tip_file(path) for number, path in self.tip}
+        return studies.ToolTips(struck, shafts, self.point)
 
 
 @dataclass(frozen=True)
@@ -119,15 +138,15 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                          minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              folder: Folder = None, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
+              folder: Folder = None, tips: TipsOfTools, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
     PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, or of tilted planes (G68.2, CYCLE800, PLANE SPATIAL). The tool
     and its coefficients are those of the machine file or the options below; the arcs of cut come from the stock.
     """
-    source, record = dynamics.read(), recorded.read()
+    source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
-    cuts = {number: io.read_kind(path, "cut")[1] for number, path in tool}
+    cuts = {number: io.read_tool(path) for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
     stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
     servo = None if drives is None else io.read_drives(drives)
@@ -142,6 +161,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         drives=servo)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
+                                    tips=tips_of_tools,
                                     with_advice=with_advice or write is not None, progress=run.progress_of_parts())
         staged = recorded.compare_stages(staged, record)
         if write is not None:
@@ -151,7 +171,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         return
     result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
                                  or write is not None,
-                                 lobes=lobes, folder=folder,
+                                 lobes=lobes, folder=folder, tips=tips_of_tools,
                                  progress=run.progress_of_parts())
     result = recorded.compare(result, record)
     if result.advice is not None:

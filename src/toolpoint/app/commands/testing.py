@@ -172,7 +172,7 @@ def _respond_with_drives(run: Frame, machine: Machine, response: MachineResponse
         raise ToolpointError("--drives: forces act where motions are seen, at one pose; leave --force and further poses out")
     assert response.drives is not None
     drives = io.read_drives(response.drives)
-    driven = studies.study_driven_responses(machine, drives, next(iter(response.pose), None), response.outputs or None,
+    driven = studies.study_driven_responses(machine, drives, next(iter(response.pose), None), dofs=response.outputs or None,
                                             frequency=response.lines)
     run.write("Responses with the drives on", save, io.write_frf, driven.frfs["on"])
     run.present(pages.driven_responses_page, driven, run.warnings, notes=[*driven.doubts, *driven.notes])

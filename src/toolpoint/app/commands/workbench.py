@@ -18,6 +18,8 @@ def serve(run: Frame, folder: Annotated[AnyPath, Argument()] = Path("."), *,
           port: Annotated[int, Help("Port to listen on; that of the last time, or a free one, where left out.", minimum=0,
                                     maximum=65535)] = 0,
           host: Annotated[str, Help("Another name or address lets other machines in; nothing is encrypted.")] = "127.0.0.1",
+          records: Annotated[tuple[AnyPath, ...], Help("Folder of a measuring program, beside the project, from which blows "
+                                                       "may be recorded; several times.", metavar="FOLDER")] = (),
           export: Annotated[AnyPath | None, Help("Write the workbench to this new folder instead, to be opened without a "
                                                  "server.")] = None) -> None:
     """Open a project in the browser: its chain, machine and limits, with sliders; the same calls as the commands.
@@ -27,7 +29,8 @@ def serve(run: Frame, folder: Annotated[AnyPath, Argument()] = Path("."), *,
     if export is not None:
         run.show_text(f"Workbench written: {workbench.export_workbench(folder, export)}")
         return
-    workbench.serve(folder, port=port, host=host, ready=lambda address: print(f"Workbench: {address}", flush=True))
+    workbench.serve(folder, port=port, host=host, records=records,
+                    ready=lambda address: print(f"Workbench: {address}", flush=True))
 
 
 @command("add", page=False, json=False)

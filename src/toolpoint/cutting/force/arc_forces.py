@@ -41,7 +41,7 @@ class ArcForces:
     chip: FloatArray
 
 
-def arc_forces(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, edges: FloatArray, *, feed: FloatArray,
+def arc_forces(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, *, edges: FloatArray, feed: FloatArray,
                direction: FloatArray, lever: float = 0.0) -> ArcForces:
     """Return the loads at many places.
 
@@ -73,7 +73,7 @@ def arc_forces(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, 
     return ArcForces(out[:, 0:3], out[:, 3], out[:, 4], out[:, 5], out[:, 6], out[:, 7], out[:, 8])
 
 
-def force_history(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, edges: FloatArray, *, feed: float,
+def force_history(tool: Tool, coefficients: CuttingCoefficients, arcs: FloatArray, *, edges: FloatArray, feed: float,
                   direction: tuple[float, float], steps: int) -> FloatArray:
     """Return the force on the tool over one passing of its teeth, (steps, 3), N, in the frame of the feed.
 

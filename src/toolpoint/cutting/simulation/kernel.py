@@ -8,8 +8,6 @@ number of steps is interpolated between two steps. Entry and exit fall between s
 share of the hat function about the step that lies within its arc, which is the weight of a force that is linear over a step.
 """
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in `records`.
 from __future__ import annotations
 
 import math
@@ -17,9 +15,12 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
+
 
 @nb.njit(cache=True, nogil=True)
-def engagement_share(angle, step, entry, leave):
+def engagement_share(angle: float, step: float, entry: float, leave: float) -> float:
     """Return the share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
     total = 0.0
     for turn in (-1, 0, 1):
@@ -31,14 +32,14 @@ def engagement_share(angle, step, entry, leave):
 
 
 @nb.njit(cache=True, nogil=True)
-def _hat(u):
+def _hat(u: float) -> float:
     """Return the integral of the unit hat function from -1 to u."""
     u = min(1.0, max(-1.0, u))
     return 0.5 * (1 + u) ** 2 if u < 0 else 1.0 - 0.5 * (1 - u) ** 2
 
 
 @nb.njit(cache=True, nogil=True)
-def contact_table(rotation, edges):
+def contact_table(rotation: Rotation, edges: EdgeElements) -> FloatArray:
     """Return the engaged share of every element at every step of a revolution, shape (repeat, elements)."""
     contact = np.empty((rotation.repeat, edges.lag.size))
     for k in range(rotation.repeat):
@@ -49,7 +50,8 @@ def contact_table(rotation, edges):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=True)
-def simulate(rotation, structure, state, edges, law, trace):
+def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edges: EdgeElements, law: ElementForces,
+             trace: Trace) -> int:
     """March the steps after the first from modal states `state`, which go on with them, and fill the trace; returns the last
     step, earlier where the tool passes 1 m.
 
@@ -160,7 +162,7 @@ def simulate(rotation, structure, state, edges, law, trace):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=True, inline="always")
-def along(displacement, k, x, y, z, spatial):
+def along(displacement: FloatArray, k: int, x: float, y: float, z: float, spatial: bool) -> float:
     """Return the displacement of step k along the outward normal [x, y, -z]."""
     total = x * displacement[k, 0] + y * displacement[k, 1]
     if spatial:

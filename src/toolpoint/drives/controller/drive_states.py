@@ -23,8 +23,8 @@ DriveState = Literal["on", "off", "shorted", "braked"]
 DRIVE_STATES: tuple[DriveState, ...] = ("on", "off", "shorted", "braked")
 
 
-def respond_to_forces(servo: Servo, forces: FloatArray, outputs: FloatArray, frequency: FloatArray,
-                      state: DriveState = "on", *, losses: ComplexArray | None = None) -> ComplexArray:
+def respond_to_forces(servo: Servo, forces: FloatArray, outputs: FloatArray, *, frequency: FloatArray,
+                      state: DriveState = "on", losses: ComplexArray | None = None) -> ComplexArray:
     """Return the responses (n_f, n_out, n_in) of rows (n_out, n) of the plant's states to force columns (n, n_in), m/N.
 
     Parameters

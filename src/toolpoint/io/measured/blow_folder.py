@@ -65,6 +65,11 @@ class BlowFolder:
         """The test file, for `frf` and `tap`."""
         return self.folder / TEST_FILE
 
+    @property
+    def decisions(self) -> dict[str, bool]:
+        """Decisions of a person about blows, as they stand in the test file."""
+        return {name: word == "accepted" for name, word in test_file.read(self.test_file).hits.items()}
+
     def keep(self, blow: CapturedBlow) -> str:
         """Keep a blow under the next number; it is on the disk when this returns."""
         path = self.folder / f"blow_{self._next_number():04d}.npz"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -39,7 +39,8 @@ class LiveInput:
     notes: tuple[str, ...]
 
 
-def open_input(address: str, channels: Sequence[str], rate: float | None = None, *, limit: float | None = None) -> LiveInput:
+def open_input(address: str, channels: Sequence[str], rate: float | None = None, *, limit: float | None = None,
+               wait: Callable[[str], None] = lambda words: None) -> LiveInput:
     """Return the input of an address with its described channels.
 
     Parameters
@@ -52,6 +53,8 @@ def open_input(address: str, channels: Sequence[str], rate: float | None = None,
         Hz; the device's own where left out.
     limit : float, optional
         Range of an NI board, V.
+    wait : callable
+        Called with words once the first record of a watched folder is waited for: what is written from then on is taken.
 
     Raises
     ------
@@ -59,13 +62,13 @@ def open_input(address: str, channels: Sequence[str], rate: float | None = None,
         For an address that is none, a device that is not there, channels that it has not, sensitivities that are missing.
     """
     described = [parse_channel(text) for text in channels]
-    device = _device_of(address, _channel_count(described), rate, limit)
+    device = _device_of(address, _channel_count(described), rate, limit=limit, wait=wait)
     return _with_channels(device, described, address)
 
 
 def open_microphone(address: str, rate: float | None = None, channels: int = 1) -> SampledInput:
     """Return the input of an address for listening: its channels need no description."""
-    return _device_of(address, channels, rate, None)
+    return _device_of(address, channels, rate)
 
 
 def _channel_count(described: Sequence[ChannelDescription]) -> int | None:
@@ -74,7 +77,8 @@ def _channel_count(described: Sequence[ChannelDescription]) -> int | None:
     return max(numbers) if numbers and len(numbers) == len(described) else None
 
 
-def _device_of(address: str, count: int | None, rate: float | None, limit: float | None) -> SampledInput:
+def _device_of(address: str, count: int | None, rate: float | None, *, limit: float | None = None,
+               wait: Callable[[str], None] = lambda words: None) -> SampledInput:
     kind, _, place = address.partition(":")
     if kind not in KINDS_OF_INPUT or (kind in ("ni", "folder", "play") and not place):
         raise ToolpointError(f"device {address!r}: must be {FORM_OF_ADDRESS}; {suggestion(kind, KINDS_OF_INPUT)} `toolpoint "
@@ -85,6 +89,8 @@ def _device_of(address: str, count: int | None, rate: float | None, limit: float
         return NiInput(place, count or 1, rate or DEFAULT_RATE, limit=limit or DEFAULT_RANGE)
     if kind == "folder":
         folder = WatchedFolder(place, _read_folder_record, rate=rate)
+        folder.open()
+        wait(f"waiting for the first record in {place}")
         folder.wait_for_first()
         return folder
     return _player_of(place, rate)

@@ -21,8 +21,7 @@ KINDS: dict[str, tuple[str, str, str]] = {
     "plan": ("machine", "plan_file", "a screening plan"),
     "datasheet": ("members", "robot_file", "a robot's datasheet"),
 }
-
-
+ARC_KEYS = frozenset({"immersion", "entry", "exit", "direction"})  # of a section 'cutting'
 # Kinds of files with the module that holds their JSON schema.
 SCHEMAS: dict[str, str] = {"machine": "machine_schema", "servo": "drive_file", "choice": "testing.choice_file",
                            **{kind: module for kind, (_, module, _) in KINDS.items()}}
@@ -68,12 +67,36 @@ def read_kind(path: str | Path, kind: str) -> tuple[str, Any]:
     return f"{words}, {name}" if name else words, part
 
 
-def _read_cut(path: Path) -> CuttingDescription:
+def read_tool(path: str | Path) -> CuttingDescription:
+    """Return tool and coefficients of a file with a section 'cutting', for a program whose stock gives the arcs of cut.
+
+    The file needs no arc of its own. Raises FileFaults with every fault of the file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "drill.yaml")
+    ...     _ = file.write_text("cutting: {diameter: 10 mm, teeth: 4, tangential: 800 MPa, normal: 300 MPa}")
+    ...     read_tool(file).tool.teeth
+    4
+    """
+    return _read_cut(Path(path), needs_arc=False)
+
+
+def _read_cut(path: Path, *, needs_arc: bool = True) -> CuttingDescription:
     from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
     from toolpoint.io.yaml.document import validate
 
     document = parse(path)
-    part: Any = validate(CuttingModel, document.data["cutting"], ("cutting",), document=document)
+    section = document.data.get("cutting")
+    if "cutting" not in document.data:
+        document.fault((), f"holds no section 'cutting', but {', '.join(document.data) or 'nothing'}; a tool is described by "
+                       "its diameter, teeth and coefficients there")
+        raise FileFaults(str(path), document.text, document.faults)
+    if not needs_arc and isinstance(section, dict) and not ARC_KEYS & section.keys():
+        section["direction"] = "slot"
+    part: Any = validate(CuttingModel, section, ("cutting",), document=document)
     cut = None if part is None else cutting_of(part, document)
     if document.faults or cut is None:
         raise FileFaults(str(path), document.text, document.faults)

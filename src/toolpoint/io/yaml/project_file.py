@@ -85,6 +85,7 @@ class GoalPart(Part):
     depth: _Depth
     cut: str = ""
     pose: _Pose = {}
+    stick_out: Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)] | None = None
 
 
 class ContourPart(Part):
@@ -121,6 +122,8 @@ class ProgramPart(Part):
     stock: str
     cut: str = ""
     tools: dict[int, str] = {}
+    tips: dict[int, str] = {}
+    shafts: dict[int, str] = {}
     coefficient_deviation: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
     zero: _Pose = {}
     speed: Annotated[float, StatedScalar(units.SPEED, ge=0)] = 0.0
@@ -242,13 +245,15 @@ def _project(part: ProjectFile | None, document: Document) -> ProjectDescription
     _check_tests(entries["tests"], document)
     for name, goal in entries["goals"].items():
         _check_cut_name(("goals", name, "cut"), str(goal.get("cut", "")), entries["cuts"], document)
+        if goal.get("stick_out") is not None and not document.data.get("coupling"):
+            document.fault(("goals", name, "stick_out"), "needs the section coupling: a shaft file of the tool, its spindle")
     for name, program in entries["programs"].items():
         _check_program(name, program, entries["cuts"], document)
     _check_coupling(document.data.get("coupling"), document)
     if document.faults or part is None:
         return None
     tests = {name: ProjectTest(**test.model_dump()) for name, test in part.tests.items()}
-    goals = {name: ProjectGoal(goal.speed, goal.depth, goal.cut or next(iter(cuts)), goal.pose)
+    goals = {name: ProjectGoal(goal.speed, goal.depth, goal.cut or next(iter(cuts)), goal.pose, goal.stick_out)
              for name, goal in part.goals.items()}
     return ProjectDescription(
         part.name, tests, part.machine, part.components, part.geometry, part.servo, cuts, goals,
@@ -279,6 +284,10 @@ def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any],
     """Add the faults of a program: a cut that is not described, a stock that cannot be read."""
     if cuts or entry.get("cut"):  # without any the tool is that of the machine file
         _check_cut_name(("programs", name, "cut"), str(entry.get("cut", "")), cuts, document)
+    coupling = document.data.get("coupling")
+    if entry.get("shafts") and not (isinstance(coupling, dict) and coupling.get("point")):
+        document.fault(("programs", name, "shafts"), "need the section coupling with a point of the machine, where they begin; "
+                       "on a struck gauge, couple them by toolpoint rcsa and name the responses under tips")
     stock, curve = str(entry.get("stock", "")), str((entry.get("spindle") or {}).get("curve", ""))
     try:
         read_curve(curve or "1:1")

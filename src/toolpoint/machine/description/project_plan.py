@@ -48,12 +48,14 @@ class ProjectCut:
 
 @dataclass(frozen=True)
 class ProjectGoal:
-    """Goal of a project: a cut at a speed (rev/min) and depth (m) at a pose."""
+    """Goal of a project: a cut at a speed (rev/min) and depth (m) at a pose; stick_out : m, of the project's coupled tool, None
+    for the tool of the machine or the tap."""
 
     speed: float
     depth: float
     cut: str = ""
     pose: Mapping[str, float] = field(default_factory=dict)
+    stick_out: float | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ class ProjectProgram:
 
     program : file; stock : ``box=X1,Y1,Z1,X2,Y2,Z2`` or ``cylinder=DIAMETER,BOTTOM,TOP[,X,Y]`` in mm, as for
     `toolpoint machining`, or an STL file; cut : name of the project's cut whose tool and material it is, empty for the cut of
-    the machine file; tools : files of further tools by number; coefficient_deviation : of these, relative.
+    the machine file; tools : files of further tools by number; coefficient_deviation : of these, relative; tips : files of
+    their own responses, shafts : their shaft files, which stand on the machine where the coupled tool begins, by number.
     zero : axis positions at the program's zero, m or rad; speed : rev/min, where the program holds no S; first_feed : m/s,
     before its first F; stick_out, holder : m, 0 where not known; spacing : of the dexels, m, 0 for that of the smallest tool.
     servo : whether the project's servo follows the program; part : STL file that must not be cut into.
@@ -105,6 +108,8 @@ class ProjectProgram:
     stock: str
     cut: str = ""
     tools: Mapping[int, str] = field(default_factory=dict)
+    tips: Mapping[int, str] = field(default_factory=dict)
+    shafts: Mapping[int, str] = field(default_factory=dict)
     coefficient_deviation: float | None = None
     zero: Mapping[str, float] = field(default_factory=dict)
     speed: float = 0.0

@@ -88,7 +88,7 @@ class BandModes:
         return -self.poles.real / np.abs(self.poles)
 
 
-def identify_band(samples: list[FloatArray], channels: tuple[Dof, ...], references: list[int], settings: Subspace, *,
+def identify_band(samples: list[FloatArray], channels: tuple[Dof, ...], references: list[int], *, settings: Subspace,
                   rate: float,
                   band: SearchBand) -> BandModes:
     """Return the modes of records (n_samples, n_channels) within a band; `rate` samples per second, `references` columns."""
@@ -98,7 +98,7 @@ def identify_band(samples: list[FloatArray], channels: tuple[Dof, ...], referenc
     # It is that of the whole record, so that the spectra of all bands meet.
     level = np.sqrt(sum((part**2).sum(axis=0) for part in samples) / sum(part.shape[0] for part in samples))
     scaled = [part / level for part in slower]
-    correlations = correlate_blocks(scaled, interval, references, 2 * settings.rows - 1, blocks=band.blocks)
+    correlations = correlate_blocks(scaled, interval, references, lags=2 * settings.rows - 1, blocks=band.blocks)
     # All modes below the top are sought, as the shapes of those within the band are fitted beside them.
     omega_range = (0.0, 2 * np.pi * band.frequency_max)
     all_poles = subspace_poles(correlations, settings.order, omega_range=omega_range, weight_past=settings.weight_past)

@@ -55,7 +55,7 @@ class Correlations(NotebookText):
                 f"{blocks} blocks)")
 
 
-def correlate_blocks(samples: list[FloatArray], interval: float, references: list[int], lags: int, *,
+def correlate_blocks(samples: list[FloatArray], interval: float, references: list[int], *, lags: int,
                      blocks: int) -> Correlations:
     """Return the correlations of records with the same channels, in about `blocks` blocks of one length over all records.
 

@@ -84,7 +84,7 @@ def _identify_setup(records: Sequence[Record], references: Sequence[str], settin
     labels = [str(dof) for dof in usable[0].channels]
     columns = [labels.index(name) for name in references if name in labels] or list(range(len(labels)))
     plan = plan_bands([part.shape[0] for part in samples], rate, settings.rows, blocks=settings.blocks, band=band)
-    parts = [identify_band(samples, usable[0].channels, columns, settings, rate=rate, band=item) for item in plan]
+    parts = [identify_band(samples, usable[0].channels, columns, settings=settings, rate=rate, band=item) for item in plan]
     modes, order = _join_bands(parts, usable[0])
     share = np.concatenate([part.power_share for part in parts])[order]
     is_remainder, of_lines = remainders_of_lines(modes, share, harmonics)

@@ -8,10 +8,11 @@ import numpy as np
 
 from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting.build import words
+from toolpoint.cutting.description import ProcessDampingDescription
 from toolpoint.machine import Machine
 from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot import Chart, InverseField, Lookup, Notes, Report, Table, TableFields
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.cuts.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
@@ -28,7 +29,7 @@ def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] 
         "Stable depth", *_map_parts(result),
         Table(list(HEADER), result.rows(), "Depth that is stable at every charted speed; the worst pose of each feed "
               "direction"))
-    report = report.with_section("Over the speed", *_speed_parts(result))
+    report = report.with_section("Over the speed", *_lookup(result), *_speed_parts(result))
     report = report.with_doubts(*result.doubts)
     failed = result.failed()
     if failed:
@@ -51,6 +52,34 @@ def _answer(result: ChatterMap) -> str:
             f"worst is {pose_words(worst_limit.pose, result.angles)}, feed at {angle_words(worst_limit.feed_angle)}, "
             f"{worst_limit.speed:.0f} rev/min, where chatter begins at {worst_limit.frequency:.0f} Hz. The speed that is best "
             f"everywhere allows {best}.")
+
+
+def _lookup(result: ChatterMap) -> list[Lookup]:
+    """Return the field of the speed, with K_t where the limit goes with its inverse; other cuts are refused by name."""
+    limit, upper = result.everywhere, float(np.nanmin(result.depth_max))
+    if not np.isfinite(limit).any():
+        return []
+    answers = [f"{speed:.0f} rev/min: " + (f"stable up to {text_below(1e3 * depth)} mm" if np.isfinite(depth) else
+               f"no limit found up to {number_text(1e3 * upper, digits=3)} mm") + " at every pose and feed direction."
+               for speed, depth in zip(result.speeds, limit, strict=True)]
+    start = float(result.speeds[int(np.argmax(np.minimum(limit, upper)))])
+    tool, engagement = result.cut.tool, result.cut.engagement
+    other = None if engagement.immersion is None else TableFields(
+        ("immersion", "teeth"), (engagement.immersion, tool.teeth), (engagement.immersion,), (tool.teeth,),
+        result.speeds.tolist(), limit[None, None], [[upper]], 1e3, "mm", "",
+        "A map is of one cut: for it run map-chatter with --immersion {0} --teeth {1}.")
+    return [Lookup("How deep at my speed, at every pose", "rev/min", result.speeds.tolist(), limit.tolist(), answers, start,
+                   "depth", _coefficient_field(result, upper), other)]
+
+
+def _coefficient_field(result: ChatterMap, upper: float) -> InverseField | None:
+    """Return the field of K_t, None where the limit is not proportional to its inverse, or K_t is not stated."""
+    tool, k = result.cut.tool, result.cut.coefficients
+    is_straight = not np.any(tool.helix) and tool.corner_radius == 0 and result.cut.damping == ProcessDampingDescription()
+    if not is_straight or not k.tangential or k.total_energy is not None:
+        return None
+    return InverseField("K_t", "N/mm²", k.tangential / 1e6, 1e3, "mm", upper, "Exact for straight edges without process "
+                        "damping: the limit goes with 1/Kt, and the ratios of the coefficients stay.")
 
 
 def _map_parts(result: ChatterMap) -> list[Chart | str]:

@@ -33,10 +33,10 @@ def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str 
     family = result.evidence.family if result.verdict != NO_CHATTER else None
     lines = None if family is None else family.lines
     marked = np.zeros(0) if lines is None else lines.frequency[:MAX_MARKED_LINES]
-    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, marked, highest=highest, start=start),
+    sound = Chart(spectrogram(e.samples, e.rate, e.tooth, chatter=marked, highest=highest, start=start),
                   "The cut over time; tooth passings and chatter lines are marked at the right edge.")
     report = report.with_section("Spectrogram", sound)
-    named = draw_spectrum(e.spectrum, e.tooth, lines, e.background, highest=highest)
+    named = draw_spectrum(e.spectrum, e.tooth, lines, background=e.background, highest=highest)
     report = report.with_section("Spectrum", Chart(named), Table(["Hz", "order", "dB", "what"], result.line_rows(),
                                                                  "The strongest lines; order is over the spindle's frequency."))
     if result.course is not None and result.verdict == CHATTER:

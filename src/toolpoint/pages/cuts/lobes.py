@@ -13,7 +13,7 @@ from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, ClickedSeries, InverseField, Lookup, Report, Table
+from toolpoint.plot import Chart, ClickedSeries, InverseField, Lookup, Report, Table, TableFields
 from toolpoint.plot.figures.cuts.cutting import (
     chatter_frequencies,
     intervals_of,
@@ -79,7 +79,7 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
                              points=points)
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
-                    "depth", _coefficient_field(result.problem, chart))
+                    "depth", _coefficient_field(result.problem, chart), _other_cuts(result))
     looked_up = [] if result.withheld else [lookup]
     parts: list[Chart | ClickedSeries]
     if runs:
@@ -105,6 +105,16 @@ def _coefficient_field(problem: MillingProblem, chart: StabilityChart) -> Invers
     ratio = f"Kn/Kt stays {k.kn / k.kt:.3g}" + (f" and Ka/Kt {k.ka / k.kt:.3g}" if k.ka else "")
     return InverseField("K_t", "N/mm²", k.kt / 1e6, 1e3, "mm", chart.depth_max,
                         f"Exact for straight edges without process damping: the limit goes with 1/Kt, {ratio}.")
+
+
+def _other_cuts(result: LobesStudy) -> TableFields | None:
+    """Return the fields of immersion and teeth, None where other cuts were not computed."""
+    table = result.other_cuts
+    if table is None:
+        return None
+    return TableFields(("immersion", "teeth"), (table.immersion, table.tooth_count), table.immersions.tolist(), table.teeth,
+                       table.speeds.tolist(), table.limit, table.depth_max, 1e3, "mm", table.words,
+                       "For it run the same command with --immersion {0} --teeth {1}.")
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:

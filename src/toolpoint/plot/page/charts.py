@@ -147,6 +147,58 @@ class InverseField:
                 "valueUnit": self.value_unit, "upper": self.upper, "words": self.words}
 
 
+@dataclass(frozen=True, eq=False)
+class TableFields:
+    """Two further fields of a `Lookup`, for whose numbers the values were computed too: one between, one whole number.
+
+    Parameters
+    ----------
+    labels : (str, str)
+        Of the fields.
+    starts : (float, int)
+        Those of the lookup's own values.
+    rows, columns : sequences of numbers
+        Increasing.
+    abscissae : sequence of floats
+    values : (n_rows, n_columns, n) floats
+        Infinite where none was found, down to `upper` (n_rows, n_columns).
+    factor, value_unit : from a value to the unit in which it is printed
+    words : str
+        What the values are, printed small.
+    remedy : str
+        The command for numbers that were not computed; `{0}` and `{1}` stand for them.
+    """
+
+    labels: tuple[str, str]
+    starts: tuple[float, int]
+    rows: Sequence[float]
+    columns: Sequence[int]
+    abscissae: Sequence[float]
+    values: Any
+    upper: Any
+    factor: float
+    value_unit: str
+    words: str
+    remedy: str
+
+    def fragment(self, name: str) -> str:
+        """Return labels and fields."""
+        return "".join(
+            f' <span class="tp-second"><label for="tp-{kind}-{name}">{mark_up(label)}</label> '
+            f'<input id="tp-{kind}-{name}" class="tp-{kind}" type="number" inputmode="decimal" step="any" min="{numbers[0]:g}" '
+            f'max="{numbers[-1]:g}" value="{start:g}"></span>'
+            for kind, label, start, numbers in zip(("row", "column"), self.labels, self.starts, (self.rows, self.columns),
+                                                   strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the script of the page needs; values have four digits."""
+        values = [[[float(f"{v:.4g}") if math.isfinite(v) else None for v in line] for line in row] for row in self.values]
+        return {"labels": list(self.labels), "starts": list(self.starts), "rows": [float(f"{v:.6g}") for v in self.rows],
+                "columns": list(self.columns), "at": [float(f"{v:.7g}") for v in self.abscissae], "values": values,
+                "upper": [[float(f"{v:.4g}") for v in row] for row in self.upper], "factor": self.factor,
+                "valueUnit": self.value_unit, "words": self.words, "remedy": self.remedy}
+
+
 @dataclass(frozen=True)
 class Lookup:
     """A field for a number and the answer to it, from answers computed beforehand: "how deep at my speed".
@@ -168,6 +220,8 @@ class Lookup:
     name : str
     inverse : InverseField, optional
         A second number with which the values go inversely.
+    table : TableFields, optional
+        Two further numbers for which the values were computed too.
     """
 
     label: str
@@ -178,6 +232,7 @@ class Lookup:
     start: float
     name: str = "lookup"
     inverse: InverseField | None = None
+    table: TableFields | None = None
 
     def __post_init__(self) -> None:
         if not len(self.abscissae) == len(self.values) == len(self.answers) or len(self.abscissae) == 0:
@@ -189,8 +244,10 @@ class Lookup:
         abscissae = [float(f"{v:.7g}") for v in self.abscissae]
         values = [float(f"{v:.7g}") if math.isfinite(v) else None for v in self.values]
         data = {"at": abscissae, "values": values, "answers": list(self.answers), "unit": self.unit,
-                "inverse": None if self.inverse is None else self.inverse.to_dict()}
+                "inverse": None if self.inverse is None else self.inverse.to_dict(),
+                "table": None if self.table is None else self.table.to_dict()}
         second = "" if self.inverse is None else self.inverse.fragment(self.name)
+        second += "" if self.table is None else self.table.fragment(self.name)
         field_id, source = f"tp-field-{self.name}", f"tp-lookup-{self.name}"
         return (f'<div class="tp-lookup" data-source="{source}"><label for="{field_id}">{mark_up(self.label)}</label> '
                 f'<input id="{field_id}" type="number" inputmode="decimal" step="any" '

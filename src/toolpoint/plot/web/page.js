@@ -73,9 +73,33 @@
     document.getElementById("tp-library").remove();
   }
 
+  // Three digits, rounded down: never more than is stable.
+  const down = (v) => { const step = 10 ** (Math.floor(Math.log10(v)) - 2); return Number((Math.floor(v / step + 1e-9) * step).toPrecision(3)); };
+
+  // The answer at two further numbers for which values were computed: exact in both, or those of the neighbours side by side.
+  function tabled(root, table, x, ratio, unit, inverseWords) {
+    const row = Number(root.querySelector(".tp-row").value), column = Number(root.querySelector(".tp-column").value);
+    if (row === table.starts[0] && column === table.starts[1]) return null;
+    const names = table.labels, remedy = table.remedy.replace("{0}", row).replace("{1}", column), rows = table.rows;
+    if (!(row > 0) || !(column > 0)) return [`Write ${names[0]} and ${names[1]} above zero.`];
+    const k = table.columns.indexOf(column);
+    if (k < 0) return [`${column} ${names[1]} were not computed (${table.columns.join(", ")} ${table.columns.length > 1 ? "were" : "was"}).`, remedy];
+    if (row < rows[0] || row > rows.at(-1)) return [`The ${names[0]} ${row} ${rows.length > 1 ? `is outside what was computed: ${rows[0]} to ${rows.at(-1)}` : `was not computed (${rows[0]} was)`}.`, remedy];
+    const high = Math.max(table.at.findIndex((v) => v >= x), 0), low = table.at[high] === x ? high : Math.max(high - 1, 0);
+    const upperRow = rows.findIndex((v) => v >= row), places = rows[upperRow] === row ? [upperRow] : [upperRow - 1, upperRow];
+    const size = (i) => {
+      const [a, b] = [low, high].map((j) => table.values[i][k][j]).map((v) => v === null ? Infinity : v), value = Math.min(a, b);
+      return Number.isFinite(value) ? `stable up to ${down(table.factor * value * ratio)} ${table.valueUnit}` : `no limit found up to ${down(table.factor * table.upper[i][k] * ratio)} ${table.valueUnit}`;
+    };
+    const head = `${x} ${unit}, ${column} ${column === 1 ? "tooth" : "teeth"}`, first = names[0][0].toUpperCase() + names[0].slice(1);
+    const said = places.length === 1 ? [`${head}, ${names[0]} ${row}: ${size(places[0])}.`]
+      : [`${head}: ${names[0]} ${rows[places[0]]} is ${size(places[0])}, ${rows[places[1]]} ${size(places[1])}.`, `${first} ${row} itself was not computed, and its limit may lie outside the two. ${remedy}`];
+    return [...said, table.words, ...(inverseWords ? [inverseWords] : [])];
+  }
+
   // A field for a number and its answer; between two places the lower answer counts, and both are named.
   function lookup(root) {
-    const { at, values, answers, unit, inverse } = JSON.parse(window.ToolpointText(root.dataset.source));
+    const { at, values, answers, unit, inverse, table } = JSON.parse(window.ToolpointText(root.dataset.source));
     const field = root.querySelector("input"), place = root.querySelector("output");
     const lines = (...texts) => place.replaceChildren(...texts.map((text, i) =>
       Object.assign(document.createElement(i ? "small" : "strong"), { textContent: text })));
@@ -86,9 +110,9 @@
       const high = at.findIndex((v) => v >= x), low = at[high] === x ? high : high - 1;
       const second = inverse && root.querySelector(".tp-inverse"), k = second ? Number(second.value) : 0;
       if (second && !(k > 0)) return lines(`Write ${inverse.label} above zero.`);
-      if (second && k !== inverse.start) {
-        // Exact where the rule holds; three digits, rounded down: never more than is stable.
-        const down = (v) => { const step = 10 ** (Math.floor(Math.log10(v)) - 2); return Number((Math.floor(v / step + 1e-9) * step).toPrecision(3)); };
+      const ratio = second ? inverse.start / k : 1, other = table && tabled(root, table, x, ratio, unit, ratio === 1 ? "" : `${inverse.label.replace("_", "")} ${k} ${inverse.unit}: ${inverse.words}`);
+      if (other) return lines(...other);
+      if (second && k !== inverse.start) { // exact where the rule holds
         const near = [low, high].filter((i) => at[i] !== undefined).map((i) => values[i] === null ? Infinity : values[i]), value = Math.min(...near);
         const size = down(inverse.factor * (Number.isFinite(value) ? value : inverse.upper) * inverse.start / k);
         return lines(`${x} ${unit} at ${inverse.label.replace("_", "")} ${k} ${inverse.unit}: ${Number.isFinite(value) ? `stable up to ${size}` : `no limit found up to ${size}`} ${inverse.valueUnit}.`,

@@ -66,7 +66,7 @@ void main() {
   class Renderer {
     constructor(canvas, ramp) {
       this.canvas = canvas;
-      this.gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
+      this.gl = canvas.getContext("webgl2", { antialias: false, alpha: false }); // a page blends an opaque picture for a third less
       if (!this.gl) throw new Error("no WebGL2 context");
       this.kinds = [FACE, EDGE, WIRE, DOT].map((kind) => linked(this.gl, kind));
       this.ramp = new Float32Array(ramp.flat()); this.panes = [];
@@ -80,7 +80,7 @@ void main() {
         if (old) { gl.deleteFramebuffer(old.frame); gl.deleteRenderbuffer(old.colour); gl.deleteRenderbuffer(old.depth); }
         const made = { w, h, samples, frame: gl.createFramebuffer(), colour: gl.createRenderbuffer(), depth: gl.createRenderbuffer() };
         gl.bindFramebuffer(gl.FRAMEBUFFER, made.frame);
-        for (const [buffer, format, at] of [[made.colour, gl.RGBA8, gl.COLOR_ATTACHMENT0],
+        for (const [buffer, format, at] of [[made.colour, gl.RGB8, gl.COLOR_ATTACHMENT0],
           [made.depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
           gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
           gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, w, h);
@@ -111,20 +111,20 @@ void main() {
         gl.vertexAttribPointer(i, width, gl.FLOAT, false, 0, 0);
         own.buffers.push(buffer);
       });
-      own.faces = gl.createBuffer(); own.edges = gl.createBuffer(); own.dots = gl.createBuffer();
-      own.faceCount = own.edgeCount = own.dotCount = 0; own.peak = 1; own.scale = 0;
+      own.faces = gl.createBuffer(); own.edges = gl.createBuffer(); own.dots = gl.createBuffer(); own.coarse = gl.createBuffer();
+      own.faceCount = own.edgeCount = own.dotCount = own.coarseCount = 0; own.peak = 1; own.scale = 0;
       gl.bindVertexArray(null);
       this.panes.push(own);
     }
 
-    setElements(k, faces, edges, dots) {
+    setElements(k, faces, edges, dots, coarse) { // coarse: fewer faces between the same nodes, none for a small scene
       const gl = this.gl, own = this.panes[k];
       gl.bindVertexArray(null);
-      for (const [buffer, data] of [[own.faces, faces], [own.edges, edges], [own.dots, dots]]) {
+      for (const [buffer, data] of [[own.faces, faces], [own.edges, edges], [own.dots, dots], [own.coarse, coarse]]) {
         gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
         gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.STATIC_DRAW);
       }
-      own.faceCount = faces.length; own.edgeCount = edges.length; own.dotCount = dots.length;
+      own.faceCount = faces.length; own.edgeCount = edges.length; own.dotCount = dots.length; own.coarseCount = coarse.length;
     }
 
     setNodes(k, nodes) { // the same scene at another pose
@@ -138,12 +138,12 @@ void main() {
       own.peak = peak > 0 ? peak : 1;
     }
 
-    draw(state) { // state: view, projection, phase, scales, colouring, level, edge and ghost colours, ratio
+    draw(state) { // state: view, projection, phase, scales, colouring, level, edge and ghost colours, backdrop (colours of its upper and lower end), ratio
       const gl = this.gl, w = this.canvas.width, h = this.canvas.height, n = this.panes.length;
       const samples = state.level ? 0 : 4;
       this.bindTarget(samples);
       gl.enable(gl.DEPTH_TEST); gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-      gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      this.clear(state.backdrop, w, h);
       for (let k = 0; k < n; k++) {
         const left = Math.round(k * w / n), width = Math.round((k + 1) * w / n) - left;
         gl.viewport(left, 0, width, h);
@@ -151,6 +151,18 @@ void main() {
         this.drawPane(this.panes[k], state, state.scales[k]);
       }
       this.showTarget(samples);
+    }
+
+    clear([upper, lower], w, h) { // a gradient of as many bands as there are shades between its ends
+      const gl = this.gl, count = Math.min(h, 1 + Math.max(...upper.map((v, i) => Math.abs(v - lower[i]))));
+      gl.enable(gl.SCISSOR_TEST);
+      for (let i = 0; i < count; i++) {
+        const share = count > 1 ? i / (count - 1) : 0, from = Math.round(i * h / count);
+        gl.clearColor(...lower.map((v, j) => (v + share * (upper[j] - v)) / 255), 1);
+        gl.scissor(0, from, w, Math.round((i + 1) * h / count) - from);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+      }
+      gl.disable(gl.SCISSOR_TEST); gl.clear(gl.DEPTH_BUFFER_BIT);
     }
 
     use(kind, own, state, scale) {
@@ -170,7 +182,8 @@ void main() {
       if (!wire) {
         this.use(FACE, own, state, scale);
         gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1, 2);
-        this.elements(gl.TRIANGLES, own.faces, own.faceCount);
+        if (state.level > 3 && own.coarseCount) this.elements(gl.TRIANGLES, own.coarse, own.coarseCount);
+        else this.elements(gl.TRIANGLES, own.faces, own.faceCount);
         gl.disable(gl.POLYGON_OFFSET_FILL);
       }
       if (wire || !large || state.level < 3) this.drawEdges(own, state, scale, wire, large);

@@ -8,6 +8,30 @@
   const VIEWS = { "3D": [-0.95, 0.42], Front: [-Math.PI / 2, 0], Side: [0, 0], Top: [-Math.PI / 2, Math.PI / 2 - 1e-3] };
   const FIELD = 0.42; // vertical field of view, rad
 
+  const COARSE_FROM = 6000, COARSE_CELLS = 20; // faces above which a moving scene may be coarse; cells along its longest side
+  const PAPER = [[255, 255, 255], [255, 255, 255]];
+
+  // Fewer faces of the same scene: nodes of a body that lie in one cell of a grid count as the first of them.
+  function coarseFaces(pane, faces, centre, radius) {
+    if (faces.length < 3 * COARSE_FROM) return new Uint32Array(0);
+    const size = 2 * radius / COARSE_CELLS, first = new Map(), of = new Uint32Array(pane.count);
+    for (let i = 0; i < pane.count; i++) {
+      let key = pane.body[i] * 2 + pane.known[i];
+      for (let j = 0; j < 3; j++) key = key * 4 * COARSE_CELLS + Math.floor((pane.nodes[3 * i + j] - centre[j]) / size) + 2 * COARSE_CELLS;
+      if (!first.has(key)) first.set(key, i);
+      of[i] = first.get(key);
+    }
+    const drawn = new Set(), coarse = [];
+    for (let i = 0; i < faces.length; i += 3) {
+      const [a, b, c] = [of[faces[i]], of[faces[i + 1]], of[faces[i + 2]]];
+      if (a === b || b === c || c === a) continue;
+      const key = [a, b, c].sort((p, q) => p - q).join();
+      if (drawn.has(key)) continue;
+      drawn.add(key); coarse.push(a, b, c);
+    }
+    return Uint32Array.from(coarse);
+  }
+
   const bytes = (packed) => window.ToolpointData(packed);
   function make(tag, attributes, ...children) {
     const node = document.createElement(tag);
@@ -51,7 +75,8 @@
       new ResizeObserver(() => this.touch()).observe(this.canvas);
       new IntersectionObserver((entries) => { this.seen = entries.at(-1).isIntersecting; this.touch(); }).observe(root);
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.touch());
-      window.addEventListener("beforeprint", () => { this.dirty = true; this.render(); });
+      window.addEventListener("beforeprint", () => { this.isPrinted = true; this.render(); });
+      window.addEventListener("afterprint", () => { this.isPrinted = false; this.touch(); });
       this.canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.lost = true; });
       this.canvas.addEventListener("webglcontextrestored", () => { this.start(); this.showMode(this.mode); });
       const tick = (now) => { this.advance(now); requestAnimationFrame(tick); };
@@ -74,7 +99,8 @@
     build() {
       this.canvas = make("canvas", { tabindex: "0", role: "img", "aria-label":
         "Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode." });
-      this.stage = make("div", { class: "tp-stage" }, this.canvas);
+      this.coarseNote = make("div", { class: "tp-coarse", text: "coarser while it moves", hidden: "" });
+      this.stage = make("div", { class: "tp-stage" }, this.canvas, this.coarseNote);
       this.side = make("div", { class: "tp-side" });
       this.bar = make("div", { class: "tp-bar" });
       this.root.replaceChildren(make("div", { class: "tp-main" }, this.stage, this.bar), this.side);
@@ -111,13 +137,13 @@
     start() {
       this.lost = false;
       this.renderer = new window.ToolpointRenderer(this.canvas, this.data.ramp);
-      this.panes.forEach((pane, k) => { this.renderer.addPane(pane); this.elements(k); });
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const pane of this.panes) pane.nodes.forEach((v, i) => {
         low[i % 3] = Math.min(low[i % 3], v); high[i % 3] = Math.max(high[i % 3], v);
       });
       this.centre = low.map((v, i) => (v + high[i]) / 2);
       this.radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2 || 1;
+      this.panes.forEach((pane, k) => { this.renderer.addPane(pane); this.elements(k); });
     }
 
     elements(k) { // faces and edges whose nodes are all on visible bodies
@@ -133,7 +159,8 @@
       };
       const dots = [];
       for (let i = 0; i < pane.count; i++) if (pane.dots && shown(i)) dots.push(i);
-      this.renderer.setElements(k, kept(pane.triangles, 3), kept(pane.lines, 2), Uint32Array.from(dots));
+      const faces = kept(pane.triangles, 3);
+      this.renderer.setElements(k, faces, kept(pane.lines, 2), Uint32Array.from(dots), coarseFaces(pane, faces, this.centre, this.radius));
     }
 
     touch() { this.dirty = true; }
@@ -175,7 +202,8 @@
     changed() { this.dirty = true; if (this.refresh) this.refresh(); }
 
     // While a slow machine plays below 30 frames/s it goes without smoothing (1), then without the undeformed outline (2)
-    // and the edges (3) of large meshes, then at a lower resolution (4). A still picture always has all.
+    // and the edges (3) of large meshes, then with fewer faces at a lower resolution, in a frame without round corners, which a
+    // browser cuts out of every picture (4). A still picture always has all.
     paced(step) {
       if (step > 500) return;
       this.pace += 0.12 * (step - this.pace);
@@ -213,15 +241,32 @@
 
     render() {
       if (this.lost || !this.renderer || !this.canvas.clientWidth) return;
-      const ratio = Math.min(devicePixelRatio || 1, 2) * (this.playing && this.level > 3 ? 0.7 : 1);
+      const ratio = Math.min(devicePixelRatio || 1, 2) * (this.playing && !this.isPrinted && this.level > 3 ? 0.7 : 1);
       const w = Math.round(this.canvas.clientWidth * ratio), h = Math.round(this.canvas.clientHeight * ratio);
       if (this.canvas.width !== w || this.canvas.height !== h) { this.canvas.width = w; this.canvas.height = h; }
-      const dark = matchMedia("(prefers-color-scheme: dark)").matches && !matchMedia("print").matches;
+      const isPaper = this.isPrinted || matchMedia("print").matches, level = this.playing && !isPaper ? this.level : 0;
+      const dark = matchMedia("(prefers-color-scheme: dark)").matches && !isPaper;
+      this.simplify(level > 3);
       this.renderer.draw({ ...this.matrices(), phase: this.phase, scales: this.panes.map((_, k) => this.scale(k)),
-        colouring: this.colouring, ratio, level: this.playing ? this.level : 0, edge: dark ? [0.93, 0.95, 0.98, 0.75] : [0.08, 0.1, 0.15, 0.75],
+        colouring: this.colouring, ratio, level, backdrop: isPaper ? PAPER : this.backdrop(dark), edge: dark ? [0.93, 0.95, 0.98, 0.75] : [0.08, 0.1, 0.15, 0.75],
         ghost: this.ghost ? (dark ? [0.75, 0.8, 0.9, 0.35] : [0.35, 0.4, 0.5, 0.4]) : null });
       this.dirty = false; this.frames += 1;
       if (this.drawAxes) this.drawAxes();
+    }
+
+    simplify(on) { // says so where faces are left out
+      if (this.isSimple === on) return;
+      this.isSimple = on;
+      this.root.classList.toggle("tp-fast", on);
+      this.coarseNote.hidden = !on || !this.renderer.panes.some((own) => own.coarseCount);
+    }
+
+    backdrop(dark) { // the two ends of the gradient behind the canvas, which the style says
+      if (!this.shades || this.shades.dark !== dark) {
+        const parts = (getComputedStyle(this.stage).backgroundImage.match(/[\d.]+/g) || []).map(Number);
+        this.shades = { dark, ends: parts.length === 6 ? [parts.slice(0, 3), parts.slice(3)] : PAPER };
+      }
+      return this.shades.ends;
     }
 
     positions(k = 0) { return Array.from(this.renderer.moved(k, this.phase, this.scale(k))); }

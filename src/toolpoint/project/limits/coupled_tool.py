@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,25 +16,28 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import CoupledTool
-from toolpoint.studies.cuts.tool_coupling import tip_frf
+from toolpoint.project.limits.attached_tool_draws import AttachedToolDraws, prediction_doubt
+from toolpoint.project.limits.line_draws import LineDraws
+from toolpoint.studies.cuts.coupling.machine_spindle import tip_frf
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, response_dynamics
 from toolpoint.substructuring.receptance import PlaneReceptance
 from toolpoint.substructuring.shaft import ShaftDescription
-from toolpoint.vibration import Frf
+from toolpoint.substructuring.spindle import CoupledTip
 
 KEPT_SPINDLES = 4  # in memory, by the content of their files
+COUPLED_NAME = "the coupled tool"  # in messages
 MAX_STICK_OUT_RATIO = 1.6  # of the described length, to either side: what a tool is clamped at
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledDraws:
-    """Tips of a coupled tool, drawn from the scatter of the gauge's responses and the deviations of the tool; poses play no
-    part where the spindle comes from a gauge.
+    """Tips of a tool on a struck spindle, drawn from the scatter of the gauge's responses and the deviations of the tool; poses
+    play no part.
 
-    tips : in the planes that are known; stick_out : m; notes : of the coupling, doubts first.
+    coupled : the tip in the planes that are known; stick_out : m; notes : of the coupling, doubts first.
     """
 
-    tips: tuple[PlaneReceptance, ...]
+    coupled: CoupledTip
     stick_out: float
     notes: tuple[str, ...]
     count: int
@@ -42,15 +45,11 @@ class CoupledDraws:
 
     def nominal(self, pose: Mapping[str, float]) -> ToolDynamics:
         """Return the dynamics of the likeliest tip."""
-        return self._dynamics(tip_frf(self.tips, self.notes))
+        return self._lines.nominal(pose)
 
     def drawn(self, pose: Mapping[str, float]) -> Sequence[ToolDynamics]:
         """Return the dynamics of all draws; where no scatter is known all are the likeliest."""
-        frf = tip_frf(self.tips, self.notes)
-        if frf.draws is None or not len(frf.draws):
-            return [self._dynamics(frf)] * self.count
-        return [self._dynamics(Frf(frf.frequency, frf.draws[k % len(frf.draws)], frf.outputs, frf.inputs))
-                for k in range(self.count)]
+        return self._lines.drawn(pose)
 
     def shares(self, pose: Mapping[str, float], cut: CuttingDescription) -> dict[str, float]:
         """Return the one source of draws."""
@@ -59,14 +58,13 @@ class CoupledDraws:
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """Doubts of the coupling, and that it is a prediction."""
-        prediction = Doubt(f"stick-out {1e3 * self.stick_out:.4g} mm", "the tip is coupled from the shaft file of the tool; no "
-                           "tool was struck at this length", "tap it before the cut is relied on")
-        return (*doubts_among(self.notes), prediction)
+        return (*doubts_among(self.notes), prediction_doubt(self.stick_out))
 
-    @staticmethod
-    def _dynamics(frf: Frf) -> ToolDynamics:
+    @cached_property
+    def _lines(self) -> LineDraws:
+        frf = tip_frf(self.coupled, self.notes)
         band = float(frf.frequency[0]), float(frf.frequency[-1])
-        return response_dynamics(frf, band=band, what="the coupled tool")
+        return LineDraws(response_dynamics(frf, band=band, what=COUPLED_NAME), COUPLED_NAME, self.count, self.seed)
 
 
 def stick_out_range(plan: CoupledTool, folder: Path) -> tuple[str, float, float, float]:
@@ -76,8 +74,9 @@ def stick_out_range(plan: CoupledTool, folder: Path) -> tuple[str, float, float,
 
 
 def couple_at(plan: CoupledTool, folder: Path, stick_out: float, *, machine: Machine | None = None, draws: int, seed: int
-              ) -> CoupledDraws:
-    """Return the draws of a project's tool at a stick-out, m; machine : of the project, for a tool at one of its points.
+              ) -> CoupledDraws | AttachedToolDraws:
+    """Return the draws of a project's tool at a stick-out, m: on the machine where it begins at one of its points (and then at
+    any pose), otherwise on the spindle that a gauge gives.
 
     Raises ToolpointError for a point without a machine, and for lengths beyond `MAX_STICK_OUT_RATIO` of the described one.
     """
@@ -86,9 +85,13 @@ def couple_at(plan: CoupledTool, folder: Path, stick_out: float, *, machine: Mac
     if not length / MAX_STICK_OUT_RATIO <= stick_out * (1 + 1e-9) or stick_out > length * MAX_STICK_OUT_RATIO * (1 + 1e-9):
         fail("stick_out", f"{1e3 * stick_out:.4g} mm", f"must be within a factor of {MAX_STICK_OUT_RATIO:g} of the "
              f"{1e3 * length:.4g} mm of segment {segment}", remedy="describe the tool at about this length")
-    bases = spindle_of(plan, folder, machine, draws=draws, seed=seed)
-    study = studies.study_tool(bases, tool.with_length(segment, stick_out), generator=np.random.default_rng(seed))
-    return CoupledDraws(study.tips, stick_out, study.notes, draws, seed)
+    shaft = tool.with_length(segment, stick_out)
+    if plan.point is not None:
+        if machine is None:
+            fail("coupling.point", repr(plan.point), "needs a machine (machine, or a test with components and geometry)")
+        return AttachedToolDraws(machine, draws, seed, plan.point, shaft, stick_out)
+    study = studies.study_tool(_spindle_of(plan, folder, draws, seed), shaft, generator=np.random.default_rng(seed))
+    return CoupledDraws(study.coupled, stick_out, study.notes, draws, seed)
 
 
 def _segment(plan: CoupledTool, tool: ShaftDescription) -> tuple[str, float]:
@@ -98,12 +101,8 @@ def _segment(plan: CoupledTool, tool: ShaftDescription) -> tuple[str, float]:
     return name, tool.segments[name].length
 
 
-def spindle_of(plan: CoupledTool, folder: Path, machine: Machine | None, *, draws: int, seed: int) -> list[PlaneReceptance]:
-    """Return the receptance of the spindle in the planes that are known, kept while its files stay."""
-    if plan.point is not None:
-        if machine is None:
-            fail("coupling.point", repr(plan.point), "needs a machine (machine, or a test with components and geometry)")
-        return studies.bases_of_machine(machine, plan.point)
+def _spindle_of(plan: CoupledTool, folder: Path, draws: int, seed: int) -> list[PlaneReceptance]:
+    """Return the receptance of a struck spindle in the planes that are known, kept while its files stay."""
     files = tuple(str(folder / name) for name in (str(plan.gauge), *plan.responses))
     stamps = tuple((Path(name).stat().st_size, Path(name).stat().st_mtime_ns) for name in files)
     return list(_struck_spindle(files, stamps, plan.noise, draws, seed))
@@ -117,7 +116,7 @@ def _struck_spindle(files: tuple[str, ...], stamps: tuple[Any, ...], noise: floa
     return tuple(studies.bases_from_gauge(frf, gauge, noise=noise, draws=draws, generator=np.random.default_rng(seed)))
 
 
-def coupling_words(plan: CoupledTool, machine_file: str, stick_out: float, segment: str) -> list[str]:
+def coupling_words(plan: CoupledTool, machine_file: str, stick_out: float, *, segment: str) -> list[str]:
     """Return the words of the command that couples the tool at this stick-out."""
     words = ["rcsa", plan.tool, "--stick-out", f"{segment}={1e3 * stick_out:.6g}mm:{1e3 * stick_out:.6g}mm:1"]
     if plan.point is not None:

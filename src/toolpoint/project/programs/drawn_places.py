@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.cutting import Engagement, MillingProblem, stability
+from toolpoint.project.limits.attached_tool_draws import AttachedToolDraws
 from toolpoint.project.limits.drawn_limits import quantile_of
-from toolpoint.project.limits.systems import DrawnSystems, coefficient_factors, problem_of
+from toolpoint.project.limits.line_draws import LineDraws
+from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, coefficient_factors, problem_of
 from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.solver import MIN_SEARCHED_DEPTH, SEARCHED_DEPTH_RATIO
+from toolpoint.studies.machining.tool_tips import ToolTips
 
 MAX_DRAWN_PLACES = 10  # distinct engagements that are judged by all draws, the nearest to their limit
 
@@ -66,10 +70,40 @@ class DrawnPlaces:
                       "those that were still fails in some of them", "the true probability is lower: take more in hand"),)
 
 
-def draw_places(systems: DrawnSystems, stages: Sequence[JudgedPlaces], deviation_of: Callable[[int], tuple[str, float]]
+@dataclass(frozen=True, eq=False)
+class ProgramDraws:
+    """Draws of what the tools of a program cut on: those of the machine or the tap, and of tools with a tip of their own."""
+
+    systems: DrawnSystems
+    tips: ToolTips
+
+    def of_tool(self, tool: int) -> DrawnSystems:
+        """Return the draws of a tool."""
+        return self._own.get(tool, self.systems)
+
+    @cached_property
+    def _own(self) -> dict[int, DrawnSystems]:
+        """Draws of the tools that have a tip of their own."""
+        systems, tips = self.systems, self.tips
+        draws: dict[int, DrawnSystems] = {tool: LineDraws(tip, f"the tip of tool {tool}", systems.count, systems.seed)
+                                          for tool, tip in tips.struck.items()}
+        if isinstance(systems, MachineDraws):
+            draws |= {tool: AttachedToolDraws(systems.machine, systems.count, systems.seed, tips.point, shaft, shaft.length)
+                      for tool, shaft in tips.shafts.items()}
+        return draws
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """Doubts about the spread of all draws."""
+        own = [doubt.within(f"tool {tool}") for tool in self.tips.numbers for doubt in self.of_tool(tool).doubts
+               if doubt not in self.systems.doubts]
+        return (*self.systems.doubts, *own)
+
+
+def draw_places(drawn: ProgramDraws, stages: Sequence[JudgedPlaces], deviation_of: Callable[[int], tuple[str, float]]
                 ) -> DrawnPlaces:
     """Return the places nearest to their limit over all draws; deviation_of : name and deviation of a tool's coefficients."""
-    parts = [_draw_stage(systems, judged, deviation_of) for judged in stages if judged.arcs.place.size]
+    parts = [_draw_stage(drawn, judged, deviation_of) for judged in stages if judged.arcs.place.size]
     ratio = np.concatenate([part.limit / part.depth for part in parts])
     order = np.lexsort((np.concatenate([part.stable.mean(axis=0) for part in parts]), ratio))[:MAX_DRAWN_PLACES]
     columns = {name: np.concatenate([getattr(part, name) for part in parts])[order]
@@ -78,14 +112,14 @@ def draw_places(systems: DrawnSystems, stages: Sequence[JudgedPlaces], deviation
                        stable=np.hstack([part.stable for part in parts])[:, order], count=sum(part.count for part in parts))
 
 
-def _draw_stage(systems: DrawnSystems, judged: JudgedPlaces, deviation_of: Callable[[int], tuple[str, float]]) -> DrawnPlaces:
+def _draw_stage(drawn: ProgramDraws, judged: JudgedPlaces, deviation_of: Callable[[int], tuple[str, float]]) -> DrawnPlaces:
     places, arcs = judged.nearest(MAX_DRAWN_PLACES), judged.arcs
     block = judged.block[places]
     tool, speed, pose = judged.laid.tool[block], judged.laid.speed[block], judged.pose[arcs.place[places]]
-    draws, stable = np.full((systems.count, places.size), np.inf), np.ones((systems.count, places.size), bool)
+    draws, stable = np.full((drawn.systems.count, places.size), np.inf), np.ones((drawn.systems.count, places.size), bool)
     for number, index in dict.fromkeys(zip(tool.tolist(), pose.tolist(), strict=True)):
         columns = np.flatnonzero((tool == number) & (pose == index))
-        for row, problem in enumerate(_problems(systems, judged, number, index, deviation_of(number))):
+        for row, problem in enumerate(_problems(drawn.of_tool(number), judged, number, index, deviation_of(number))):
             for column in columns.tolist():
                 m = int(places[column])
                 draws[row, column], stable[row, column] = _judge(problem, (float(arcs.entry[m]), float(arcs.exit[m])),

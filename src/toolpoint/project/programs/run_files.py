@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from toolpoint.io.quantities.written import read_stock
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.material_removal import Stock
+from toolpoint.project.limits.line_draws import read_tip_file
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
 from toolpoint.project.limits.tips import read_tip
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -24,12 +25,15 @@ from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 @dataclass(frozen=True)
 class ProgramFiles:
-    """Files of a program: itself, and those of its stock, part, tools, servo and record, None where it has none."""
+    """Files of a program: itself, and those of its stock, part, tools with their tips and shafts, servo and record, None where
+    it has none."""
 
     program: Path
     stock: Path | None = None
     part: Path | None = None
     tools: tuple[Path, ...] = ()
+    tips: tuple[Path, ...] = ()
+    shafts: tuple[Path, ...] = ()
     servo: Path | None = None
     record: Path | None = None
 
@@ -37,12 +41,14 @@ class ProgramFiles:
 @dataclass(frozen=True, eq=False)
 class ProgramRun:
     """Study of a program; and by tool number (0 for all others) the name under which the draws of its coefficients are made,
-    with their relative deviation; assumed : names of those whose deviation is; doubts : of its files alone."""
+    with their relative deviation; assumed : names of those whose deviation is; doubts : of its files alone; tips : of tools
+    with a response of their own."""
 
     study: MachiningStudy | StagedStudy
     deviations: Mapping[int, tuple[str, float]]
     assumed: tuple[str, ...]
     doubts: tuple[Doubt, ...]
+    tips: studies.ToolTips
 
     @property
     def stages(self) -> tuple[MachiningStudy, ...]:
@@ -71,8 +77,7 @@ def run_step(arguments: Mapping[str, Any], *, lobes: int = 0, with_advice: bool 
     settings = arguments["settings"]
     dynamics = systems_of_program(*(arguments.get(name) for name in ("machine", "tip_x", "tip_y")), zero=settings["zero"],
                                   draws=arguments["draws"], seed=arguments["seed"])[1]
-    files = ProgramFiles(arguments["program"], arguments.get("stock"), arguments.get("part"), arguments.get("tools", ()),
-                         arguments.get("servo"), arguments.get("record"))
+    files = ProgramFiles(**{field.name: arguments[field.name] for field in fields(ProgramFiles) if field.name in arguments})
     return run_files(files, settings, dynamics, lobes=lobes, with_advice=with_advice)
 
 
@@ -85,8 +90,8 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
     machine = dynamics if isinstance(dynamics, Machine) else None
     stock, parsed = read_stock_and_program(files, settings)
     text = files.program.read_text(encoding="utf-8-sig", errors="replace")
-    cuts = {int(number): io.read_kind(path, "cut")[1] for number, path in zip(settings["tools"], files.tools, strict=True)}
-    is_tilted, doubts = parsed.is_tilted, list[Doubt]()
+    cuts = {int(number): io.read_tool(path) for number, path in zip(settings["tools"], files.tools, strict=True)}
+    is_tilted, tips = parsed.is_tilted, read_tips(files, settings)
     servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
     setup = studies.describe_machining(
         stock, _cut(machine, settings), cuts=cuts, stick_out=settings["stick_out"], holder_diameter=settings["holder"],
@@ -95,17 +100,23 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
     name, record = files.program.name, _read_record(files.record, settings)
     if is_tilted:
-        doubts += _left_out(files)
-        staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress,
+        staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress, tips=tips,
                                     with_advice=with_advice and dynamics is not None)
         if record is not None:
             staged = studies.compare_stages(staged, *record[0], **record[1])
-        return ProgramRun(staged, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
-    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes,
+        return ProgramRun(staged, *_deviations(files, settings), tuple(_left_out(files)), tips)
+    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
                                 with_advice=with_advice and dynamics is not None, progress=progress)
     if record is not None:
         study = studies.compare_record(study, *record[0], **record[1])
-    return ProgramRun(study, *_deviations(files, settings), (*doubts, *_tool_doubts(cuts, dynamics)))
+    return ProgramRun(study, *_deviations(files, settings), (), tips)
+
+
+def read_tips(files: ProgramFiles, settings: Mapping[str, Any]) -> studies.ToolTips:
+    """Return the tips of tools with a response or a shaft of their own."""
+    struck = {int(n): read_tip_file(path) for n, path in zip(settings["tips"], files.tips, strict=True)}
+    shafts = {int(n): io.read_shaft(path) for n, path in zip(settings["shafts"], files.shafts, strict=True)}
+    return studies.ToolTips(struck, shafts, settings["point"])
 
 
 def _read_record(file: Path | None, settings: Mapping[str, Any]) -> tuple[tuple[Any, Any], dict[str, Any]] | None:
@@ -143,15 +154,6 @@ def _deviations(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[dict[
     assumed = tuple(dict.fromkeys(name for name, deviation in entries.values() if not deviation))
     stated = {number: (name, deviation or ASSUMED_COEFFICIENT_DEVIATION) for number, (name, deviation) in entries.items()}
     return stated, assumed
-
-
-def _tool_doubts(cuts: Mapping[int, CuttingDescription], dynamics: Machine | ToolDynamics | None) -> list[Doubt]:
-    """Return the doubt that one response stands for the tips of all tools."""
-    if not cuts or dynamics is None:
-        return []
-    return [Doubt("response of the tips", f"tools {', '.join(map(str, cuts))} are given the response of the tool that the "
-                  "machine or the tap describes", "tap the tool that the answer hangs on (of: tip x), or couple it (toolpoint "
-                  "rcsa)")]
 
 
 def _left_out(files: ProgramFiles) -> list[Doubt]:

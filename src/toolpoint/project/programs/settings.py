@@ -16,7 +16,7 @@ def program_inputs(program: ProjectProgram, servo: str | None) -> dict[str, Any]
     """Return the files of a program, relative to the project; servo : of the project."""
     files = {"program": program.program, "stock": None if "=" in program.stock else program.stock, "part": program.part,
              "servo": servo if program.servo else None, "record": program.record,
-             "tools": tuple(program.tools.values()) or None}
+             **{name: tuple(getattr(program, name).values()) or None for name in ("tools", "tips", "shafts")}}
     return {name: path for name, path in files.items() if path is not None}
 
 
@@ -25,7 +25,9 @@ def program_settings(program: ProjectProgram, project: ProjectDescription) -> di
     cut = project.cuts.get(program.cut)
     spindle = {name: value for name, value in asdict(program.spindle).items()
                if (value if name == "curve" else math.isfinite(value))}
-    return {"stock": program.stock, "cut_name": program.cut, "tools": list(program.tools),
+    coupling = project.coupling
+    return {"stock": program.stock, "cut_name": program.cut, "tools": list(program.tools), "tips": list(program.tips),
+            "shafts": list(program.shafts), "point": "" if coupling is None or coupling.point is None else coupling.point,
             "cut": None if cut is None else {"values": flat_values(cut.cut), "deviation": cut.coefficient_deviation},
             "coefficient_deviation": program.coefficient_deviation, "zero": dict(program.zero), "speed": program.speed,
             "first_feed": program.first_feed, "stick_out": program.stick_out, "holder": program.holder,
@@ -44,6 +46,9 @@ def program_command(program: ProjectProgram, project: ProjectDescription, source
     words += [] if cut is None else cut_words(cut.cut)
     for number, file in program.tools.items():
         words += ["--tool", f"{number}={file}"]
+    words += [word for number, file in program.tips.items() for word in ("--tip", f"{number}={file}")]
+    words += [word for number, file in program.shafts.items() for word in ("--shaft", f"{number}={file}")]
+    words += ["--at", str(project.coupling.point)] if program.shafts and project.coupling is not None else []
     numbers = {"--speed": program.speed, "--stick-out": 1e3 * program.stick_out, "--holder": 1e3 * program.holder,
                "--spacing": 1e3 * program.spacing, "--first-feed": 60e3 * (program.first_feed or 0.0)}
     words += [word for name, number in numbers.items() if number for word in (name, f"{number:.9g}")]

@@ -17,7 +17,7 @@ from toolpoint.studies.machining.result import HEADER, MachiningStudy
 KEPT_ROWS = 40  # worst blocks and largest errors in the results of a project
 
 
-def program_numbers(run: ProgramRun, places: DrawnPlaces | None, after: DrawnPlaces | None, weights: FloatArray
+def program_numbers(run: ProgramRun, places: DrawnPlaces | None, after: DrawnPlaces | None, *, weights: FloatArray
                     ) -> dict[str, Any]:
     """Return the numbers of a program as plain data, SI; after : the places at the advised speeds, None without any."""
     stages = run.stages

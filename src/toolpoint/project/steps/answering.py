@@ -12,10 +12,11 @@ import numpy as np
 from toolpoint import io, studies
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
+from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION, CoupledTool
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.limits.better_speed import CERTAIN_LEVEL, find_better_speed
 from toolpoint.project.limits.changes import rank_joints
+from toolpoint.project.limits.coupled_tool import couple_at
 from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
@@ -47,13 +48,20 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], has_poses
 def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str, goal: Mapping[str, Any],
                struck_pose: Mapping[str, float], draws: int, seed: int, machine: Path | None = None,
                tip_x: Path | None = None, tip_y: Path | None = None, weights: Path | None = None,
-               verdict: Path | None = None, checked: Path | None = None) -> StepOutcome:
+               verdict: Path | None = None, checked: Path | None = None, coupling: Mapping[str, Any] | None = None,
+               tool: Path | None = None, gauge: Path | None = None, gauge_responses: Sequence[Path] = ()) -> StepOutcome:
     """Write the limit of a goal's cut at its speed and pose with its interval, and P(stable) (limits.json).
 
     verdict, checked : what the limit rests on besides: the verdict on the tap, the look at the machine; struck_pose : at which
-    the tip was struck.
+    the tip was struck; coupling, tool, gauge, gauge_responses : of a goal of the coupled tool.
     """
-    systems = _systems(machine, tip_x, tip_y, draws=draws, seed=seed)
+    if coupling is None:
+        systems: DrawnSystems = _systems(machine, tip_x, tip_y, draws=draws, seed=seed)
+    else:
+        plan = CoupledTool(**{**coupling, "tool": str(tool), "gauge": None if gauge is None else str(gauge),
+                              "responses": tuple(map(str, gauge_responses))})
+        systems = couple_at(plan, folder, goal["stick_out"], machine=None if machine is None else io.read_machine(machine),
+                            draws=draws, seed=seed)
     question = _question(cut_name, cut, goal["speed"], goal["pose"], goal["depth"])
     limits, weighed = draw_limits(systems, question), _weights(weights, draws)
     data = {"goal": name, **_numbers(limits, weighed)}
@@ -103,7 +111,7 @@ def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
     """Return the numbers of one speed as plain data, SI."""
     lower, upper = limits.interval(weights)[:, 0]
     question, limit = limits.question, float(limits.limit[0])
-    if weights.std() > 0:  # the likeliest system was that before the tried cuts
+    if np.ptp(weights) > 0:  # the likeliest system was that before the tried cuts (equal weights can have a tiny deviation)
         limit = quantile_of(limits.draws[:, 0], weights, 0.5)
     return {"cut": question.name, "speed_rpm": question.speeds[0], "depth_m": question.depth, "pose": dict(question.pose),
             "limit_m": limit, "interval_m": [float(lower), float(upper)],
@@ -152,6 +160,6 @@ def choose_test(folder: Path, machine: Path, checked: Path, *, pose: Mapping[str
     return StepOutcome(words)
 
 
-def question_of(name: str, cut: Mapping[str, Any], speeds: Sequence[float], pose: Mapping[str, float]) -> CutQuestion:
+def question_of(name: str, cut: Mapping[str, Any], speeds: Sequence[float], *, pose: Mapping[str, float]) -> CutQuestion:
     """Return the question of a cut of a project at several speeds (rev/min)."""
     return replace(_question(name, cut, speeds[0], pose), speeds=tuple(speeds))

@@ -11,7 +11,7 @@ from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 
 
-def judge_drift(folder: Path, baseline: Path, tests: Sequence[Path], machine: Path, *, names: Sequence[str],
+def judge_drift(folder: Path, baseline: Path, tests: Sequence[Path], *, machine: Path, names: Sequence[str],
                 pose: Mapping[str, float]) -> StepOutcome:
     """Write whether the machine has changed since its first test (drift.json); a change is a doubt of all that follows.
 

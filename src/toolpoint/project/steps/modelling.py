@@ -23,7 +23,7 @@ _EXACT_NUMBERS_DOUBT = Doubt(
     "identify the machine from its test (components, geometry) where their uncertainty matters")
 
 
-def find_joints(folder: Path, modes: Path, geometry: Path, components: Path, *, pose: Mapping[str, float]) -> StepOutcome:
+def find_joints(folder: Path, modes: Path, geometry: Path, *, components: Path, pose: Mapping[str, float]) -> StepOutcome:
     """Write the joints of a machine (joints.json) and the machine of them (machine.yaml), read back and run beside its test.
 
     Raises ToolpointError where the test was made at another pose than the component file says.
@@ -45,7 +45,7 @@ def find_joints(folder: Path, modes: Path, geometry: Path, components: Path, *, 
     return StepOutcome(result.status, result.doubts)
 
 
-def update_model(folder: Path, machine: Path, modes: Sequence[Path], poses: Sequence[Mapping[str, float]],
+def update_model(folder: Path, machine: Path, modes: Sequence[Path], *, poses: Sequence[Mapping[str, float]],
                  drift: Path | None = None) -> StepOutcome:
     """Write the machine file that agrees with measured modes at their poses (machine.yaml, update.json).
 

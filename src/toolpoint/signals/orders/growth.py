@@ -36,7 +36,7 @@ class Onset:
     growth: float
 
 
-def follow_power(samples: FloatArray, rate: float, frequencies: FloatArray, spacing: float) -> PowerCourse:
+def follow_power(samples: FloatArray, rate: float, frequencies: FloatArray, *, spacing: float) -> PowerCourse:
     """Return the power of lines in half-overlapping Hann frames.
 
     Parameters

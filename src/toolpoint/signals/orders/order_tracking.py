@@ -27,7 +27,7 @@ class SpeedCourse:
     variation: float
 
 
-def track_speed(samples: FloatArray, rate: float, frequency: float, teeth: int) -> SpeedCourse:
+def track_speed(samples: FloatArray, rate: float, frequency: float, *, teeth: int) -> SpeedCourse:
     """Track the spindle frequency about a known mean; constant where the record is too short or the combs do not stand out.
 
     Parameters
@@ -53,7 +53,7 @@ def track_speed(samples: FloatArray, rate: float, frequency: float, teeth: int) 
     grid = frequency * (1 + np.linspace(-SEARCH_RANGE, SEARCH_RANGE, 97))
     for start in starts:
         spectrum = line_spectrum(samples[start:start + size], rate)
-        score = score_speeds(mark_lines(spectrum), float(spectrum.frequency[1]), grid, teeth)
+        score = score_speeds(mark_lines(spectrum), float(spectrum.frequency[1]), grid, teeth=teeth)
         is_top = score > score.max() - 0.5
         if score.max() > MIN_SCORE:
             times.append((start + size / 2) / rate)

@@ -121,7 +121,7 @@ def _distance(frequency: FloatArray, spacing: float) -> FloatArray:
     return np.asarray(np.abs(frequency - spacing * np.rint(frequency / spacing)))
 
 
-def find_families(lines: SpectralLines, spindle: float, teeth: int, cell: float) -> list[Family]:
+def find_families(lines: SpectralLines, spindle: float, teeth: int, *, cell: float) -> list[Family]:
     """Return families of lines, the most powerful first, each line in one of them: side bands whole revolutions apart (a tool
     with run-out repeats after a revolution), of the seed and of twice its frequency.
 

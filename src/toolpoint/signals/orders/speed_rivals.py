@@ -37,12 +37,12 @@ def rank_speeds(spectrum: LineSpectrum, candidates: tuple[SpindleSpeed, ...], te
                             for factor in (2.0, 3.0, float(teeth), 0.5, 1 / 3, 1 / teeth)
                             if spindle_limits[0] <= speed.frequency * factor <= spindle_limits[1])]
     extended += [SpindleSpeed(frequency, SPACING_BIN_CELLS * spectrum.cell / teeth, 0.0, 0)
-                 for frequency in search_spacings(spectrum, teeth, *spindle_limits)]
+                 for frequency in search_spacings(spectrum, teeth, spindle_limits)]
     scored = [replace(speed, score=_explained(spectrum, speed.frequency, teeth)) for speed in _distinct(extended)]
     return tuple(sorted(scored, key=lambda speed: -speed.score))
 
 
-def search_spacings(spectrum: LineSpectrum, teeth: int, lower: float, upper: float) -> list[float]:
+def search_spacings(spectrum: LineSpectrum, teeth: int, limits: tuple[float, float]) -> list[float]:
     """Search spindle frequencies (Hz) by the distances between lines: side bands of chatter are whole tooth passings apart, and
     tell the speed where no forced line stands out.
 
@@ -56,7 +56,7 @@ def search_spacings(spectrum: LineSpectrum, teeth: int, lower: float, upper: flo
     distance = np.abs(lines.frequency[first] - lines.frequency[second])
     weight = np.sqrt(np.log(lines.excess[first]) * np.log(lines.excess[second]))
     width = SPACING_BIN_CELLS * spectrum.cell
-    edges = np.arange(teeth * lower - width, teeth * upper + 2 * width, width)
+    edges = np.arange(teeth * limits[0] - width, teeth * limits[1] + 2 * width, width)
     counts = np.zeros(edges.size - 1)
     for number in range(1, MAX_SPACING_NUMBER + 1):
         counts += np.histogram(distance / number, edges, weights=weight)[0]
@@ -69,7 +69,7 @@ def search_spacings(spectrum: LineSpectrum, teeth: int, lower: float, upper: flo
         centre = 0.5 * (edges[peak] + edges[peak + 1])
         smooth[max(peak - 4, 0):peak + 5] = 0
         tooth.append(_fit_spacing(distance, weight, float(centre), width))
-    return [value / teeth for value in tooth if teeth * lower <= value <= teeth * upper]
+    return [value / teeth for value in tooth if teeth * limits[0] <= value <= teeth * limits[1]]
 
 
 def _fit_spacing(distance: FloatArray, weight: FloatArray, tooth: float, width: float) -> float:
@@ -92,7 +92,7 @@ def _explained(spectrum: LineSpectrum, spindle: float, teeth: int) -> float:
     weight = np.minimum(np.log(lines.excess), MAX_WEIGHT)
     value = np.where(is_tooth, 1.0, np.where(is_order, SINGLE_ORDER_WEIGHT, 0.0))
     others = lines.selected(~is_order)
-    for family in find_families(others, spindle, teeth, spectrum.cell)[:2]:
+    for family in find_families(others, spindle, teeth, cell=spectrum.cell)[:2]:
         if family.members >= MIN_MEMBERS + 2 * family.chance:
             value[np.isin(lines.frequency, family.lines.frequency)] = FAMILY_WEIGHT
     coverage = min(2 * tolerance / spindle, 1.0)

@@ -34,7 +34,7 @@ class SpindleSpeed:
         return 60 * self.frequency
 
 
-def search_speed(spectrum: LineSpectrum, teeth: int, lower: float, upper: float) -> tuple[SpindleSpeed, ...]:
+def search_speed(spectrum: LineSpectrum, teeth: int, limits: tuple[float, float]) -> tuple[SpindleSpeed, ...]:
     """Search the spindle frequency between two limits; return the best and its rivals, best first.
 
     Parameters
@@ -42,7 +42,7 @@ def search_speed(spectrum: LineSpectrum, teeth: int, lower: float, upper: float)
     spectrum : LineSpectrum
     teeth : int
         Teeth of the tool; orders that are multiples of it count most.
-    lower, upper : float
+    limits : (lower, upper)
         Limits of the spindle frequency, Hz. Where they are an octave apart or more, distances between all lines count too:
         chatter lines are tooth passings apart though none lies on the comb.
 
@@ -52,8 +52,9 @@ def search_speed(spectrum: LineSpectrum, teeth: int, lower: float, upper: float)
         Where the limits are not in order or the spectrum ends below one tooth passing.
     """
     teeth = count("teeth", teeth)
+    lower, upper = limits
     if not 0 < lower < upper:
-        fail("lower, upper", f"{lower:g} and {upper:g} Hz", "must be above zero and in order")
+        fail("limits", f"{lower:g} and {upper:g} Hz", "must be above zero and in order")
     highest = float(spectrum.frequency[-1])
     if teeth * lower > highest:
         fail("spectrum", f"ends at {highest:.4g} Hz", f"must reach one tooth passing, {teeth * lower:.4g} Hz",
@@ -62,11 +63,11 @@ def search_speed(spectrum: LineSpectrum, teeth: int, lower: float, upper: float)
     log_excess = mark_lines(spectrum)
     step = 0.4 * spectrum.cell / min(highest, HIGHEST_TOOTH_HARMONIC * teeth * upper)
     grid = lower * np.exp(np.arange(0, np.log(upper / lower) + step, step))
-    score = score_speeds(log_excess, spectrum.frequency[1], grid, teeth)
+    score = score_speeds(log_excess, spectrum.frequency[1], grid, teeth=teeth)
     if upper / lower > 2:
         lag = _lag_scores(log_excess, spectrum.frequency[1], grid * teeth)
         score = score + LAG_SHARE * lag
-    return tuple(refine_speed(spectrum, teeth, float(grid[peak]), float(score[peak])) for peak in _peaks(grid, score))
+    return tuple(refine_speed(spectrum, teeth, float(grid[peak]), score=float(score[peak])) for peak in _peaks(grid, score))
 
 
 def mark_lines(spectrum: LineSpectrum) -> FloatArray:
@@ -75,7 +76,7 @@ def mark_lines(spectrum: LineSpectrum) -> FloatArray:
     return np.asarray(np.maximum(marks, np.maximum(np.roll(marks, 1), np.roll(marks, -1))))
 
 
-def score_speeds(marks: FloatArray, step: float, grid: FloatArray, teeth: int) -> FloatArray:
+def score_speeds(marks: FloatArray, step: float, grid: FloatArray, *, teeth: int) -> FloatArray:
     """Score spindle frequencies: weighted sum of marks on its comb less what chance gives, in standard deviations."""
     mean, deviation = float(marks.mean()), max(float(marks.std()), 1e-12)
     total, weights = np.zeros(grid.size), np.zeros(grid.size)
@@ -112,7 +113,7 @@ def _peaks(grid: FloatArray, score: FloatArray) -> list[int]:
     return peaks
 
 
-def refine_speed(spectrum: LineSpectrum, teeth: int, frequency: float, score: float = 0.0) -> SpindleSpeed:
+def refine_speed(spectrum: LineSpectrum, teeth: int, frequency: float, *, score: float = 0.0) -> SpindleSpeed:
     """Return the spindle frequency by weighted least squares through the lines of the comb, twice."""
     lines = spectrum.lines()
     deviation, harmonics = 0.5 * spectrum.cell / teeth, 0

@@ -21,6 +21,7 @@ from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
+from toolpoint.studies.cuts.limit_table import MAX_QUICK_MODES, LimitTable, tabulate_limits
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
 from toolpoint.studies.machines.reduced_limits import question_reduction
@@ -44,7 +45,8 @@ class LobesStudy(NotebookText):
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
     that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for;
     lowest : limit between the charted speeds (None for measured lines, whose charts take long).
-    spread : of the limits from the machine's identified numbers, None where there are none.
+    spread : of the limits from the machine's identified numbers, None where there are none; other_cuts : limits at other
+    immersions and numbers of teeth, None where they were not asked for.
     """
 
     problem: MillingProblem
@@ -56,6 +58,7 @@ class LobesStudy(NotebookText):
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     lowest: stability.LowestLimit | None = None
     spread: LimitSpread | None = None
+    other_cuts: LimitTable | None = None
 
     @property
     def withheld(self) -> list[Doubt]:
@@ -101,6 +104,7 @@ class LobesStudy(NotebookText):
 
 def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
                 speeds: FloatArray | None = None, simulate_cuts: bool = False, uncertainty: Uncertainty | None = None,
+                other_cuts: bool | None = False,
                 progress: NamedProgress = lambda name, finished, total: None) -> LobesStudy:
     """Return the stability chart of a cut on these dynamics, deep enough to show limits, and the cuts to make.
 
@@ -117,6 +121,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
         Simulate cuts in time on a grid of speeds and depths too.
     uncertainty : Uncertainty, optional
         With samples, also the probability of stability.
+    other_cuts : bool, optional
+        Whether limits at other immersions and numbers of teeth are computed too; None where that takes few seconds.
     progress : function of name, done and total
     """
     uncertainty = uncertainty or Uncertainty()
@@ -159,7 +165,11 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     ended = end_words(chart, end, why)
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *ended, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
-    return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
+    tabled = None
+    if problem.plane.is_modal and (other_cuts or (other_cuts is None and problem.plane.poles.size <= MAX_QUICK_MODES)):
+        tabled = tabulate_limits(dynamics, values or {}, cut, chart=chart, method=method,
+                                 progress=lambda finished, total: progress("other immersions and teeth", finished, total))
+    return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread, tabled)
 
 
 def drawn_words(chart: StabilityChart) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,22 +12,19 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
-from toolpoint.machine import Machine
-from toolpoint.machine.assembly.system import assemble
 from toolpoint.studies.cuts.coupling.gauge_doubts import question_gauge, with_noise
-from toolpoint.studies.cuts.coupling.line_smoothing import smooth_tip
+from toolpoint.studies.cuts.coupling.machine_spindle import couple_tips, tip_frf
 from toolpoint.studies.cuts.coupling.peaks import TipPeak, peaks_of, question_peaks
 from toolpoint.studies.cuts.lobes_study import END_OF_SEARCH, LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
-from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, machine_uncertainty
 from toolpoint.studies.text_table import text_table
 from toolpoint.substructuring.gauge import identify_base
-from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, SLOPES, PlaneReceptance, couple_tool, plane_receptance
+from toolpoint.substructuring.receptance import DEFAULT_DRAW_COUNT, SLOPES, PlaneReceptance, plane_receptance
 from toolpoint.substructuring.shaft import ShaftDescription
-from toolpoint.vibration import Dof, Frf, frequency_response
+from toolpoint.substructuring.spindle import CoupledTip, SpindleReceptance
+from toolpoint.vibration import Dof, Frf
 
 DEFAULT_GAIN_DEVIATION = 0.01  # of hammer and sensor, one standard deviation, where nothing is stated
-MAX_FRF_DRAWS = 100  # draws of the tips that a response keeps
 NamedProgress = Callable[[str, int, int], None]
 HEADER = ("", "Hz", "95 %", "|G| µm/N", "95 %")
 STICK_OUT_HEADER = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm",
@@ -40,29 +37,39 @@ class StickOut:
     """One length of the varied segment (m): the tip in every plane, and its chart, None without a cut."""
 
     length: float
-    tips: tuple[PlaneReceptance, ...]
+    coupled: CoupledTip
     chart: StabilityChart | None = None
     end_words: tuple[str, ...] = ()
+
+    @property
+    def tips(self) -> tuple[PlaneReceptance, ...]:
+        """Receptance at the tip in each plane."""
+        return self.coupled.tips
 
 
 @dataclass(frozen=True, eq=False)
 class ToolCoupling(NotebookText):
     """A tool coupled to a spindle.
 
-    tool : what was coupled; tips : receptance at the tip in each plane, with draws; stick_outs : other lengths; lobes : of the
+    tool : what was coupled; coupled : receptance at the tip, with draws; stick_outs : other lengths; lobes : of the
     tool as described, None where no cut was given; notes : doubts first, then what was assumed.
     """
 
     tool: ShaftDescription
-    tips: tuple[PlaneReceptance, ...]
+    coupled: CoupledTip
     stick_outs: tuple[StickOut, ...]
     lobes: LobesStudy | None
     notes: tuple[str, ...]
 
     @property
+    def tips(self) -> tuple[PlaneReceptance, ...]:
+        """Receptance at the tip in each plane, with draws."""
+        return self.coupled.tips
+
+    @property
     def frf(self) -> Frf:
         """The tool-point receptance along x and y (or x alone), with draws and their variance."""
-        return tip_frf(self.tips, self.notes)
+        return tip_frf(self.coupled, self.notes)
 
     def rows(self) -> list[list[str]]:
         """Return rows (plane, Hz, µm/N, each with its 95 % interval) of the largest peaks."""
@@ -135,55 +142,8 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
     # One hammer and one gauge for both planes: their draws are the same in each.
     seed = None if generator is None else int(generator.integers(2**63))
     bases = [identify_base(frf, gauge, plane, calibration=calibration, draws=draws, generator=generator,
-                           common=_seeded(seed)) for plane in planes]
+                           common=None if seed is None else np.random.default_rng(seed)) for plane in planes]
     return [replace(base, notes=tuple(dict.fromkeys([*said, *base.notes]))) for base in bases]
-
-
-def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None = None, *,
-                     pose: Mapping[str, float] | None = None) -> list[PlaneReceptance]:
-    """Return the receptance of a point of a machine, deflections and rotations, in both planes.
-
-    frequency : (n_f,) Hz, every hertz from 20 to 6000 where left out.
-
-    Examples
-    --------
-    >>> from toolpoint.machine import build
-    >>> from toolpoint.machine.description import (
-    ...     BodyDescription,
-    ...     InertiaDescription,
-    ...     JointDescription,
-    ...     MachineDescription,
-    ...     PointDescription,
-    ... )
-    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "rx": 1e6, "ry": 1e6}, loss_factor=0.04)
-    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
-    >>> machine = build(MachineDescription("head", {"head": head}, {"spindle": joint},
-    ...                                    points={"nose": PointDescription("head")}))
-    >>> bases_of_machine(machine, "nose", np.arange(20.0, 200.0))
-    [PlaneReceptance(x, 20..199 Hz, 180 lines), PlaneReceptance(y, 20..199 Hz, 180 lines)]
-    """
-    # A tool is coupled by deflection and rotation in each plane: bending along x turns about y.
-    labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
-    lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
-    frf = frequency_response.direct(assemble(machine, pose, labels), lines)
-    drawn = [frequency_response.direct(assemble(sample, pose, labels), lines) for sample in _drawn_machines(machine)]
-    knowledge = (f"whose identified numbers are drawn from their covariance ({len(drawn)} machines)" if drawn
-                 else "whose numbers are taken as exact")
-    note = f"the spindle is computed: point {point} of {machine.name}, {knowledge}"
-    return [_computed_base(frf.noted(note), drawn, point, plane) for plane in SLOPES]
-
-
-def _drawn_machines(machine: Machine) -> Iterator[Machine]:
-    uncertainty = machine_uncertainty(machine)
-    return iter(()) if uncertainty is None else uncertainty.samples(MACHINE_DRAW_COUNT, np.random.default_rng(0))
-
-
-def _computed_base(frf: Frf, drawn: Sequence[Frf], point: str, plane: str) -> PlaneReceptance:
-    """Return the receptance of a computed point with that of drawn machines."""
-    base = plane_receptance(frf, point, plane)
-    if not drawn:
-        return base
-    return replace(base, draws=np.stack([plane_receptance(each, point, plane).values for each in drawn]))
 
 
 def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None
@@ -195,7 +155,8 @@ def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT,
     return [plane_receptance(frf, point, plane, draws=draws, generator=generator) for plane in planes]
 
 
-def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut: Mapping[str, Any] | None = None,
+def study_tool(bases: Sequence[PlaneReceptance] | SpindleReceptance, tool: ShaftDescription, *,
+               cut: Mapping[str, Any] | None = None,
                stick_out: tuple[str, FloatArray] | None = None, speeds: FloatArray | None = None,
                generator: np.random.Generator | None = None,
                progress: NamedProgress = lambda name, finished, total: None) -> ToolCoupling:
@@ -203,7 +164,7 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
 
     Parameters
     ----------
-    bases : PlaneReceptance in x, and in y where it is known
+    bases : PlaneReceptance in x, and in y where it is known; or SpindleReceptance
     tool : ShaftDescription
     cut : mapping of flat keys of a CuttingDescription to values, optional
         Without it no stability is charted.
@@ -219,30 +180,25 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     progress("tool", 0, 1)
     # One tool in one collet for both planes and all lengths: its draws are the same in each.
     seed = None if generator is None else int(generator.integers(2**63))
-    tips = tuple(smooth_tip(couple_tool(base, tool, generator=_seeded(seed))) for base in bases)
+    coupled = couple_tips(bases, tool, seed)
+    tips = coupled.tips
     notes = tuple(dict.fromkeys([*_doubts(tips), *_assumptions(tool, tips), *(n for tip in tips for n in tip.notes)]))
     grave = grave_among(notes)
-    lobes = None if cut is None else _lobes(tips, cut, speeds, grave)
+    lobes = None if cut is None else _lobes(coupled, cut, speeds, grave)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
         # The spindle stays as it is: another length changes the tool alone.
-        held = tuple(smooth_tip(couple_tool(base, changed, generator=_seeded(seed))) for base in bases)
-        parts.append(_stick_out(length, held, cut, speeds))
+        parts.append(_stick_out(length, couple_tips(bases, changed, seed), cut, speeds))
         progress("stick-outs", k + 1, len(lengths))
     ended = [words for part in parts for words in part.end_words]
-    return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *ended, *notes))
+    return ToolCoupling(tool, coupled, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *ended, *notes))
 
 
-def _seeded(seed: int | None) -> np.random.Generator | None:
-    return None if seed is None else np.random.default_rng(seed)
-
-
-def _stick_out(length: float, tips: tuple[PlaneReceptance, ...], cut: Mapping[str, Any] | None, speeds: FloatArray | None
-               ) -> StickOut:
+def _stick_out(length: float, coupled: CoupledTip, cut: Mapping[str, Any] | None, speeds: FloatArray | None) -> StickOut:
     if cut is None:
-        return StickOut(length, tips)
-    chart = _lobes(tips, cut, speeds).chart
-    return StickOut(length, tips, chart, tuple(f"stick-out {1e3 * length:.4g} mm: {line}" for line in chart.notes
+        return StickOut(length, coupled)
+    chart = _lobes(coupled, cut, speeds).chart
+    return StickOut(length, coupled, chart, tuple(f"stick-out {1e3 * length:.4g} mm: {line}" for line in chart.notes
                                                if line.startswith(END_OF_SEARCH)))
 
 
@@ -256,27 +212,9 @@ def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[
     return (*said, *(doubt for doubt in lobes.doubts if doubt not in lobes.chart.status))
 
 
-def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
-    """Return the tips of one tool in their planes as one Frf; nothing couples x with y."""
-    labels = tuple(Dof("tool", f"+{tip.plane}") for tip in tips)
-    n = len(tips)
-    values = np.zeros((tips[0].frequency.size, n, n), complex)
-    variance = np.zeros(values.shape)
-    draws = np.zeros((min([MAX_FRF_DRAWS, *(len(tip.draws) for tip in tips if tip.draws is not None)]), *values.shape), complex)
-    for k, tip in enumerate(tips):
-        values[:, k, k] = tip.values[:, 0, 0]
-        if tip.draws is not None:
-            variance[:, k, k] = tip.draws[:, :, 0, 0].var(axis=0)
-            draws[:, :, k, k] = tip.draws[:len(draws), :, 0, 0]
-    # One plane without draws leaves the whole matrix without a variance: its zeros would say that the response is exact.
-    has_variance = all(tip.draws is not None for tip in tips)
-    return Frf(tips[0].frequency, values, labels, labels, variance=variance if has_variance else None,
-               draws=draws if has_variance else None, notes=tuple(notes))
-
-
-def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None, grave: Sequence[Doubt] = ()
+def _lobes(coupled: CoupledTip, cut: Mapping[str, Any], speeds: FloatArray | None, grave: Sequence[Doubt] = ()
            ) -> LobesStudy:
-    frf = tip_frf(tips)
+    frf = tip_frf(coupled)
     band = (float(frf.frequency[0]), float(frf.frequency[-1]))
     dynamics = response_dynamics(frf, band=band, what="the coupled tool")
     return chart_lobes(replace(dynamics, notes=(*grave, *dynamics.notes)), cut, speeds=speeds)

@@ -120,7 +120,7 @@ def gather_data(changes: ModeChanges, model: Modes, partner: IndexArray) -> Drif
 def weigh_hypotheses(model: DriftModel, data: DriftData) -> list[Explanation]:
     """Return every hypothesis of a model, and pairs of them, with its probability, the likeliest first."""
     nominal = model.modes()
-    fits = [DriftFit.single(model, hypothesis, data, nominal) for hypothesis in model.hypotheses]
+    fits = [DriftFit.single(model, hypothesis, data, nominal=nominal) for hypothesis in model.hypotheses]
     fits += _fit_pairs(model, fits, data, nominal)
     logs = np.array([fit.log_evidence for fit in fits])
     shares, weights = np.exp(logs - logs.max()), np.array([fit.weight for fit in fits])
@@ -139,7 +139,7 @@ def _fit_pairs(model: DriftModel, singles: list[DriftFit], data: DriftData, nomi
     if best[parts[0]].misfit > MAX_PAIR_MISFIT:
         return []
     pairs = {frozenset((a, b)): (best[a], best[b]) for a in parts[:PAIR_LEADERS] for b in parts if a != b}
-    return [DriftFit.pair(model, pair, data, nominal) for pair in pairs.values()]
+    return [DriftFit.pair(model, pair, data, nominal=nominal) for pair in pairs.values()]
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class DriftFit:
         return Explanation(part, direction, first[0], first[1:], probability, self.misfit, second)
 
     @classmethod
-    def single(cls, model: DriftModel, hypothesis: Hypothesis, data: DriftData, nominal: Modes) -> DriftFit:
+    def single(cls, model: DriftModel, hypothesis: Hypothesis, data: DriftData, *, nominal: Modes) -> DriftFit:
         """Return the fit of one hypothesis."""
         def cost(theta: float) -> float:
             prediction = _predict(model.modes((hypothesis, float(theta))), data, nominal)
@@ -185,7 +185,7 @@ class DriftFit:
         return cls._at(model, (hypothesis,), np.array([theta]), data, nominal)
 
     @classmethod
-    def pair(cls, model: DriftModel, singles: tuple[DriftFit, DriftFit], data: DriftData, nominal: Modes) -> DriftFit:
+    def pair(cls, model: DriftModel, singles: tuple[DriftFit, DriftFit], data: DriftData, *, nominal: Modes) -> DriftFit:
         """Return the fit of two hypotheses together, by Nelder and Mead's method from where each is best alone."""
         hypotheses = tuple(fit.hypotheses[0] for fit in singles)
         prior = np.array([hypothesis.deviation for hypothesis in hypotheses])

@@ -79,7 +79,7 @@ class Evidence:
         return self.family.power / max(self.lines.order_power, 1e-300) if self.family else 0.0
 
 
-def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float | None) -> Evidence:
+def gather_evidence(samples: FloatArray, rate: float, teeth: int, *, speed: float | None) -> Evidence:
     """Gather what a record shows.
 
     Parameters
@@ -114,7 +114,7 @@ def gather_evidence(samples: FloatArray, rate: float, teeth: int, speed: float |
     followed, spectrum, refined, course = _follow(cut, rate, spectrum, rivals[0], teeth)
     lines = separate_lines(spectrum, refined.frequency, teeth)
     is_background = _background(samples, rate, part, lines.others)
-    families = find_families(lines.others.selected(~is_background), refined.frequency, teeth, spectrum.cell)
+    families = find_families(lines.others.selected(~is_background), refined.frequency, teeth, cell=spectrum.cell)
     return Evidence(followed, rate, spectrum, replace(refined, score=rivals[0].score), rivals, course, part, lines,
                     tuple(families), lines.others.selected(is_background), _skirt(spectrum, lines, refined.frequency),
                     _broadband(samples, rate, part, lines), clipped, teeth)
@@ -141,16 +141,16 @@ def _extend(samples: FloatArray, rate: float, part: CuttingPart, tooth: float, s
 def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: SpindleSpeed, teeth: int
             ) -> tuple[FloatArray, LineSpectrum, SpindleSpeed, SpeedCourse]:
     """Return the cut at even steps of angle with its spectrum, speed and course; as it was where tracking sharpens no comb."""
-    limits = [speed.frequency * (1 + way * REFINEMENT_RANGE) for way in (-1, 1)]
+    limits = (speed.frequency * (1 - REFINEMENT_RANGE), speed.frequency * (1 + REFINEMENT_RANGE))
     steady = SpeedCourse(np.full(cut.size, speed.frequency), 0.0)
-    untracked = search_speed(spectrum, teeth, limits[0], limits[1])[0]
+    untracked = search_speed(spectrum, teeth, limits)[0]
     if untracked.score < MIN_COMB_SCORE:  # few forced lines stand out: the distances of side bands tell more
         return cut, spectrum, speed, steady
-    course = track_speed(cut, rate, speed.frequency, teeth)
+    course = track_speed(cut, rate, speed.frequency, teeth=teeth)
     if course.variation > 0:
         resampled = resample_by_angle(cut, rate, course)
         sharper = line_spectrum(resampled, rate, highest=HIGHEST_FREQUENCY)
-        tracked = search_speed(sharper, teeth, limits[0], limits[1])[0]
+        tracked = search_speed(sharper, teeth, limits)[0]
         if tracked.score > untracked.score + MIN_SHARPENING:
             return resampled, sharper, tracked, course
     return cut, spectrum, untracked, steady
@@ -159,8 +159,8 @@ def _follow(cut: FloatArray, rate: float, spectrum: LineSpectrum, speed: Spindle
 def _search(spectrum: LineSpectrum, teeth: int, speed: float | None) -> tuple[SpindleSpeed, ...]:
     if speed is not None:
         limits = (speed / 60 * (1 - SPEED_TOLERANCE), speed / 60 * (1 + SPEED_TOLERANCE))
-        return rank_speeds(spectrum, search_speed(spectrum, teeth, *limits), teeth, spindle_limits=limits)
-    candidates = search_speed(spectrum, teeth, *SPINDLE_LIMITS)
+        return rank_speeds(spectrum, search_speed(spectrum, teeth, limits), teeth, spindle_limits=limits)
+    candidates = search_speed(spectrum, teeth, SPINDLE_LIMITS)
     return rank_speeds(spectrum, candidates, teeth, spindle_limits=SPINDLE_LIMITS)
 
 

@@ -77,7 +77,7 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
     if speed is not None:
         positive("speed", speed, 300_000.0)
     column, notes = _choose_channel(record, channel)
-    evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, speed)
+    evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, speed=speed)
     doubts: list[Doubt] = [*question_recording(evidence, speed is not None), *question_teeth(evidence),
                            *question_flip(evidence)]
     probability = chatter_probability(evidence)
@@ -125,7 +125,7 @@ def _contradict(record: Record, column: int, teeth: int, evidence: Evidence, pro
     rivals = [rival for rival in evidence.rivals[1:] if rival.score > (1 - RIVAL_SCORE_MARGIN) * best.score
               and abs(rival.frequency / best.frequency - 1) > RIVAL_DISTANCE]
     for rival in rivals[:MAX_RIVALS]:
-        rival_evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, rival.speed)
+        rival_evidence = gather_evidence(record.samples[:, column], record.sample_rate, teeth, speed=rival.speed)
         if (chatter_probability(rival_evidence) > 0.5) != (probability > 0.5):
             return rival.speed
     return None
@@ -169,7 +169,7 @@ def _follow(evidence: Evidence, line: ChatterFrequency | None) -> tuple[PowerCou
     frequencies = np.array([line.frequency, *line.others[:4]])
     spindle = evidence.speed.frequency
     distance = float(np.min(np.abs(frequencies - spindle * np.rint(frequencies / spindle))))
-    course = follow_power(evidence.samples, evidence.rate, frequencies, max(distance, evidence.spectrum.cell))
+    course = follow_power(evidence.samples, evidence.rate, frequencies, spacing=max(distance, evidence.spectrum.cell))
     return course, find_onset(course)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -30,7 +30,8 @@ class BlowStore(Protocol):
 
 
 def follow_blows(device: SampledInput, tap: LiveTap, store: BlowStore, *, trigger: float | None = None,
-                 patience: float | None = None) -> Iterator[BlowVerdict | LiveProgress | str]:
+                 patience: float | None = None, decisions: Callable[[], Mapping[str, bool | None]] | None = None,
+                 is_ended: Callable[[], bool] | None = None) -> Iterator[BlowVerdict | LiveProgress | str]:
     """Yield the verdict on every blow as soon as its block is full, then the state of the test; words say what else happened.
 
     Parameters
@@ -43,6 +44,10 @@ def follow_blows(device: SampledInput, tap: LiveTap, store: BlowStore, *, trigge
         Force that opens a blow, N; by the noise where left out.
     patience : float, optional
         Time without a blow after which the test ends, s; none where left out.
+    decisions : callable, optional
+        Returns what a person decided about blows since its last call; asked between reads, about twice a second or more often.
+    is_ended : callable, optional
+        Whether the person has ended the test; asked as often.
 
     Raises
     ------
@@ -52,7 +57,7 @@ def follow_blows(device: SampledInput, tap: LiveTap, store: BlowStore, *, trigge
     session = _Session(device, tap, store, trigger=trigger)
     device.open()
     try:
-        yield from session.run(patience)
+        yield from session.run(patience, decisions or dict, is_ended or (lambda: False))
     finally:
         device.close()
 
@@ -68,11 +73,13 @@ class _Session:
         self.spans, self.losses = dict[str, tuple[int, int]](), list[tuple[int, int]]()
         tap.doubts = (*tap.doubts, *device.doubts)
 
-    def run(self, patience: float | None) -> Iterator[BlowVerdict | LiveProgress | str]:
-        """Yield what happens until the goal is reached, the device ends, or nobody strikes any more."""
+    def run(self, patience: float | None, decisions: Callable[[], Mapping[str, bool | None]], is_ended: Callable[[], bool]
+            ) -> Iterator[BlowVerdict | LiveProgress | str]:
+        """Yield what happens until the goal is reached, the device or the person ends, or nobody strikes any more."""
         last, is_ready = time.monotonic(), False
         yield ask_for(self.tap.remaining, self.tap.inputs.channels[self.tap.inputs.force_at].dof)
-        while self.tap.remaining > 0 or not self._is_checked:
+        while (self.tap.remaining > 0 or not self._is_checked) and not is_ended():
+            yield from self._decide(decisions())
             try:
                 block = self.device.read(READ_SECONDS_MAX)
             except StopIteration:
@@ -98,6 +105,16 @@ class _Session:
                 yield f"no blow for {patience:g} s: the test ends"
                 break
         yield from self._keep_again(True)
+
+    def _decide(self, decisions: Mapping[str, bool | None]) -> Iterator[LiveProgress | str]:
+        """Take decisions of a person into the test."""
+        for name, accept in decisions.items():
+            try:
+                self.tap.decide(name, accept)
+            except ToolpointError as error:  # a blow that was set aside meanwhile
+                yield str(error)
+        if decisions:
+            yield self.tap.update()
 
     @property
     def _is_checked(self) -> bool:

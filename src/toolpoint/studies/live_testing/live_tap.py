@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, count
+from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, count, one_of
 from toolpoint._doubt import Doubt
 from toolpoint.acquisition import CapturedBlow, InputChannels
 from toolpoint.signals.hits import HitRules
@@ -48,15 +48,18 @@ class LiveTap:
     kept : sequence of (name, samples)
         Blows of an earlier call, as they are kept, V.
     rules : HitRules, optional
+    decisions : mapping of the name of a blow to bool, optional
+        Blows that a person accepts or refuses, against their verdicts.
     """
 
     def __init__(self, inputs: InputChannels, rate: float, *, duration: float | None = None, goal: int = 5,
-                 kept: Sequence[tuple[str, FloatArray]] = (), rules: HitRules | None = None) -> None:
+                 kept: Sequence[tuple[str, FloatArray]] = (), rules: HitRules | None = None,
+                 decisions: Mapping[str, bool] | None = None) -> None:
         self.inputs, self.rate, self.duration = inputs, rate, duration
         self.goal, self.rules = count("goal", goal), rules or HitRules()
         self.study: HammerStudy | None = None
         self.doubts: tuple[Doubt, ...] = ()
-        self._blows = list[JudgedBlow]()
+        self._blows, self._decisions = list[JudgedBlow](), dict(decisions or {})
         for name, volts in kept:
             blow, _ = judge_blow(inputs.record(volts, rate, name), self._blows, rules=self.rules, duration=duration)
             self._blows.append(blow)
@@ -76,8 +79,8 @@ class LiveTap:
 
     @property
     def good(self) -> int:
-        """Number of accepted blows."""
-        return sum(blow.hit is not None and blow.hit.accepted for blow in self._blows)
+        """Number of accepted blows, by their verdicts or by hand."""
+        return sum(self._decisions.get(blow.record.name, blow.hit is not None and blow.hit.accepted) for blow in self._blows)
 
     @property
     def remaining(self) -> int:
@@ -92,6 +95,13 @@ class LiveTap:
         if not blow.set_aside and not turned and judged.hit is not None:
             self._blows.append(judged)
         return replace(verdict, remaining=self.remaining)
+
+    def decide(self, name: str, accept: bool | None) -> None:
+        """Accept or refuse a blow by hand, None takes that back; `update` then gives the responses without or with it."""
+        one_of("blow", name, [blow.record.name for blow in self._blows])
+        self._decisions.pop(name, None)
+        if accept is not None:
+            self._decisions[name] = accept
 
     def is_counted(self, name: str) -> bool:
         """Whether a blow is one of the test's."""
@@ -110,16 +120,21 @@ class LiveTap:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ToolpointWarning)  # what they say stands in the notes of the result
-                self.study = study_hammer_records(records, duration=self.duration, rules=self.rules)
+                self.study = study_hammer_records(records, duration=self.duration, rules=self.rules,
+                                                  decisions=self._counted_decisions())
         except ToolpointError:  # no good blow yet: each has heard its reasons
             self.study = None
             return LiveProgress(None, (), self.remaining, self.doubts)
         verdicts = {verdict.name: verdict.hit for verdict in self.study.verdicts}
         for place, blow in enumerate(self._blows):
             hit = verdicts.get(blow.record.name)
-            if blow.hit is None or hit is None or hit.accepted == blow.hit.accepted:
+            if blow.hit is None or hit is None or hit.accepted == blow.hit.accepted or blow.record.name in self._decisions:
                 continue
             words = "now good" if hit.accepted else "now refused: " + "; ".join(hit.reasons)
             changes.append(f"{blow.record.name}: {words}")
             self._blows[place] = replace(blow, hit=replace(blow.hit, reasons=hit.reasons))
         return LiveProgress(self.study, tuple(changes), self.remaining, self.doubts)
+
+    def _counted_decisions(self) -> dict[str, bool]:
+        """Return the decisions about blows of the test: one that was withdrawn since is no more asked for."""
+        return {name: accept for name, accept in self._decisions.items() if self.is_counted(name)}

@@ -140,12 +140,16 @@ def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str
     return {name: np.array([float(pose.get(name, reference.get(name, 0.0))) for pose in poses]) for name in names}
 
 
-def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1) -> FloatArray:
-    """Return the tool's x, y and z at a batch of poses as columns in the machine frame, shape (n_poses, 3, 3)."""
+def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1, *, point: str | None = None) -> FloatArray:
+    """Return the tool's x, y and z at a batch of poses as columns in the machine frame, shape (n_poses, 3, 3).
+
+    point : on the body that carries the tool, the tool point itself where left out.
+    """
     description = machine.description
-    if description.tool is None:
+    name = point or description.tool
+    if name is None:
         fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
-    link = machine.link(description.points[description.tool].body)
+    link = machine.link(description.points[name].body)
     direction = np.array(description.tool_axis)
     if link >= 0:
         direction = machine.chain.displacements(pose or {})[:, link, :3, :3] @ direction

@@ -187,7 +187,7 @@ def _advise_tool(case: AdviceCase, number: int) -> tuple[ToolAdvice, float]:
     best: tuple[ToolAdvice, float] | None = None
     for ratio in tried:
         changed = replace(laid, speed=np.where(laid.tool == number, laid.speed * ratio, laid.speed))
-        margins = place_margins(case.arcs, case.groups(changed), changed, case.removed.piece, solver=case.solver,
+        margins = place_margins(case.arcs, case.groups(changed), changed, piece=case.removed.piece, solver=case.solver,
                                 pose=case.pose)
         count_after, hand_after, depth = case.chatters(margins, number)
         advice = ToolAdvice(number, programmed, round(programmed * ratio), count_before, count_after, hand_after, min(depth,

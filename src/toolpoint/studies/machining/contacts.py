@@ -77,7 +77,7 @@ def _part_top(removed: RemovedMaterial, setup: MachiningSetup) -> np.ndarray:
         return np.asarray(np.where(np.isnan(intervals[..., 1]), -np.inf, intervals[..., 1]).max(axis=2))
 
 
-def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
+def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath, *, setup: MachiningSetup) -> list[Doubt]:
     """Return doubts about loads beyond the stated limits, cuts above the edges, thick chips and plunges of flat ends."""
     doubts = []
     limits, bending = setup.limits, np.full(laid.speed.size, setup.limits.bending)

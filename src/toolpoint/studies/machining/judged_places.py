@@ -55,6 +55,6 @@ class JudgedPlaces:
         for number, factor in factors.items():
             speed[self.laid.tool == number] *= factor
         laid, pose = replace(self.laid, speed=speed), self.pose
-        groups = group_places(self.arcs, laid, self.removed.piece, pose=pose, isotropic=self.solver.dynamics[0].y == "same")
-        margins = place_margins(self.arcs, groups, laid, self.removed.piece, solver=self.solver, pose=pose)
+        groups = group_places(self.arcs, laid, self.removed.piece, pose=pose, isotropic=self.solver.is_isotropic)
+        margins = place_margins(self.arcs, groups, laid, piece=self.removed.piece, solver=self.solver, pose=pose)
         return replace(self, laid=laid, groups=groups, margins=margins)

@@ -17,6 +17,7 @@ from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.tool_tips import ToolTips
 
 _COMPLIANCE_LINES = 400  # on which the greatest compliance is looked up
 
@@ -38,15 +39,16 @@ class LimitInterval:
                       "cut with more in hand, or measure what the interval comes from")]
 
 
-def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: PlaceArcs, margins: PlaceMargins, *,
+def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: PlaceArcs, *, margins: PlaceMargins,
                         pose: np.ndarray,
-                        laid: ProgramPath, piece: np.ndarray, setup: MachiningSetup) -> LimitInterval | None:
+                        laid: ProgramPath, piece: np.ndarray, setup: MachiningSetup, tips: ToolTips) -> LimitInterval | None:
     """Return the interval at the place nearest to its limit; nothing where no place has one, or the file no identified numbers.
 
-    poses : dynamics of every pose; pose : index of the pose of every place of the removal.
+    poses : dynamics of every pose; pose : index of the pose of every place of the removal; tips : those that were struck have
+    nothing of the machine's numbers, so places of their tools are left out.
     """
     distance = np.abs(np.log(np.where(margins.limit > 0, margins.limit, np.nan) / arcs.depth))
-    distance[~np.isfinite(distance)] = np.inf
+    distance[~np.isfinite(distance) | np.isin(laid.tool[laid.moves.block[piece[arcs.place]]], list(tips.struck))] = np.inf
     if not np.isfinite(distance).any():
         return None
     m = int(np.argmin(distance))
@@ -55,7 +57,7 @@ def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: P
     arc, depth = (float(arcs.entry[m]), float(arcs.exit[m])), float(arcs.depth[m])
 
     def solver_of(sample: Machine) -> StabilitySolver:
-        return StabilitySolver(setup, [machine_dynamics(sample, stand)])
+        return StabilitySolver(setup, [machine_dynamics(sample, stand)], tips)
 
     def limits(sample: Machine) -> FloatArray:
         return solver_of(sample).chart(int(laid.tool[block]), 0, arc, angle=float(arcs.angle[m]),

@@ -49,7 +49,7 @@ def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSet
         way = removed.feed[places]
         direction = np.stack([np.hypot(way[:, 0], way[:, 1]), way[:, 2]], axis=1)
         lever = setup.stick_out or cut.tool.flute_length or 3 * tool.diameter
-        forces = arc_forces(tool, coefficients_of(cut), removed.arcs[places], slice_edges(shape, removed.reach[places],
+        forces = arc_forces(tool, coefficients_of(cut), removed.arcs[places], edges=slice_edges(shape, removed.reach[places],
                             removed.arcs.shape[1]), feed=feed, direction=direction, lever=lever)
         _put(columns, places, forces, speed, feed)
         columns["force"][places] = _along_axes(forces.mean, way)

@@ -39,7 +39,7 @@ class PlaceMargins:
     unsolved: int = 0
 
 
-def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath, piece: np.ndarray, *, solver: StabilitySolver,
+def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath, *, piece: np.ndarray, solver: StabilitySolver,
                   pose: np.ndarray, folder: Path | None = None,
                   progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
     """Return the limits of all places: those of their groups, then of the places near a limit with their own arcs.

@@ -167,7 +167,7 @@ def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:
     return lines
 
 
-def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], length: float) -> list[Doubt]:
+def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], *, length: float) -> list[Doubt]:
     """Return a doubt for every axis whose travel the program leaves; its zero at `zero`, the tool `length` m long."""
     doubts = []
     for letter, k in (("X", 0), ("Y", 1), ("Z", 2)):

@@ -32,6 +32,7 @@ from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.machining.tilted_poses import find_tilted_poses
+from toolpoint.studies.machining.tool_tips import ToolTips
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -42,7 +43,7 @@ NamedProgress = Callable[..., None]
 
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                 name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
-                folder: Path | None = None, rotation: FloatArray | None = None,
+                folder: Path | None = None, rotation: FloatArray | None = None, tips: ToolTips | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -62,6 +63,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     rotation : (3, 3) floats, optional
         Columns are the axes of the tilted plane in which program and stock are written, in those of the work; a machine then
         stands as its chain brings the tool there.
+    tips : ToolTips, optional
+        Responses of tools that are not the tool of `dynamics`.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
@@ -83,7 +86,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     """
     laid = lay_program(program, setup, text)
     shapes = [setup.shape_of(number) for number in laid.numbers]
-    removed = remove_material(laid.moves, setup.stock, shapes, RemovalSettings(setup.spacing_for(shapes), setup.slices),
+    removed = remove_material(laid.moves, setup.stock, shapes,
+                              settings=RemovalSettings(setup.spacing_for(shapes), setup.slices),
                               holders=[setup.holder_of(number) for number in laid.numbers],
                               progress=lambda finished, total: progress("pieces cut", finished, total))
     loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
@@ -96,15 +100,18 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         else:
             pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
-        isotropic = poses[0].y == "same"
+        solver = StabilitySolver(setup, poses, tips or ToolTips())
+        isotropic = solver.is_isotropic
+        notes += solver.tips.notes(poses, laid.numbers)
+        doubts += solver.tips.doubts(setup, laid.numbers, poses[0])
         groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=isotropic)
-        classes, solver = groups.count, StabilitySolver(setup, poses)
-        margins = place_margins(arcs, groups, laid, removed.piece, solver=solver, pose=pose, folder=folder,
+        classes = groups.count
+        margins = place_margins(arcs, groups, laid, piece=removed.piece, solver=solver, pose=pose, folder=folder,
                                 progress=lambda finished, total: progress("distinct engagements", finished, total))
         doubts += _margin_doubts(margins, arcs)
         if isinstance(dynamics, Machine):
-            interval = find_limit_interval(dynamics, poses, arcs, margins, pose=pose, laid=laid, piece=removed.piece,
-                                           setup=setup)
+            interval = find_limit_interval(dynamics, poses, arcs, margins=margins, pose=pose, laid=laid, piece=removed.piece,
+                                           setup=setup, tips=solver.tips)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
         judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
@@ -116,7 +123,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                             lambda finished, total: progress("advice for tools", finished, total))
     if isinstance(dynamics, Machine) and rotation is None:
         axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
-        doubts += travel_doubts(laid.path, axes, dict(setup.zero), setup.stick_out)
+        doubts += travel_doubts(laid.path, axes, dict(setup.zero), length=setup.stick_out)
     walls = wall_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
     if setup.drives is not None:
         progress("servo along the program", 0, 1)
@@ -128,7 +135,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
     contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
-            setup)]
+            setup=setup)]
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
@@ -169,7 +176,7 @@ def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetu
     chosen = cutting[np.linspace(0, cutting.size - 1, min(MAX_SAMPLED_PLACES, cutting.size)).astype(int)]
     is_sampled = np.zeros(removed.piece.size, bool)
     is_sampled[chosen] = True
-    coarse = remove_material(laid.moves, setup.stock, removed.shapes, RemovalSettings(2 * removed.settings.spacing,
+    coarse = remove_material(laid.moves, setup.stock, removed.shapes, settings=RemovalSettings(2 * removed.settings.spacing,
                                                                                       setup.slices),
                              sampled=is_sampled)
     # Slices of the two may lie at other heights: means over the height of the finer are compared.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.reduced_limits import estimate_of, question_reduction
 from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.tool_tips import ToolTips
 from toolpoint.vibration import Frf
 
 SEARCHED_DEPTH_RATIO = 4.0  # of a group's depth, up to which a limit is looked for
@@ -25,12 +26,17 @@ MAX_KEPT_INTERVALS = 12  # stable ones of a cut: the lowest
 
 @dataclass(eq=False)
 class StabilitySolver:
-    """Solver of single cuts; the problem of each tool and pose is kept."""
+    """Solver of single cuts; the problem of each tool and pose is kept.
+
+    dynamics : of every pose; tips : of tools that have a response of their own.
+    """
 
     setup: MachiningSetup
     dynamics: Sequence[ToolDynamics]
+    tips: ToolTips = field(default_factory=ToolTips)
 
     def __post_init__(self) -> None:
+        self._tips: dict[tuple[int, int], ToolDynamics] = {}
         self._problems: dict[tuple[int, int], MillingProblem] = {}
         self._estimates: dict[tuple[int, int], ReductionEstimate | None] = {}
         self.solutions = 0
@@ -38,7 +44,8 @@ class StabilitySolver:
     @property
     def identity(self) -> str:
         """Key of this solver among others: the cuts and the dynamics of every pose."""
-        digest = hashlib.sha256(repr((CONTENT_VERSION, self.setup.cut, sorted(self.setup.cuts.items()))).encode())
+        digest = hashlib.sha256(repr((CONTENT_VERSION, self.setup.cut, sorted(self.setup.cuts.items()),
+                                     self.tips.identity)).encode())
         for each in self.dynamics:
             response = each.response
             arrays = (response.frequency, response.values) if isinstance(response, Frf) else (
@@ -49,10 +56,21 @@ class StabilitySolver:
                                 each.pose)).encode())
         return digest.hexdigest()
 
+    def dynamics_of(self, tool: int, pose: int) -> ToolDynamics:
+        """Return the dynamics of a tool at a pose."""
+        if (tool, pose) not in self._tips:
+            self._tips[tool, pose] = self.tips.dynamics_of(tool, self.dynamics[pose])
+        return self._tips[tool, pose]
+
+    @property
+    def is_isotropic(self) -> bool:
+        """Whether no tool answers otherwise along x than along y, so that the direction of feed plays no part."""
+        return not self.tips.shafts and all(each.y == "same" for each in (self.dynamics[0], *self.tips.struck.values()))
+
     def problem(self, tool: int, pose: int) -> MillingProblem:
         """Return the milling problem of a tool at a pose."""
         if (tool, pose) not in self._problems:
-            dynamics = self.dynamics[pose]
+            dynamics = self.dynamics_of(tool, pose)
             problem = milling_problem(self.setup.cut_of(tool), dynamics.response, dynamics.x, y=dynamics.y)
             if dynamics.at_speed is not None:
                 problem = problem.changed(dynamics=dynamics.at_speed)
@@ -66,7 +84,8 @@ class StabilitySolver:
         self.solutions += len(speeds)
         deepest = max(SEARCHED_DEPTH_RATIO * depth, MIN_SEARCHED_DEPTH)
         chart = stability.chart(problem, speeds, depth_max=deepest)
-        machine, place = self.dynamics[pose].machine, self.dynamics[pose].pose
+        dynamics = self.dynamics_of(tool, pose)
+        machine, place = dynamics.machine, dynamics.pose
         if (tool, pose) not in self._estimates:
             self._estimates[tool, pose] = estimate_of(machine, place, problem)
         estimate = self._estimates[tool, pose]

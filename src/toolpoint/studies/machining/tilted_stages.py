@@ -21,6 +21,7 @@ from toolpoint.studies.machining.program_path import ParsedProgram
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.tool_tips import ToolTips
 
 _SPEED_WORD_TOLERANCE = 1e-9  # of factors on a spindle speed
 TILTED_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
@@ -119,6 +120,7 @@ def tilt_words(rotation: FloatArray) -> str:
 
 def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                name: str = "program", text: str = "", lobes: int = 0, with_advice: bool = False, folder: Path | None = None,
+               tips: ToolTips | None = None,
                progress: Callable[..., None] = lambda name, finished, total: None) -> StagedStudy:
     """Return what every block of a program in tilted planes meets.
 
@@ -126,7 +128,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     ----------
     program : Program
         As `io.read_program` gives it.
-    setup, name, text, lobes, with_advice, folder, progress : as in `run_program`; advice is made stage by stage
+    setup, name, text, lobes, with_advice, folder, tips, progress : as in `run_program`; advice is made stage by stage
     dynamics : Machine or ToolDynamics, optional
         A machine is posed by its own chain, its tool along the plane's axis; a tip is the same in all planes, along the
         plane's x and y.
@@ -173,7 +175,8 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
         elif not np.allclose(turn, np.eye(3)):
             stock = _turned_box(setup.stock, turn) if setup.stock.kind == BOX else CutStock.of(_untouched(setup), turn)
         studies.append(run_program(part, replace(setup, stock=stock), dynamics, name=f"{name}, stage {len(studies) + 1}",
-                                   text=text, lobes=lobes, with_advice=with_advice, rotation=rotation, progress=progress,
+                                   text=text, lobes=lobes, with_advice=with_advice, rotation=rotation, tips=tips,
+                                   progress=progress,
                                    folder=None if folder is None else folder / f"stage-{len(studies) + 1}"))
         rotations.append(rotation)
         previous = np.asarray(rotation, float)
@@ -234,4 +237,4 @@ def _untouched(setup: MachiningSetup) -> RemovedMaterial:
     place = setup.stock.upper + 0.1
     path = split_moves(place[None], place[None] + [[1e-3, 0.0, 0.0]], 1.0, rapid=np.array([True]))
     shapes = [setup.shape_of(0)]
-    return remove_material(path, setup.stock, shapes, RemovalSettings(setup.spacing_for(shapes), setup.slices))
+    return remove_material(path, setup.stock, shapes, settings=RemovalSettings(setup.spacing_for(shapes), setup.slices))

@@ -82,7 +82,7 @@ class BisectorSteps(NotebookText):
         return f"BisectorSteps({self.joint!r}, {len(self.axes)} axes)"
 
 
-def retrace_steps(joints: JointIdentification, modes: Modes, geometry: Geometry, components: Components
+def retrace_steps(joints: JointIdentification, modes: Modes, geometry: Geometry, *, components: Components
                   ) -> tuple[BisectorSteps, ...]:
     """Return the source's steps at every joint; one whose points are not measured in three directions has a reason instead."""
     real = real_modes(modes)

@@ -58,7 +58,7 @@ class JointStudy(NotebookText):
 
     def steps(self) -> tuple[BisectorSteps, ...]:
         """Return the steps of the method's first source at every joint, beside these joints."""
-        return retrace_steps(self.joints, self.modes, self.geometry, self.components)
+        return retrace_steps(self.joints, self.modes, self.geometry, components=self.components)
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""

@@ -153,7 +153,7 @@ def study_shaker_records(records: RecordSet | Sequence[Record], settings: Shaker
     for group in groups.values():
         frf = shaker_test(group, settings.resolution, excitation=settings.excitation, estimator=settings.estimator,
                           band=settings.band, settle=settings.settle)
-        blocks = count_blocks(group, settings.resolution, settings.excitation, settings.settle)
+        blocks = count_blocks(group, settings.resolution, settings.excitation, settle=settings.settle)
         set_ups.append(ShakerSetUp(frf, len(group), blocks))
         doubts += question_shaker(group, frf, settings)
     joined = free_of_masses(_join([part.frf for part in set_ups]), masses or {})

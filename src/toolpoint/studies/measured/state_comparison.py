@@ -167,7 +167,7 @@ def compare_states(older: ComparedState, newer: ComparedState, *, lowest_mac: fl
     i, j = pairs.pairs[:, 0], pairs.pairs[:, 1]
     f, g = first.frequency[i], second.frequency[j]
     width = np.hypot(newer.interval[j] / f, older.interval[i] * g / f**2)
-    noise = np.array([mac_of_noise(first, second, (a, b), rng) for a, b in pairs.pairs]).reshape(-1)
+    noise = np.array([mac_of_noise(first, second, (a, b), rng=rng) for a, b in pairs.pairs]).reshape(-1)
     frac, frac_noise = compare_responses(older.frf, newer.frf, rng)
     return StateComparison(older, newer, pairs, g / f - 1, width, noise, point_changes(first, second, pairs), frac, frac_noise,
                            None, _doubts(older, newer, len(shared), pairs))

@@ -49,7 +49,7 @@ def _deviation(first: Modes, second: Modes, pair: tuple[int, int], scale: float)
     return np.sqrt(first.shape_variance[:, pair[0]]), scale * np.sqrt(second.shape_variance[:, pair[1]])
 
 
-def mac_of_noise(first: Modes, second: Modes, pair: tuple[int, int], rng: np.random.Generator) -> float:
+def mac_of_noise(first: Modes, second: Modes, pair: tuple[int, int], *, rng: np.random.Generator) -> float:
     """Return the MAC below which one in twenty pairs of tests of one shape would lie; not a number without variances."""
     a, b, scale = _scaled(first, second, pair)
     deviations = _deviation(first, second, pair, scale)

@@ -228,7 +228,7 @@ def _simulation_words(drives: DriveDescription, servo: Servo, command: Command) 
     return f"simulation of {command.time[-1]:.0f} s of motion, about {total:.0f} s"
 
 
-def simulate_set_points(drives: DriveDescription, servo: Servo, command: Command, load: FloatArray | None = None
+def simulate_set_points(drives: DriveDescription, servo: Servo, command: Command, *, load: FloatArray | None = None
                         ) -> ServoResult:
     """Return the histories from rest at the first point; with moving nuts the screws follow them.
 

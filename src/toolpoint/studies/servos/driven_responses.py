@@ -80,8 +80,8 @@ class DrivenResponses(NotebookText):
                 "greatest": [dict(zip(STATE_HEADER, row, strict=True)) for row in self.rows()]}
 
 
-def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Mapping[str, float] | None = None,
-                           dofs: Sequence[Dof | str] | None = None, *, frequency: ArrayLike | None = None) -> DrivenResponses:
+def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Mapping[str, float] | None = None, *,
+                           dofs: Sequence[Dof | str] | None = None, frequency: ArrayLike | None = None) -> DrivenResponses:
     """Return the receptances of a machine at a pose with its drives on, off, shorted and braked.
 
     Parameters
@@ -128,7 +128,8 @@ def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Map
     losses[first:, first:] = structure_losses
     frfs: dict[str, Frf] = {}
     for state in _states(servo):
-        frfs[state] = _frf(respond_to_forces(servo, forces, outputs, springs.frequency, state, losses=losses), springs)
+        response = respond_to_forces(servo, forces, outputs, frequency=springs.frequency, state=state, losses=losses)
+        frfs[state] = _frf(response, springs)
     frfs[SPRINGS] = springs
     return DrivenResponses(machine.name, frfs, tuple(_doubts(servo, frfs)), _NOTES)
 

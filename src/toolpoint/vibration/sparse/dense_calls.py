@@ -15,7 +15,10 @@ from numba import njit, types
 from numba.extending import intrinsic
 from scipy.linalg import cython_blas, cython_lapack
 
-from toolpoint._check import IndexArray
+from toolpoint._check import Array, FloatArray, IndexArray, fail
+
+# Memory that the arguments of a call are passed in: integers, letters, numbers.
+Scratch = tuple[IndexArray, Array, FloatArray]
 
 ROUTINE_NAMES = ("dpotrf", "dtrsm", "dsyrk", "dgemm")
 
@@ -37,8 +40,22 @@ def addresses() -> IndexArray | None:
     return np.array(result, dtype=np.int64)
 
 
-@intrinsic
-def call(context: Any, address: Any, arguments: Any) -> Any:
+def require_addresses() -> IndexArray:
+    """Return the addresses of the four routines, for callers that have asked whether this SciPy has them.
+
+    Raises
+    ------
+    ToolpointError
+        Where it has not.
+    """
+    routines = addresses()
+    if routines is None:
+        fail("SciPy", "BLAS of 64-bit integers", "the multifrontal solver calls one of 32-bit integers",
+             remedy="factorise by SuperLU or CHOLMOD")
+    return routines
+
+
+def _call(context: Any, address: Any, arguments: Any) -> Any:
     """Call the routine at an address with a tuple of addresses as its arguments."""
     def _generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
@@ -50,8 +67,12 @@ def call(context: Any, address: Any, arguments: Any) -> Any:
     return types.void(address, arguments), _generate
 
 
+# Its stub asks for the typing context too, which the compiler supplies.
+call: Any = intrinsic(_call)
+
+
 @njit(cache=True, nogil=True)
-def scratch():
+def scratch() -> Scratch:
     """Return the memory that arguments are passed in: integers (8,) int32, letters L N T U R (5,) uint8, numbers 1, -1 (2,)."""
     integers = np.zeros(8, np.int32)
     letters = np.array([76, 78, 84, 85, 82], np.uint8)
@@ -60,7 +81,7 @@ def scratch():
 
 
 @njit(cache=True, nogil=True)
-def cholesky(routines, places, n, a, lda):
+def cholesky(routines: IndexArray, places: Scratch, n: int, a: int, lda: int) -> int:
     """Factorise the lower triangle at address a in place; return 0, or the first row whose pivot is not positive."""
     integers, letters, _ = places
     i, c = integers.ctypes.data, letters.ctypes.data
@@ -70,7 +91,8 @@ def cholesky(routines, places, n, a, lda):
 
 
 @njit(cache=True, nogil=True)
-def solve_triangle(routines, places, right, transposed, unit, m, n, a, lda, b, ldb):
+def solve_triangle(routines: IndexArray, places: Scratch, right: bool, transposed: bool, unit: bool, m: int, n: int, a: int,
+                   lda: int, b: int, ldb: int) -> None:
     """B (m, n) becomes inv(L) B, or B inv(L) from the right, L transposed where asked, with ones on its diagonal or not."""
     integers, letters, numbers = places
     i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
@@ -80,7 +102,7 @@ def solve_triangle(routines, places, right, transposed, unit, m, n, a, lda, b, l
 
 
 @njit(cache=True, nogil=True)
-def square_update(routines, places, n, k, a, lda, c_address, ldc):
+def square_update(routines: IndexArray, places: Scratch, n: int, k: int, a: int, lda: int, c_address: int, ldc: int) -> None:
     """The lower triangle of C (n, n) becomes C - A A^T, A (n, k)."""
     integers, letters, numbers = places
     i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
@@ -89,7 +111,8 @@ def square_update(routines, places, n, k, a, lda, c_address, ldc):
 
 
 @njit(cache=True, nogil=True)
-def product(routines, places, shape, transposed, a, b, target):
+def product(routines: IndexArray, places: Scratch, shape: tuple[int, int, int], transposed: tuple[bool, bool],
+            a: tuple[int, int], b: tuple[int, int], target: tuple[int, int]) -> None:
     """C (m, n) becomes C - op(A) op(B), op(A) (m, k), op(B) (k, n); `shape` m, n, k, `transposed` whether A, whether B is;
     each matrix is its address and its leading dimension."""
     integers, letters, numbers = places

@@ -6,11 +6,17 @@ on a stack until the parent takes it. Source: Duff, Reid, ACM Trans. Math. Softw
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import njit
 from numba.extending import overload
 
-from toolpoint.vibration.sparse.dense_calls import cholesky, product, scratch, solve_triangle, square_update
+from toolpoint._check import Array, FloatArray, IndexArray
+from toolpoint.vibration.sparse.dense_calls import Scratch, cholesky, product, scratch, solve_triangle, square_update
+
+# Compressed columns (pointers, rows, values) or blocks of node pairs (pointers, columns, entries, blocks).
+StoredMatrix = tuple[Array, ...]
 
 KEPT_BLOCK_COLUMNS = 64  # of the factor, stored from one diagonal down
 _PIVOT_BLOCK_COLUMNS = 64  # eliminated by scalar loops before one product updates the others
@@ -18,7 +24,9 @@ _STRIP_COLUMNS = 256  # of a product that computes the lower triangle: little of
 
 
 @njit(cache=True, nogil=True)
-def factorise_groups(group_begin, group_end, stiffness, mass, shift, plan, work, factor, diagonal, routines, positive, tiny):
+def factorise_groups(group_begin: int, group_end: int, stiffness: StoredMatrix, mass: StoredMatrix, shift: float,
+                     plan: tuple[IndexArray, ...], work: tuple[FloatArray, IndexArray, IndexArray, FloatArray, FloatArray],
+                     factor: FloatArray, diagonal: FloatArray, routines: IndexArray, positive: bool, tiny: float) -> int:
     """Factorise groups of columns of K + shift M = L D L^T (or L L^T, `positive`).
 
     Every group s has a front of `width` own columns and `below` rows: its own columns become those of L, the remaining block
@@ -85,19 +93,22 @@ def factorise_groups(group_begin, group_end, stiffness, mass, shift, plan, work,
     return -1
 
 
-def _gather(matrix, scale, order, place, first, width, front, local, panel):
+def _gather(matrix: StoredMatrix, scale: float, order: IndexArray, place: IndexArray, first: int, width: int, front: int,
+            local: IndexArray, panel: FloatArray) -> None:
     """Add a group's columns of a matrix, from the diagonal down, to its panel."""
 
 
 @overload(_gather)
-def _gather_of(matrix, scale, order, place, first, width, front, local, panel):
+def _gather_of(matrix: StoredMatrix, scale: float, order: IndexArray, place: IndexArray, first: int, width: int, front: int,
+               local: IndexArray, panel: FloatArray) -> Callable[..., None]:
     """Choose the loop by how the matrix is stored: compressed columns (3 arrays), or blocks of node pairs (4)."""
     if len(matrix) == 3:
         return _columns_of
     return _blocks_of if matrix[3].ndim == 3 else _scalars_of
 
 
-def _columns_of(matrix, scale, order, place, first, width, front, local, panel):
+def _columns_of(matrix: StoredMatrix, scale: float, order: IndexArray, place: IndexArray, first: int, width: int, front: int,
+                local: IndexArray, panel: FloatArray) -> None:
     """Add scale times compressed columns."""
     indptr, indices, data = matrix
     for j in range(width):
@@ -108,7 +119,8 @@ def _columns_of(matrix, scale, order, place, first, width, front, local, panel):
                 panel[j * front + local[row]] += scale * data[k]
 
 
-def _blocks_of(matrix, scale, order, place, first, width, front, local, panel):
+def _blocks_of(matrix: StoredMatrix, scale: float, order: IndexArray, place: IndexArray, first: int, width: int, front: int,
+               local: IndexArray, panel: FloatArray) -> None:
     """Add scale times blocks of node pairs: the block of (i, j) is stored for i >= j, and transposed for its mirror image."""
     pointers, columns, entries, blocks = matrix
     for j in range(width):
@@ -122,7 +134,8 @@ def _blocks_of(matrix, scale, order, place, first, width, front, local, panel):
                     panel[j * front + local[row]] += scale * value
 
 
-def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
+def _scalars_of(matrix: StoredMatrix, scale: float, order: IndexArray, place: IndexArray, first: int, width: int, front: int,
+                local: IndexArray, panel: FloatArray) -> None:
     """Add scale times numbers of node pairs, each times the unit matrix."""
     pointers, columns, entries, values = matrix
     for j in range(width):
@@ -134,7 +147,8 @@ def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
 
 
 @njit(cache=True, nogil=True)
-def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, contribution):
+def _take_children(s: int, begins: IndexArray, pointers: IndexArray, rows: IndexArray, stack: FloatArray, state: IndexArray,
+                   local: IndexArray, width: int, front: int, below: int, panel: FloatArray, contribution: FloatArray) -> None:
     """Add the contributions of the children, a linked list in `state`: 1 + s first child, 1 + n + s next, 1 + 2 n + s place."""
     count = begins.size - 1
     place = np.empty(front, np.int64)
@@ -159,7 +173,7 @@ def _take_children(s, begins, pointers, rows, stack, state, local, width, front,
 
 
 @njit(cache=True, nogil=True)
-def _store_columns(panel, width, front, kept):
+def _store_columns(panel: FloatArray, width: int, front: int, kept: FloatArray) -> None:
     """Store the columns of L, a block at a time from its diagonal down: only the small triangle above it is stored in vain."""
     position = 0
     for a in range(0, width, KEPT_BLOCK_COLUMNS):
@@ -169,7 +183,7 @@ def _store_columns(panel, width, front, kept):
 
 
 @njit(cache=True, nogil=True)
-def _push(s, parent, below, contribution, stack, state):
+def _push(s: int, parent: IndexArray, below: int, contribution: FloatArray, stack: FloatArray, state: IndexArray) -> None:
     """Put the lower triangle of the contribution on the stack, over those of the children, which are used up."""
     count = parent.size
     base = state[0]
@@ -190,7 +204,8 @@ def _push(s, parent, below, contribution, stack, state):
 
 
 @njit(cache=True, nogil=True)
-def _cholesky_front(panel, contribution, width, below, front, routines, places):
+def _cholesky_front(panel: FloatArray, contribution: FloatArray, width: int, below: int, front: int, routines: IndexArray,
+                    places: Scratch) -> int:
     """L_11 L_11^T = A_11, L_21 = A_21 L_11^-T, contribution -L_21 L_21^T; return -1, or the row of a pivot not above zero."""
     address = panel.ctypes.data
     fault = cholesky(routines, places, width, address, front)
@@ -203,7 +218,8 @@ def _cholesky_front(panel, contribution, width, below, front, routines, places):
 
 
 @njit(cache=True, nogil=True)
-def _indefinite_front(panel, contribution, width, below, front, diagonal, routines, places, tiny):
+def _indefinite_front(panel: FloatArray, contribution: FloatArray, width: int, below: int, front: int, diagonal: FloatArray,
+                      routines: IndexArray, places: Scratch, tiny: float) -> int:
     """L D L^T of the width columns without exchanges, a block at a time; return -1, or the row of a pivot up to `tiny`."""
     address = panel.ctypes.data
     scaled = np.empty(_PIVOT_BLOCK_COLUMNS * front)
@@ -230,7 +246,8 @@ def _indefinite_front(panel, contribution, width, below, front, diagonal, routin
 
 
 @njit(cache=True, nogil=True)
-def _update_contribution(panel, contribution, width, below, front, diagonal, routines, places):
+def _update_contribution(panel: FloatArray, contribution: FloatArray, width: int, below: int, front: int, diagonal: FloatArray,
+                         routines: IndexArray, places: Scratch) -> None:
     """Subtract L_21 D L_21^T from the contribution, strip by strip."""
     strip = np.empty(min(_STRIP_COLUMNS, max(below, 1)) * width)
     address, out = panel.ctypes.data, contribution.ctypes.data
@@ -244,7 +261,7 @@ def _update_contribution(panel, contribution, width, below, front, diagonal, rou
 
 
 @njit(cache=True, nogil=True)
-def _indefinite_block(panel, a, b, front, diagonal, tiny):
+def _indefinite_block(panel: FloatArray, a: int, b: int, front: int, diagonal: FloatArray, tiny: float) -> int:
     """L D L^T of columns a .. b - 1 within their diagonal block; return -1, or the row of a pivot up to `tiny`."""
     for j in range(a, b):
         pivot = panel[j * front + j]
@@ -262,7 +279,8 @@ def _indefinite_block(panel, a, b, front, diagonal, tiny):
 
 
 @njit(cache=True, nogil=True)
-def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routines, positive):
+def solve_groups(right: FloatArray, begins: IndexArray, pointers: IndexArray, rows: IndexArray, starts: IndexArray,
+                 factor: FloatArray, diagonal: FloatArray, routines: IndexArray, positive: bool) -> int:
     """Solve L D L^T x = b in place, one right side a row: forward over the groups, D, and backward.
 
     right (k, n) float64, its columns in elimination order; the other arguments are those of `factorise_groups`. Returns the
@@ -304,7 +322,8 @@ def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routin
 
 
 @njit(cache=True, nogil=True)
-def _forward(kept, work, width, front, k, routines, places, positive):
+def _forward(kept: FloatArray, work: FloatArray, width: int, front: int, k: int, routines: IndexArray, places: Scratch,
+             positive: bool) -> None:
     """Solve L y = b over a front: its own rows by the triangle of each block, the rows below by a product."""
     x, start, position = work.ctypes.data, kept.ctypes.data, 0
     for a in range(0, width, KEPT_BLOCK_COLUMNS):
@@ -318,7 +337,8 @@ def _forward(kept, work, width, front, k, routines, places, positive):
 
 
 @njit(cache=True, nogil=True)
-def _backward(kept, work, width, front, k, routines, places, positive):
+def _backward(kept: FloatArray, work: FloatArray, width: int, front: int, k: int, routines: IndexArray, places: Scratch,
+              positive: bool) -> None:
     """Solve L^T x = y over a front, blocks from the last to the first."""
     x, start, position = work.ctypes.data, kept.ctypes.data, kept.size
     for a in range((width - 1) // KEPT_BLOCK_COLUMNS * KEPT_BLOCK_COLUMNS, -1, -KEPT_BLOCK_COLUMNS):

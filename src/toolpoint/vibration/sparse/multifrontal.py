@@ -18,7 +18,7 @@ class Multifrontal:
 
     def __init__(self, plan: EliminationPlan, stiffness: SymmetricMatrix, *, mass: SymmetricMatrix | None = None,
                  shift: float = 0.0, is_positive: bool = True) -> None:
-        self._plan, self._routines = plan, dense_calls.addresses()
+        self._plan, self._routines = plan, dense_calls.require_addresses()
         diagonal = stiffness.diagonal() if mass is None else stiffness.diagonal() + shift * mass.diagonal()
         self.is_positive = is_positive and bool((diagonal > 0).all())
         self._factor, self._diagonal = np.empty(plan.factor_size), np.ones(stiffness.shape[0])
@@ -59,7 +59,7 @@ def _eliminate(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: Symmetri
     mass_arrays = stiffness_arrays if mass is None else _arrays(mass)
     scale = 0.0 if mass is None else shift
     tiny = _MIN_PIVOT_RATIO * (_largest(stiffness) + (abs(scale) * _largest(mass) if mass is not None else 0.0))
-    work, routines = plan.workspace(), dense_calls.addresses()
+    work, routines = plan.workspace(), dense_calls.require_addresses()
     for group_begin, group_end in plan.pieces():
         row = kernels.factorise_groups(group_begin, group_end, stiffness_arrays, mass_arrays, scale, plan.arrays, work, factor,
                                        diagonal,

@@ -110,5 +110,5 @@ class _Intake:
             accept = data.get("accept")
             if accept not in (True, False, None):
                 fail("accept", repr(accept), "must be true, false or null")
-            return decide_hit(self.bench.desk, text_of(data, "test"), text_of(data, "hit"), accept)
+            return decide_hit(self.bench.desk, text_of(data, "test"), text_of(data, "hit"), accept=accept)
         return await write_answer(work, self.bench.desk.lock)

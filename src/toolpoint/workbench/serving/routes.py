@@ -4,7 +4,7 @@
 |---|---|---|
 | POST /api/session | ``{token}`` | the cookie that all others ask for |
 | GET /api/view/NAME | | `WorkbenchView` as JSON |
-| GET /api/events | Last-Event-ID | events ``step``, ``job``, ``changed``, ``reset`` |
+| GET /api/events | Last-Event-ID | events ``step``, ``job``, ``recording``, ``changed``, ``reset`` |
 | GET, POST, DELETE /api/job | ``{steps, overwrite}`` | the job; starts one, stops it |
 | POST /api/machine/look, limit, curve, interval, band | `MachineRequest` | numbers of one state of the machine |
 | POST /api/machine/number | ``{text, path}`` | a typed number in SI |
@@ -15,6 +15,9 @@
 | POST /api/part | ``{place, value}`` | writes a part of project.yaml |
 | POST /api/hit | ``{test, hit, accept}`` | writes a decision about a blow into its test file |
 | POST /api/tried | ``{speed_rpm, depth_m, stable, frequency_hz, cut}`` | reports a cut that was tried |
+| GET, POST, DELETE /api/recording | `RecordingSettings` | blows that are recorded now; begins, ends |
+| POST /api/recording/decision | ``{blow, accept}`` | writes a decision about a recorded blow into its test file |
+| POST /api/pulse | ``{test, blow, is_recording}`` | the sound of a blow |
 | GET /page/NAME | | an existing page, sandboxed |
 
 A wrong input is answered by 422 and ``{error}``, the sentence that a command prints.
@@ -27,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 
 from toolpoint._check import ToolpointError, fail
 from toolpoint.workbench.serving.intake_routes import intake_entries
+from toolpoint.workbench.serving.recording_routes import recording_entries
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of
 from toolpoint.workbench.state.machine_request import MachineRequest, read_typed_number
 from toolpoint.workbench.views import catalogue
@@ -50,7 +54,8 @@ def routes_of(bench: Workbench) -> list[Route]:
         ("/api/view/{name}", api.view, "GET"), ("/api/events", api.events, "GET"), ("/api/job", api.job, "GET"),
         ("/api/job", api.start_job, "POST"), ("/api/job", api.stop_job, "DELETE"),
         ("/api/machine/{deed}", api.machine, "POST"), ("/page/{name:path}", api.page, "GET")]
-    return [Route(path, endpoint, methods=[method]) for path, endpoint, method in (*entries, *intake_entries(bench))]
+    return [Route(path, endpoint, methods=[method]) for path, endpoint, method in (
+        *entries, *intake_entries(bench), *recording_entries(bench))]
 
 
 class _Api:

@@ -7,7 +7,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from toolpoint.workbench.state.desk import STATE_PLACE, Desk
 from toolpoint.workbench.state.events import EventLog
 from toolpoint.workbench.state.jobs import Jobs
 from toolpoint.workbench.state.kept_files import keep_file
+from toolpoint.workbench.state.recordings import Recordings
 
 LOCAL_HOST = "127.0.0.1"
 ANY_HOSTS = ("0.0.0.0", "::", "*", "")  # ways to say every address of a machine
@@ -27,11 +28,16 @@ STOP_SECONDS = 2  # that open connections get when the server ends
 
 
 class Workbench:
-    """A project's workbench: the desk, its jobs and events, and who may ask."""
+    """A project's workbench: the desk, its jobs, recordings and events, and who may ask.
 
-    def __init__(self, folder: str | Path, access: Access) -> None:
+    record_folders : folders beside the project from which recordings may read.
+    """
+
+    def __init__(self, folder: str | Path, access: Access, record_folders: Sequence[str | Path] = ()) -> None:
         self.access, self.desk, self.log = access, Desk(Path(folder).resolve()), EventLog()
         self.jobs = Jobs(self.desk.folder, self.desk.folder / STATE_PLACE / "job.json", self.log)
+        self.recordings = Recordings(self.desk.folder, self.log)
+        self.record_folders = tuple(Path(place).resolve() for place in record_folders)
         self._closing, self._is_warm = threading.Event(), False
 
     def application(self) -> Guard:
@@ -78,13 +84,14 @@ class Workbench:
             machine_deed(self.desk, "look", MachineRequest())
 
     def close(self) -> None:
-        """Stop watching and the job that runs."""
+        """Stop watching, the recording and the job that runs."""
         self._closing.set()
+        self.recordings.stop()
         self.jobs.stop()
 
 
-def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: Callable[[str], None] = lambda address: None
-          ) -> None:
+def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: Callable[[str], None] = lambda address: None,
+          records: Sequence[str | Path] = ()) -> None:
     """Serve the workbench of a project's folder until it is interrupted.
 
     Parameters
@@ -95,6 +102,8 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
     host : str
         Another than 127.0.0.1 lets other machines in; what they exchange is not encrypted.
     ready : function of the address to open, called once the server listens
+    records : sequence of paths
+        Folders beside the project's own from which blows may be recorded: that of a measuring program.
 
     Raises ToolpointError where the extra ``app`` is not installed, where the folder is none, and where a workbench of it runs.
     """
@@ -108,7 +117,7 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
     state = place / STATE_PLACE
     with _only_server(place, state), _listen(host, port or _last_port(state)) as listener:
         access = Access(keep_token(state / "token"), listener.getsockname()[1], host)
-        bench = Workbench(place, access)
+        bench = Workbench(place, access, records)
         bench.begin()
         keep_file(state / "server.json", json.dumps({"port": access.port, "host": host}))
         settings = uvicorn.Config(bench.application(), log_level="warning", access_log=False, server_header=False,

@@ -16,7 +16,7 @@ from toolpoint.workbench.views.view import WorkbenchView
 # Name of a view, in the order of the page: module and function.
 VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine"),
          "lobes": ("lobes_view", "view_lobes"), "modes": ("hammer_views", "view_modes"),
-         "blows": ("hammer_views", "view_blows"),
+         "blows": ("hammer_views", "view_blows"), "record": ("recording_view", "view_record"),
          "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
          "report": ("pages_view", "view_report")}
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
@@ -49,6 +49,8 @@ def _has(name: str, project: Project) -> bool:
                       for step in project.chain.steps)
         return bool(project.description.cuts) and (
             _has_machine(project) or has_tip or project.description.coupling is not None)
+    if name == "record":
+        return True
     if name == "blows":
         return any(path.name == "hits.json" for paths in files.values() for path in paths)
     first = {"modes": "modes/", "advice": "changes"}.get(name)

@@ -88,7 +88,7 @@ def _blow_calls(file: str | None, name: str) -> tuple[str, ...]:
             "print(studies.study_described_records(records, description).table())")
 
 
-def decide_hit(desk: Desk, test: str, hit: str, accept: bool | None) -> dict[str, Any]:
+def decide_hit(desk: Desk, test: str, hit: str, *, accept: bool | None) -> dict[str, Any]:
     """Write a person's decision about a blow into the test file, None takes it back; say the command that does the same.
 
     Raises ToolpointError for a test without a test file, and for a blow that it lacks.

@@ -110,7 +110,7 @@ def _machine_of(project: Project) -> Machine | None:
         return None
 
 
-def systems_of(desk: Desk, project: Project, values: Mapping[str, float], draws: int, *, stick_out: float | None = None
+def systems_of(desk: Desk, project: Project, values: Mapping[str, float], *, draws: int, stick_out: float | None = None
                ) -> DrawnSystems:
     """Return the draws that limits of a project rest on: of its machine with changed numbers, else of the struck tip.
 
@@ -141,7 +141,7 @@ def _asked(desk: Desk, request: MachineRequest) -> tuple[Project, CuttingDescrip
     cut = apply_cut_values(cuts[name].cut, request.cut_values)
     deviation = cuts[name].coefficient_deviation or ASSUMED_COEFFICIENT_DEVIATION
     draws = min(project.description.draws, MAX_INTERVAL_DRAWS)
-    return project, cut, deviation, name, systems_of(desk, project, request.values, draws,
+    return project, cut, deviation, name, systems_of(desk, project, request.values, draws=draws,
                                                                   stick_out=request.stick_out)
 
 

@@ -15,7 +15,7 @@ def stick_out_words(desk: Desk, project: Project, stick_out: float) -> list[str]
     plan = project.description.coupling
     assert plan is not None
     file = project.machine_file.relative_to(desk.folder).as_posix() if plan.point is not None else ""
-    return coupling_words(plan, file, stick_out, stick_out_range(plan, desk.folder)[0])
+    return coupling_words(plan, file, stick_out, segment=stick_out_range(plan, desk.folder)[0])
 
 
 def stick_out_slider(project: Project) -> dict[str, Any]:

@@ -52,7 +52,7 @@ window.Workbench = window.Workbench || { views: {} };
       source = new EventSource("/api/events");
       source.onopen = () => { W.say(""); tell("open", {}); };
       source.onerror = () => W.say(W.word("link.lost"));
-      for (const name of ["step", "job", "changed", "reset"])
+      for (const name of ["step", "job", "recording", "changed", "reset"])
         source.addEventListener(name, (event) => tell(name, JSON.parse(event.data)));
     };
     document.addEventListener("visibilitychange", () => {

@@ -35,17 +35,17 @@ window.Workbench = window.Workbench || { views: {} };
   W.views.blows = {
     title: () => W.word("view.blows"), query: query("blows"),
     show(place, view) {
-      const data = view.data, said = W.make("p", { role: "status", class: "key" });
+      const data = view.data, said = W.make("p", { role: "status", class: "key" }), heard = W.make("div");
       const decide = (hit, accept) => async () => {
         try { said.textContent = W.word("decided", { text: (await W.ask("hit", { test: data.test, hit, accept })).command }); said.className = "key"; }
         catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
       };
       const row = (hit) => [hit.name, hit.struck, W.number(hit.force_n, 4), W.make("span", {}, W.make("span", { class: "mark " + (hit.accepted ? "good" : "doubtful"),
         text: W.word(hit.accepted ? "accepted" : "refused") + (hit.by_hand ? ", " + W.word("by.hand") : "") })), hit.reasons.join("; "),
-      data.can_decide && !W.isExport ? W.make("button", { type: "button", text: W.word(hit.accepted ? "refuse" : "accept"), "aria-label": `${W.word(hit.accepted ? "refuse" : "accept")} ${hit.name}`, onclick: decide(hit.name, !hit.accepted) }) : ""];
+      data.can_decide && !W.isExport ? W.make("span", { class: "wb-row" }, W.make("button", { type: "button", text: W.word("rec.hear"), "aria-label": `${W.word("rec.hear")} ${hit.name}`, onclick: () => W.hearBlow(heard, data.test, hit.name, false) }), W.make("button", { type: "button", text: W.word(hit.accepted ? "refuse" : "accept"), "aria-label": `${W.word(hit.accepted ? "refuse" : "accept")} ${hit.name}`, onclick: decide(hit.name, !hit.accepted) })) : ""];
       const head = [W.word("blow"), W.word("struck"), W.word("force"), W.word("verdict"), W.word("reasons"), ""];
       const odd = data.hits.filter((hit) => !hit.accepted || hit.by_hand || hit.reasons.length), good = data.hits.filter((hit) => !odd.includes(hit));
-      place.replaceChildren(...W.head(view, W.word("view.blows")), ...[chooser(view, "blows")].filter(Boolean), said,
+      place.replaceChildren(...W.head(view, W.word("view.blows")), ...[chooser(view, "blows")].filter(Boolean), said, heard,
         W.section(W.word("blows.odd"), odd.length ? W.table(head, odd.map(row)) : W.make("p", { text: W.word("none") })),
         W.section(W.word("blows.good"), W.make("details", {}, W.make("summary", { text: W.word("blows.count", { n: good.length }) }), W.make("div", { class: "wb-inside" }, W.table(head, good.map(row))))),
         ...(data.notes.length ? [W.section(W.word("notes"), W.make("ul", {}, data.notes.map((text) => W.make("li", { text }))))] : []),

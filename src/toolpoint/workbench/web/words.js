@@ -20,7 +20,8 @@ window.Workbench = window.Workbench || { views: {} };
 
   W.loadWords = async function () {
     const language = W.language();
-    [english, chosen] = await Promise.all(["en", language].map((name) => W.asset(`words_${name}.json`)));
+    const names = language === "en" ? ["en"] : ["en", language]; // one request less for most
+    [english, chosen = english] = await Promise.all(names.map((name) => W.asset(`words_${name}.json`)));
     document.documentElement.lang = language;
     for (const node of document.querySelectorAll("[data-word]")) node.textContent = W.word(node.dataset.word);
     const list = document.getElementById("wb-language");

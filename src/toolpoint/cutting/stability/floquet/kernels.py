@@ -4,8 +4,6 @@ Everything is scaled: s = w/w_max in [0, 1]; D(theta, s) = det(I + s M(theta)), 
 nu = exp(-i theta). A polynomial's coefficients come from a Hessenberg form of M.
 """
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
@@ -13,14 +11,15 @@ import math
 import numba as nb
 import numpy as np
 
-from toolpoint.cutting.stability.floquet.records import Green, Room, Turning
+from toolpoint._check import Array, ComplexArray
+from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
 
 MAX_POINTS = 48
 MAX_NODES = 1500
 
 
 @nb.njit(cache=True, nogil=True)
-def turning_at(period, omega, w_max, poles):
+def turning_at(period: float, omega: float, w_max: float, poles: ComplexArray) -> Turning:
     """Return the `Turning` of one speed."""
     factors = np.empty(poles.size, np.complex128)
     for r in range(poles.size):
@@ -29,7 +28,7 @@ def turning_at(period, omega, w_max, poles):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=False)
-def green_at(turning, nodes):
+def green_at(turning: Turning, nodes: ArcSet) -> Green:
     """Return the parts of the Green matrix at one speed that do not depend on theta."""
     period, omega, poles = turning.period, turning.omega, turning.poles
     pairs, weight, partial, angle = nodes.pairs, nodes.weight, nodes.partial, nodes.angle
@@ -57,7 +56,7 @@ def green_at(turning, nodes):
 
 
 @nb.njit(cache=True, nogil=True)
-def fill(nu, turning, green, out):
+def fill(nu: complex, turning: Turning, green: Green, out: ComplexArray) -> None:
     """Write M(theta) of modes into out: the geometric series of all earlier periods is nu/(1 - nu e^{sT}) for every pole."""
     wrapped, factors = green.wrapped, turning.factors
     q = green.direct.shape[0]
@@ -79,7 +78,7 @@ def fill(nu, turning, green, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def fill_hill(nu, theta, turning, green, out):
+def fill_hill(nu: complex, theta: float, turning: Turning, green: Green, out: ComplexArray) -> None:
     """Write the truncated Hill matrix of modes into out (MultiFrequency)."""
     poles, residues, fourier, static = green.lines.poles, green.lines.residues, green.lines.fourier, green.direct
     ways = residues.shape[1]
@@ -110,7 +109,7 @@ def fill_hill(nu, theta, turning, green, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def size_of(nodes):
+def size_of(nodes: ArcSet) -> int:
     """Return the size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
     lines = nodes.lines
     if lines.poles.size == 0:
@@ -119,14 +118,14 @@ def size_of(nodes):
 
 
 @nb.njit(cache=True, nogil=True)
-def room_of(nodes):
+def room_of(nodes: ArcSet) -> Room:
     """Return work space for the determinant of a set of nodes."""
     q = size_of(nodes)
     return Room(np.empty((q, q), np.complex128), np.zeros((q + 1, q + 1), np.complex128))
 
 
 @nb.njit(cache=True, nogil=True)
-def hessenberg(a):
+def hessenberg(a: ComplexArray) -> None:
     """Reduce a to upper Hessenberg form in place by stabilised elimination (a similarity)."""
     n = a.shape[0]
     for m in range(1, n - 1):
@@ -154,7 +153,7 @@ def hessenberg(a):
 
 
 @nb.njit(cache=True, nogil=True)
-def polynomial(h, p, coefficient):
+def polynomial(h: ComplexArray, p: ComplexArray, coefficient: ComplexArray) -> int:
     """Write the coefficients of det(I + s h), h upper Hessenberg, by the recurrence over leading minors; return the degree."""
     n = h.shape[0]
     p[0, 0] = 1.0
@@ -184,7 +183,7 @@ def polynomial(h, p, coefficient):
 
 
 @nb.njit(cache=True, nogil=True)
-def horner(c, degree, s):
+def horner(c: ComplexArray, degree: int, s: complex) -> tuple[complex, complex]:
     """Return the value and derivative of the polynomial at s."""
     value, slope = c[degree], 0.0 + 0.0j
     for d in range(degree - 1, -1, -1):
@@ -194,7 +193,7 @@ def horner(c, degree, s):
 
 
 @nb.njit(cache=True, nogil=True)
-def node(theta, turning, green, room, coefficient):
+def node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
     """Write the polynomial of D at theta; returns its degree."""
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
@@ -208,7 +207,7 @@ def node(theta, turning, green, room, coefficient):
 
 
 @nb.njit(cache=True, nogil=True)
-def root(c, degree, guess):
+def root(c: ComplexArray, degree: int, guess: complex) -> complex:
     """Return Newton's root of the polynomial near a guess."""
     s = guess
     for _ in range(30):
@@ -225,7 +224,8 @@ def root(c, degree, guess):
 
 
 @nb.njit(cache=True, nogil=True)
-def polish(within, theta, guess, turning, green, room, c):
+def polish(within: tuple[float, float], theta: float, guess: complex, turning: Turning, green: Green, room: Room,
+           c: ComplexArray) -> tuple[float, float, int, bool]:
     """Return a crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule between two thetas."""
     theta_a, theta_b = within
     span = theta_b - theta_a
@@ -257,7 +257,7 @@ def polish(within, theta, guess, turning, green, room, c):
 
 
 @nb.njit(cache=True, nogil=True)
-def put_point(points, p, s, theta, change, error):
+def put_point(points: Array, p: int, s: float, theta: float, change: float, error: float) -> None:
     """Write a boundary point whose slope is not known."""
     points[p].s, points[p].theta, points[p].change, points[p].error = s, theta, change, error
     points[p].slope = 0.0

@@ -1,14 +1,15 @@
 """Compiled theta nodes of FloquetDeterminant: the first ones, cold or warm, and those kept for a neighbouring problem."""
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba as nb
 import numpy as np
 
+from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint.cutting.stability.floquet.records import ArcSet, Turning
 from toolpoint.cutting.stability.sorting import sort
 
 LARGEST_STEP_COSINE = 0.3624  # cosine of 1.2 rad
@@ -20,7 +21,7 @@ MAX_MOVED_POLE_FRACTION = 0.2  # of the poles: where more have moved, a cold sta
 
 
 @nb.njit(cache=True, nogil=True)
-def plain_step(a, b, cosine=LARGEST_STEP_COSINE):
+def plain_step(a: complex, b: complex, cosine: float = LARGEST_STEP_COSINE) -> bool:
     """Whether the phase step from a to b is below 1.2 rad (or another angle's cosine)."""
     dot = a.real * b.real + a.imag * b.imag
     size = (a.real * a.real + a.imag * a.imag) * (b.real * b.real + b.imag * b.imag)
@@ -28,7 +29,7 @@ def plain_step(a, b, cosine=LARGEST_STEP_COSINE):
 
 
 @nb.njit(cache=True, nogil=True)
-def first_bad(a, b, usable, last, cosine=LARGEST_STEP_COSINE):
+def first_bad(a: ComplexArray, b: ComplexArray, usable: int, last: bool, cosine: float = LARGEST_STEP_COSINE) -> int:
     """Return the first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
     for l in range(usable):
         end = complex(b[l].real, 0.0) if last else b[l]
@@ -38,7 +39,7 @@ def first_bad(a, b, usable, last, cosine=LARGEST_STEP_COSINE):
 
 
 @nb.njit(cache=True, nogil=True)
-def loops(nodes, turning, hint_s, out):
+def loops(nodes: ArcSet, turning: Turning, hint_s: FloatArray, out: ComplexArray) -> None:
     """Write for every pole how large a loop it makes in the determinant at the largest depth, as a complex number."""
     pairs, weight = nodes.pairs, nodes.weight
     for r in range(out.size):
@@ -49,7 +50,8 @@ def loops(nodes, turning, hint_s, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def first_nodes(base, hint_w, hint_s, loop, period, kept_nodes, last_poles):
+def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: ComplexArray, period: float, kept_nodes: FloatArray,
+                last_poles: Array) -> FloatArray:
     """Return the sorted theta nodes of a first scan.
 
     Cold (`kept_nodes` empty): an even base, and nodes about every sharp pole's own theta. Warm: the nodes kept of a near
@@ -96,7 +98,7 @@ def first_nodes(base, hint_w, hint_s, loop, period, kept_nodes, last_poles):
 
 
 @nb.njit(cache=True, nogil=True)
-def are_far(hint_w, hint_s, loop, period, last_poles):
+def are_far(hint_w: FloatArray, hint_s: FloatArray, loop: ComplexArray, period: float, last_poles: Array) -> bool:
     """Whether most poles are no longer as they were when last looked at: then a cold start is cheaper."""
     moved = 0
     for r in range(hint_w.size):
@@ -106,7 +108,7 @@ def are_far(hint_w, hint_s, loop, period, last_poles):
 
 
 @nb.njit(cache=True, nogil=True)
-def is_near(last_pole, t, half, loop):
+def is_near(last_pole: Any, t: float, half: float, loop: complex) -> bool:
     """Whether a pole is still much as it was when nodes were last laid about it."""
     gap = abs(t - last_pole.theta)
     gap = min(gap, 2 * math.pi - gap)
@@ -116,7 +118,8 @@ def is_near(last_pole, t, half, loop):
 
 
 @nb.njit(cache=True, nogil=True)
-def keep_nodes(theta, order, used, at_levels, usable, base, out):
+def keep_nodes(theta: FloatArray, order: IndexArray, used: int, at_levels: ComplexArray, usable: int, base: int,
+               out: FloatArray) -> int:
     """Write the nodes that a near problem can begin with: as few as leave plain steps, and no bend of the values out.
 
     A pole whose loop is not yet an encirclement bends the values: nodes that show it stay, and no gap is wider than two
@@ -138,7 +141,7 @@ def keep_nodes(theta, order, used, at_levels, usable, base, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def straight(theta, order, a, b, used, at_levels, usable):
+def straight(theta: FloatArray, order: IndexArray, a: int, b: int, used: int, at_levels: ComplexArray, usable: int) -> bool:
     """Whether the nodes between places a and b can be left out."""
     va, vb = at_levels[order[a]], at_levels[order[b]]
     last = b == used - 1

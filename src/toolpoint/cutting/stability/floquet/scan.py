@@ -7,8 +7,6 @@ two depths a root s(theta) crosses the real axis; it lies where the phase step i
 Im s(theta) = 0 begins. A point is put to the table as a node of its own, so the counts beside it are exact.
 """
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in `records`.
 from __future__ import annotations
 
 import math
@@ -16,6 +14,7 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
 from toolpoint.cutting.stability.floquet.counts import (
     add_flips,
     count_at,
@@ -37,13 +36,13 @@ from toolpoint.cutting.stability.floquet.kernels import (
     turning_at,
 )
 from toolpoint.cutting.stability.floquet.nodes import are_far, first_bad, first_nodes, keep_nodes, loops
-from toolpoint.cutting.stability.floquet.records import CELL, ScanMemory, ThetaTable
+from toolpoint.cutting.stability.floquet.records import CELL, ArcSet, Green, Room, ScanMemory, ThetaTable, Turning
 from toolpoint.cutting.stability.floquet.track import track
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
 
 
 @nb.njit(cache=True, nogil=True)
-def values_at(c, degree, levels, out):
+def values_at(c: ComplexArray, degree: int, levels: FloatArray, out: ComplexArray) -> None:
     """Write the polynomial at all levels."""
     for l in range(levels.size):
         s = levels[l]
@@ -55,7 +54,7 @@ def values_at(c, degree, levels, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def insert(order, used, new, place):
+def insert(order: IndexArray, used: int, new: int, place: int) -> None:
     """Put node `new` after position `place` of the order."""
     for k in range(used, place + 1, -1):
         order[k] = order[k - 1]
@@ -63,7 +62,7 @@ def insert(order, used, new, place):
 
 
 @nb.njit(cache=True, nogil=True)
-def real_root(c, degree, a, b):
+def real_root(c: ComplexArray, degree: int, a: float, b: float) -> float:
     """Return the root of the real part between a and b by bisection (its sign differs there)."""
     fa = horner(c, degree, a)[0].real
     for _ in range(200):
@@ -79,7 +78,8 @@ def real_root(c, degree, a, b):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan(turning, coarse, fine, levels, base, points, memory):
+def scan(turning: Turning, coarse: ArcSet, fine: ArcSet, levels: FloatArray, base: int, points: Array,
+         memory: ScanMemory) -> tuple[int, int, float]:
     """Solve for the boundary points of one speed.
 
     coarse, fine : `ArcSet`; the points are solved on the coarse one, and again on the fine one, their change is the error.
@@ -129,7 +129,8 @@ def scan(turning, coarse, fine, levels, base, points, memory):
 
 
 @nb.njit(cache=True, nogil=True)
-def lay_nodes(table, start, at_levels, levels, turning, green, room):
+def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, levels: FloatArray, turning: Turning, green: Green,
+              room: Room) -> tuple[int, int, int]:
     """Fill the table with the first theta nodes, and with nodes between them until every phase step is plain at every level;
     returns (number of nodes, number of levels that are resolved, status)."""
     theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
@@ -162,7 +163,8 @@ def lay_nodes(table, start, at_levels, levels, turning, green, room):
 
 
 @nb.njit(cache=True, nogil=True)
-def boundaries(table, used, levels, counts, turning, green, room, points):
+def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArray, turning: Turning, green: Green, room: Room,
+               points: Array) -> tuple[int, int]:
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
     theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
     stack = np.empty(400, CELL)
@@ -231,7 +233,7 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
 
 
 @nb.njit(cache=True, nogil=True)
-def improve(points, fine, turning):
+def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
     """Solve every point again with more nodes on the arc; the difference is its error."""
     green, room = green_at(turning, fine), room_of(fine)
     c = np.zeros(room.work.shape[0] + 1, np.complex128)
@@ -255,7 +257,8 @@ def improve(points, fine, turning):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan_many(periods, omegas, w_max, poles, sets, levels, base, points, memory):
+def scan_many(periods: FloatArray, omegas: FloatArray, w_max: float, poles: ComplexArray, sets: tuple[ArcSet, ArcSet],
+              levels: FloatArray, base: int, points: Array, memory: ScanMemory) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Return the scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
     speeds.
 

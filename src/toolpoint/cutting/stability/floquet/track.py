@@ -1,7 +1,5 @@
 """Compiled tracking of FloquetDeterminant's boundary points from a near problem, accepted only where every count agrees."""
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
@@ -9,13 +7,16 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import Array, ComplexArray
 from toolpoint.cutting.stability.floquet.kernels import green_at, node, put_point, room_of, root
+from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
 
 DETERMINANT_ROUNDING = 2e-10  # relative, of the determinant
 
 
 @nb.njit(cache=True, nogil=True)
-def follow(theta, guess, slope, turning, green, room, c):
+def follow(theta: float, guess: complex, slope: complex, turning: Turning, green: Green, room: Room,
+           c: ComplexArray) -> tuple[float, float, complex, bool]:
     """Return the crossing near (theta, guess) by the secant rule on Im s: (theta, s, ds/dtheta, whether it is there).
 
     slope : ds/dtheta to begin with, zero where it is not known.
@@ -45,7 +46,8 @@ def follow(theta, guess, slope, turning, green, room, c):
 
 
 @nb.njit(cache=True, nogil=True)
-def track(previous, coarse, coarse_room, coarse_c, fine, turning, points):
+def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexArray, fine: ArcSet, turning: Turning,
+          points: Array) -> int:
     """Follow the known points to this problem on the fine nodes; the change on the coarse ones is the error.
 
     coarse : Green matrix of the coarse nodes, with room for its determinant; fine : the other set of nodes. Returns the number

@@ -1,15 +1,16 @@
 """Compiled kernel of HillDeterminant: the Hill matrix of a cut with any number of delays."""
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import numba as nb
 import numpy as np
 
+from toolpoint._check import ComplexArray
+
 
 @nb.njit(cache=True, nogil=True)
-def fill_blocks(now, drag, late, turned, rate, response, first_row, first_column, out):
+def fill_blocks(now: ComplexArray, drag: ComplexArray, late: ComplexArray, turned: ComplexArray, rate: ComplexArray,
+                response: ComplexArray, first_row: int, first_column: int, out: ComplexArray) -> None:
     """Write the blocks G_k (now_{k-l} + rate_l drag_{k-l} - sum_q turned_lq late_{k-l,q}) into out, (rows a, columns b).
 
     All arrays complex128. now, drag (2 order_max + 1, c, b) and late (2 order_max + 1, q, c, b) : orders of the period;

@@ -1,7 +1,5 @@
 """Compiled Arnoldi basis of PanelArnoldi's one-period map, and the Ritz vector it begins with at the next depth."""
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
@@ -9,8 +7,10 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
+from toolpoint.cutting.stability.panels.records import PeriodOperator
 from toolpoint.cutting.stability.sorting import sort_by_size
 
 MAX_RESIDUAL_RATIO = 1e-4  # of a multiplier's distance from the unit circle: a level is judged when the residual is below it
@@ -18,7 +18,7 @@ OVERFLOW_MARK = -1  # in place of a number of vectors, where the cut grows beyon
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def sweep(basis, count, y, dots):
+def sweep(basis: FloatArray, count: int | np.int64, y: FloatArray, dots: FloatArray) -> float:
     """Orthogonalise y against the first `count` rows of a basis (classical Gram-Schmidt); return the remaining length of y."""
     product(basis, y, y.size, dots[:count])
     for j in range(count):
@@ -32,7 +32,8 @@ def sweep(basis, count, y, dots):
 
 
 @nb.njit(cache=True, nogil=True)
-def extend(basis, h, have, vectors_max, operator, weight):
+def extend(basis: FloatArray, h: FloatArray, have: int | np.int64, vectors_max: int, operator: PeriodOperator,
+           weight: FloatArray) -> int:
     """Extend an Arnoldi basis (rows of `basis`) from `have` to `vectors_max` vectors; return their number, `OVERFLOW_MARK`
     where the cut grows beyond double precision.
 
@@ -72,7 +73,7 @@ def extend(basis, h, have, vectors_max, operator, weight):
 
 
 @nb.njit(cache=True, nogil=True)
-def ritz(h, n, value, basis, out):
+def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArray) -> float:
     """Write the Ritz vector of an eigenvalue of the Hessenberg matrix h (n x n) as a real start vector; returns its residual.
 
     The eigenvector follows upwards from its last component, which is the small one for a converged value.
@@ -101,7 +102,8 @@ def ritz(h, n, value, basis, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def leading_eigenvalues(basis, h, vector, operator, weight, plan):
+def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, operator: PeriodOperator, weight: FloatArray,
+                        plan: tuple[float, int, int]) -> tuple[int, ComplexArray]:
     """Return (number of vectors used, multipliers, largest first) of a map; the basis grows until the first is known.
 
     basis (n + 1, size) float64 : its first row the start, n the most vectors; h (n + 1, n) float64 : room for the Hessenberg
@@ -110,7 +112,8 @@ def leading_eigenvalues(basis, h, vector, operator, weight, plan):
     precision the number is `OVERFLOW_MARK`, without multipliers.
     """
     accuracy, step, increment = plan
-    vectors_max, have = h.shape[1], np.int64(0)  # of a type, as in `extend`
+    have: int | np.int64 = np.int64(0)  # of a type, as in `extend`
+    vectors_max = h.shape[1]
     step = min(vectors_max, step)
     while True:
         h[:step + 1, have:step] = 0.0
@@ -118,9 +121,9 @@ def leading_eigenvalues(basis, h, vector, operator, weight, plan):
         now = extend(basis, h, have, step, operator, weight)
         if now == OVERFLOW_MARK:
             return now, np.empty(0, np.complex128)
-        values = eigenvalues(h[:now, :now])
+        values: ComplexArray = eigenvalues(h[:now, :now])
         if np.isnan(values[0].real):
-            values = np.linalg.eigvals(h[:now, :now].astype(np.complex128))
+            values = np.linalg.eigvals(h[:now, :now].astype(np.complex128)).astype(np.complex128)
         sort_by_size(values)
         leading = values[0]
         size, residual = abs(leading), ritz(h, now, leading, basis, vector)

@@ -1,6 +1,5 @@
 """Compiled eigenvalues of small Hessenberg matrices: for some dozens of rows the call of a library takes as long as they do."""
 
-# mypy: ignore-errors
 from __future__ import annotations
 
 import math
@@ -8,12 +7,14 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import ComplexArray, FloatArray
+
 MAX_QR_SWEEPS = 40  # a row at most; usually about two
 DOUBLE_EPSILON = 2.0**-52
 
 
 @nb.njit(cache=True, nogil=True)
-def eigenvalues(h):
+def eigenvalues(h: FloatArray) -> ComplexArray:
     """Return the eigenvalues of a real upper Hessenberg matrix, shape (n, n); all nan where an element is not finite or the
     iteration did not converge.
 
@@ -53,7 +54,7 @@ def eigenvalues(h):
 
 
 @nb.njit(cache=True, nogil=True)
-def block_start(a, last):
+def block_start(a: FloatArray, last: int) -> int:
     """Return the first row of the block that ends at row `last`: where the element below the diagonal is rounding."""
     for k in range(last, 0, -1):
         neighbours = abs(a[k - 1, k - 1]) + abs(a[k, k])
@@ -64,7 +65,7 @@ def block_start(a, last):
 
 
 @nb.njit(cache=True, nogil=True)
-def pair_eigenvalues(a, k, scale):
+def pair_eigenvalues(a: FloatArray, k: int, scale: float) -> tuple[complex, complex]:
     """Return the eigenvalues of the block of rows k and k + 1, times `scale`."""
     half, middle = 0.5 * (a[k, k] - a[k + 1, k + 1]), 0.5 * (a[k, k] + a[k + 1, k + 1])
     square = half * half + a[k, k + 1] * a[k + 1, k]
@@ -77,7 +78,7 @@ def pair_eigenvalues(a, k, scale):
 
 
 @nb.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def sweep(a, first, last, number):
+def sweep(a: FloatArray, first: int, last: int, number: int) -> None:
     """Apply one double-shift sweep to the block of rows first .. last, at least three."""
     total = a[last - 1, last - 1] + a[last, last]
     product = a[last - 1, last - 1] * a[last, last] - a[last - 1, last] * a[last, last - 1]

@@ -12,14 +12,25 @@ proportion to nodes and modes (`advance`). Of its spectrum only the largest mult
 160 vectors (`arnoldi`), begun with the Ritz vector of the depth before, gives them to rounding.
 """
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
 
 import numba as nb
 import numpy as np
+
+from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
+from toolpoint.cutting.stability.panels.records import (
+    EdgeLaw,
+    EdgeLines,
+    LaidCut,
+    LookBack,
+    ModalWaves,
+    PanelNodes,
+    PanelTimes,
+    PeriodOperator,
+    Walls,
+)
 
 TURN = 2 * math.pi
 # Exponents of a pole's decay over a panel: up to which Gauss nodes may carry a pole that they do not resolve, and up to which
@@ -30,7 +41,7 @@ SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectori
 
 
 @nb.njit(cache=True, nogil=True)
-def place(u, corner, radius):
+def place(u: float, corner: float, radius: float) -> tuple[float, float, float]:
     """Return (height, axial immersion angle kappa, local radius) at edge length u from the tip."""
     rounded = 0.5 * math.pi * corner
     if u < rounded:
@@ -40,7 +51,7 @@ def place(u, corner, radius):
 
 
 @nb.njit(cache=True, nogil=True)
-def limits(entry, leave, ratio):
+def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
     """Return entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
     if ratio == 1.0:
         return entry, leave
@@ -49,7 +60,7 @@ def limits(entry, leave, ratio):
 
 
 @nb.njit(cache=True, nogil=True)
-def beyond_walls(angle, slope, u, walls, out):
+def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
     """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
     z, _, r = place(u, walls.corner, walls.radius)
     phi = angle - slope * z
@@ -58,7 +69,7 @@ def beyond_walls(angle, slope, u, walls, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def tooth_pieces(angle, slope, marks, walls, out):
+def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
     """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
 
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
@@ -100,7 +111,7 @@ def tooth_pieces(angle, slope, marks, walls, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def directions(phi, kappa, law, cut, drag):
+def directions(phi: float, kappa: float, law: EdgeLaw, cut: FloatArray, drag: FloatArray) -> None:
     """Write k n^T and (n + mu t) n^T of an edge element."""
     s, c, sk, ck = math.sin(phi), math.cos(phi), math.sin(kappa), math.cos(kappa)
     n = (s * sk, c * sk, -ck)
@@ -116,7 +127,7 @@ def directions(phi, kappa, law, cut, drag):
 
 
 @nb.njit(cache=True, nogil=True)
-def lay(angle, edges, walls, law, gx, gw, laid):
+def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: FloatArray, gw: FloatArray, laid: LaidCut) -> int:
     """Lay the cut on nodes at these angles: `laid` (`LaidCut`) is filled, gx and gw the Gauss rule along a piece of the edge.
 
     Where delays do not change with height all points of a tooth's edge share one entry. Returns the number of entries, -1 where
@@ -160,7 +171,8 @@ def lay(angle, edges, walls, law, gx, gw, laid):
 
 
 @nb.njit(cache=True, nogil=True)
-def look_back(angle, first, entry_delay, nodes, needed, entries):
+def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nodes: PanelNodes, needed: BoolArray,
+              entries: LookBack) -> None:
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
     the panels that are looked back into."""
     ends, offset, count, xs, bary = nodes.ends, nodes.offset, nodes.number, nodes.gauss, nodes.barycentric
@@ -193,7 +205,7 @@ def look_back(angle, first, entry_delay, nodes, needed, entries):
 
 
 @nb.njit(cache=True, nogil=True)
-def steep(sigma, legendre, weights, count, out):
+def steep(sigma: complex, legendre: FloatArray, weights: FloatArray, count: int, out: ComplexArray) -> None:
     r"""Write the weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
 
     Last row: the whole panel. The kernel's own growth backwards in time is integrated in closed form against every Legendre
@@ -218,7 +230,8 @@ def steep(sigma, legendre, weights, count, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def responses(times, offset, count, poles, left, right, static, waves):
+def responses(times: PanelTimes, offset: IndexArray, count: IndexArray, poles: ComplexArray, left: ComplexArray,
+              right: ComplexArray, static: FloatArray, waves: ModalWaves) -> None:
     """Fill the panels' closed-form responses (`ModalWaves`, here with complex rows of free).
 
     rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights). A pole that
@@ -279,7 +292,7 @@ def responses(times, offset, count, poles, left, right, static, waves):
 
 
 @nb.njit(cache=True, nogil=True)
-def inverses(operator):
+def inverses(operator: PeriodOperator) -> None:
     """Write the inverse of I + own resp (+ drag resp') of every cutting panel into `operator.solved`."""
     layout, damped, depth, out = operator.layout, operator.damped, operator.depth, operator.solved
     offset, count, cutting, now, drag = layout.offset, layout.number, layout.cutting, layout.now, layout.drag
@@ -309,7 +322,7 @@ def inverses(operator):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def product(matrix, vector, size, out):
+def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) -> None:
     """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
     for i in range(out.size):
         row = matrix[i]
@@ -320,7 +333,7 @@ def product(matrix, vector, size, out):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def advance(x, y, operator):
+def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
     """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
     depth, layout, waves, solved, damped = operator
     offset, count, cutting, now, drag, first, matrix, source, past, rows = layout

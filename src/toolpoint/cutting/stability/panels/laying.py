@@ -4,8 +4,6 @@ Charts of helical tools lay panels anew at every depth, thousands of times; arra
 than the cut itself.
 """
 
-# mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
@@ -13,15 +11,16 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint._check import Array, FloatArray, IndexArray
 from toolpoint.cutting.stability.panels.kernels import TURN, lay, limits, look_back, place
-from toolpoint.cutting.stability.panels.records import LaidCut, LookBack, PanelNodes
+from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, LookBack, PanelNodes, Walls
 from toolpoint.cutting.stability.sorting import sort
 
 DISTINCT_ANGLE_PARTS = 1e11  # of a period: angles nearer than one are the same
 
 
 @nb.njit(cache=True, nogil=True)
-def tell_apart(angles, period):
+def tell_apart(angles: FloatArray, period: float) -> FloatArray:
     """Return the distinct angles in rising order, rounded to a part of the period."""
     out = np.empty(angles.size)
     for i in range(angles.size):
@@ -38,7 +37,7 @@ def tell_apart(angles, period):
 
 
 @nb.njit(cache=True, nogil=True)
-def find_ends(heights, lines, walls, period, longest):
+def find_ends(heights: FloatArray, lines: EdgeLines, walls: Walls, period: float, longest: float) -> FloatArray:
     """Return the ends of the panels, rad: entries and exits of every edge at these edge lengths (m), the same one delay later
     where that edge cuts, split so that none is longer than `longest`."""
     teeth, turns = lines.start.size, max(1, round(period / TURN))
@@ -71,7 +70,7 @@ def find_ends(heights, lines, walls, period, longest):
 
 
 @nb.njit(cache=True, nogil=True)
-def split(ends, longest):
+def split(ends: FloatArray, longest: float) -> FloatArray:
     """Split panels evenly so that none is longer than `longest`; return the ends."""
     parts, number = np.empty(ends.size - 1, np.int64), 1
     for p in range(parts.size):
@@ -87,7 +86,9 @@ def split(ends, longest):
 
 
 @nb.njit(cache=True, nogil=True)
-def lay_panels(ends, count, tables, edges, size):
+def lay_panels(ends: FloatArray, count: IndexArray, tables: tuple[FloatArray, FloatArray],
+               edges: tuple[EdgeLines, Walls, EdgeLaw, FloatArray, FloatArray, float],
+               size: int) -> tuple[Array, ...]:
     """Lay a cut of `size` directions over panels with so many nodes: angle and half panel of every node, first node of every
     panel, panels that cut, panels that are looked into; and what is laid and looked back to, in the order of `Layout`.
 

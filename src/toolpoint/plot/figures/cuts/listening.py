@@ -20,7 +20,7 @@ SHOWN_DECIBELS = 70.0  # below the largest
 MAX_ORDER_LINES = 12  # tooth passings drawn
 
 
-def spectrogram(samples: FloatArray, rate: float, tooth: float, chatter: FloatArray, *, highest: float, start: float = 0.0
+def spectrogram(samples: FloatArray, rate: float, tooth: float, *, chatter: FloatArray, highest: float, start: float = 0.0
                 ) -> go.Figure:
     """Return power over time and frequency, dB below the largest, with tooth passings and chatter lines at the right edge."""
     from scipy.signal import spectrogram as compute
@@ -61,7 +61,7 @@ def _thinned(values: FloatArray, axis: FloatArray, count: int) -> tuple[FloatArr
     return np.maximum.reduceat(values, starts, axis=0), axis[starts]
 
 
-def draw_spectrum(spectrum: LineSpectrum, tooth: float, chatter: SpectralLines | None, background: SpectralLines, *,
+def draw_spectrum(spectrum: LineSpectrum, tooth: float, chatter: SpectralLines | None, *, background: SpectralLines,
                   highest: float) -> go.Figure:
     """Return the spectrum with tooth passings, chatter lines and lines that are there without the cut marked."""
     kept = spectrum.frequency <= highest

@@ -132,7 +132,7 @@ def _motion(problem: MillingProblem, removed: RemovedMaterial, place: int, *, fe
     shape = removed.shapes[int(removed.moves.rows[removed.piece[place], 12])]
     edges = slice_edges(shape, removed.reach[place:place + 1], removed.arcs.shape[1])[0]
     way = removed.feed[place]
-    force = force_history(problem.tool, problem.coefficients, removed.arcs[place], edges, feed=feed,
+    force = force_history(problem.tool, problem.coefficients, removed.arcs[place], edges=edges, feed=feed,
                           direction=(float(np.hypot(way[0], way[1])), float(way[2])), steps=FLOOR_STEPS)
     return solve_forced_motion(problem, force, speed)
 

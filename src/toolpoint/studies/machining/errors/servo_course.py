@@ -110,7 +110,7 @@ def _run_servo(laid: ProgramPath, removed: RemovedMaterial, force: FloatArray, *
     step = servo.controllers[0].sample_times[0] / drives.substeps
     times = np.arange(round(chosen.duration / step) + 1) * step
     load = _at_places(laid, removed, force[:, columns], places=np.interp(times, command.time, place))
-    free, loaded = (simulate_set_points(drives, servo, chosen, each) for each in (None, load))
+    free, loaded = (simulate_set_points(drives, servo, chosen, load=each) for each in (None, load))
     reached = np.interp(free.time, command.time, place)
     cuts = _at_places(laid, removed, (removed.reach > 0)[:, None].astype(float), places=reached)[:, 0] >= 0.5
     lead = np.array([axis.mechanics.lead for axis in servo.plant.axes])

@@ -45,7 +45,7 @@ def find_chatter(block: np.ndarray, values: FloatArray, rate: float, *, speed: F
         # Below a revolution is the course of the load itself.
         spectrum = line_spectrum(part, rate).between(spindle, 0.5 * rate)
         separated = separate_lines(spectrum, spindle, int(teeth[k]))
-        families = find_families(separated.others, spindle, int(teeth[k]), spectrum.cell)
+        families = find_families(separated.others, spindle, int(teeth[k]), cell=spectrum.cell)
         passing = float(separated.orders[int(teeth[k]) - 1::int(teeth[k])].sum())
         if families:
             loudest = max(families, key=lambda family: float(family.lines.power.sum()))

@@ -17,6 +17,14 @@ ROOMS_REREAD = (
 )
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _trees():
+    """Syntax trees are let go of when these rules, and those of the module before, are through."""
+    yield
+    for kept in (text_rules.trees, text_rules.nodes):
+        kept.cache_clear()
+
+
 def test_rooms_that_were_reread_keep_the_rules_of_names_and_first_lines():
     """One test for all rooms: each worker that had one of them would parse the whole package."""
     faults = [f"{place.path.relative_to(ROOT)}:{place.line}: {place.rule}: {place.words}"
