@@ -1,33 +1,31 @@
 r"""Condense the elastic bodies of a machine to as few coordinates as a stated error of its frequencies asks for.
 
 A body's reduction answers any wrench on its places. In one machine few of these answers are used: its modes at a number of
-poses are taken apart by body, and the combinations kept that store most energy in them (proper orthogonal decomposition,
-Sirovich, Quart. Appl. Math. 45 (1987), in the norm of the stiffness). All free modes that a body is known to have stay, so that
-no mode can be missing. The size follows from the bound of `reduction_estimate` at other poses.
+poses are taken apart by body, and the combinations kept that store most energy in them and in the static deflections under
+forces on its points (proper orthogonal decomposition, Sirovich, Quart. Appl. Math. 45 (1987), in the norm of the stiffness).
+All free modes that a body is known to have stay, so that no mode can be missing. The size follows from the bound of
+`reduction_estimate` at other poses, and from the static flexibility there beside that of the machine as it was.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import eigh, solve_triangular
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.bodies import Body
+from toolpoint.machine.assembly.condensed_shapes import ShapeBasis, static_answers, take_snapshots
 from toolpoint.machine.assembly.reduction_estimate import estimate_reduction
-from toolpoint.machine.assembly.shapes import RIGID_FREQUENCY_FRACTION, body_shapes
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.parts.model import KeptBody, Machine
 
 DEFAULT_CONDENSATION_ERROR = 1e-3  # relative, of frequencies
-FOLLOWED_MODE_RATIO = 1.5  # modes that are taken apart, over those in the band: the last ones are answered by those above
-_TAKEN_POSES, _ASKED_POSES = 12, 6  # poses an axis at which modes are taken apart, and others at which the error is stated
+_MIN_SAMPLE_COUNT, _MAX_SAMPLE_COUNT = 12, 40  # poses an axis at which modes are taken apart
+_BOUNDED_POSE_COUNT = 6  # other poses an axis, at which the error is stated
 _MAX_AXIS_SPAN = 1e3  # m or rad: an axis without limits stays at its reference
-_MIN_SHAPE_RATIO = 1e-9  # of the largest: smaller combinations are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +36,8 @@ class Condensation(NotebookText):
     ----------
     machine : Machine
     error : float
-        Largest bound of the relative error of a frequency to `band` at the poses at which it was asked for; what stands between
-        these is not bounded.
+        Largest bound of the relative error of a frequency to `band`, and largest relative difference of the static flexibility
+        at a point, at the poses at which they were asked for; what stands between these is not bounded.
     band : float
         Hz.
     sizes : mapping of body to its elastic coordinates before and after
@@ -69,7 +67,8 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
     ----------
     machine : Machine
     error : float
-        Relative, of every frequency up to the band, by reduction: as `estimate_reduction` bounds it.
+        Relative, of every frequency up to the band, by reduction: as `estimate_reduction` bounds it; and of the static
+        flexibility at the machine's points, against that before.
     band : float, optional
         Hz; the smallest band of the bodies where left out.
 
@@ -81,9 +80,9 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
     positive("error", error)
     condensable = _condensable(machine)
     highest = min(_band(kept) for kept in condensable.values()) if band is None else positive("band", band)
-    sampled_poses, bounded_poses = _poses(machine)
-    snapshots = _snapshots(machine, condensable, sampled_poses, highest)
-    bases = {name: _ShapeBasis.of(machine.bodies[machine.link(name)], answers) for name, answers in snapshots.items()}
+    sampled_poses, bounded_poses = _poses(machine, _sample_count(condensable))
+    snapshots = take_snapshots(machine, condensable, sampled_poses, band=highest)
+    bases = {name: ShapeBasis.of(machine.bodies[machine.link(name)], answers) for name, answers in snapshots.items()}
     levels = np.unique(np.concatenate([basis.energies for basis in bases.values()]))[::-1]
 
     search = _SizeSearch(machine, condensable, bases, levels, bounded_poses, highest)
@@ -98,8 +97,9 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
             first = middle + 1
     mixes = {name: basis.mix(search.level(last)) for name, basis in bases.items()}
     sizes = {name: (mix.shape[0], mix.shape[1]) for name, mix in mixes.items()}
-    words = {name: f"condensed from {full_size} to {size} of these: frequencies to {highest:.4g} Hz within {100 * stated:.2g} "
-             f"% at {len(bounded_poses)} poses, by reduction" for name, (full_size, size) in sizes.items()}
+    reach = (f"frequencies to {highest:.4g} Hz and static flexibility within {100 * stated:.2g} % at "
+             f"{len(bounded_poses)} poses, by reduction")
+    words = {name: f"condensed from {full_size} to {size} of these: {reach}" for name, (full_size, size) in sizes.items()}
     return Condensation(combine_shapes(machine, mixes, words), stated, highest, sizes, tuple(bounded_poses), mixes)
 
 
@@ -109,10 +109,11 @@ class _SizeSearch:
 
     machine: Machine
     condensable: Mapping[str, KeptBody]
-    bases: Mapping[str, _ShapeBasis]
+    bases: Mapping[str, ShapeBasis]
     levels: FloatArray
     poses: list[dict[str, float]]
     band: float
+    flexibility: dict[tuple[tuple[str, float], ...], FloatArray] = field(default_factory=dict)
 
     def level(self, count: int) -> float:
         """Return the energy from which combinations are kept."""
@@ -123,12 +124,21 @@ class _SizeSearch:
         condensed = combine_shapes(self.machine, {name: basis.mix(self.level(count)) for name, basis in self.bases.items()}, {})
         largest = 0.0
         for pose in list(self.poses):
-            largest = max(largest, _largest_error(condensed, pose, self.band))
+            largest = max(largest, _largest_error(condensed, pose, self.band), self._static_error(condensed, pose))
             if largest > limit:
                 # The pose that refused one size is the first that is asked about the next.
                 self.poses.insert(0, self.poses.pop(self.poses.index(pose)))
                 break
         return largest
+
+
+    def _static_error(self, condensed: Machine, pose: dict[str, float]) -> float:
+        """Return the largest relative difference of the static flexibility at a point; 0 where forces have nothing to push."""
+        key = tuple(pose.items())
+        if key not in self.flexibility:
+            self.flexibility[key] = static_answers(self.machine, pose)[1]
+        flexibility = static_answers(condensed, pose)[1]
+        return float(np.abs(flexibility / self.flexibility[key] - 1).max(initial=0.0))
 
 
 def combine_shapes(machine: Machine, mixes: Mapping[str, FloatArray], notes: Mapping[str, str]) -> Machine:
@@ -157,60 +167,27 @@ def _band(kept: KeptBody) -> float:
     return kept.part.band
 
 
-def _poses(machine: Machine) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
+def _sample_count(condensable: Mapping[str, KeptBody]) -> int:
+    """Return the number of poses an axis at which modes are taken apart: by the way of sliding places over their length."""
+    places = [place for kept in condensable.values() if not isinstance(kept.part, BeamDescription)
+              for place in kept.part.interfaces.values() if place.slide and place.length]
+    lengths = [(place.slide[1] - place.slide[0]) / place.length for place in places if place.length]
+    return min(max(_MIN_SAMPLE_COUNT, int(np.ceil(max(lengths, default=0.0)))), _MAX_SAMPLE_COUNT)
+
+
+def _poses(machine: Machine, sample_count: int) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
     """Return the poses at which modes are taken apart, and those at which the error is asked for: ends, and places between."""
     axes = [axis for axis in machine.chain.axes if axis.upper - axis.lower < _MAX_AXIS_SPAN]
     if not axes:
         return [{}], [{}]
     names, lower, upper = [axis.name for axis in axes], [axis.lower for axis in axes], [axis.upper for axis in axes]
-    count = _TAKEN_POSES * len(axes)
-    shares = qmc.Halton(len(axes), scramble=False).random(count + _ASKED_POSES * len(axes) + 1)[1:]
+    count = sample_count * len(axes)
+    shares = qmc.Halton(len(axes), scramble=False).random(count + _BOUNDED_POSE_COUNT * len(axes) + 1)[1:]
     ends = [np.zeros(len(axes)), np.ones(len(axes))]
     groups = ([*ends, *shares[:count]], [*ends, *shares[count:]])
     first, second = ([dict(zip(names, qmc.scale(row[None], lower, upper)[0].tolist(), strict=True)) for row in group]
                      for group in groups)
     return first, second
-
-
-def _snapshots(machine: Machine, condensable: Mapping[str, KeptBody], poses: list[dict[str, float]], band: float
-               ) -> dict[str, FloatArray]:
-    """Return the amplitudes (r, k) of every body in the modes at poses, each over the mode's circular frequency."""
-    parts: dict[str, list[FloatArray]] = {name: [] for name in condensable}
-    for pose in poses:
-        shapes = body_shapes(machine, pose)
-        number = int(np.ceil(FOLLOWED_MODE_RATIO * (shapes.frequency <= band).sum())) + 1
-        moving = np.flatnonzero(shapes.frequency > RIGID_FREQUENCY_FRACTION * shapes.frequency.max())[:number]
-        for name, amplitudes in parts.items():
-            # A mode of unit modal mass stores w^2/2: over w all count by the error of their own frequency.
-            amplitudes.append(shapes.bending(machine.link(name))[:, moving] / (2 * np.pi * shapes.frequency[moving]))
-    return {name: np.hstack(amplitudes) for name, amplitudes in parts.items()}
-
-
-@dataclass(frozen=True, eq=False)
-class _ShapeBasis:
-    """Free modes (r, f) of a body that always stay, and further combinations (r, k) with their energies (k,), descending."""
-
-    kept: FloatArray
-    further: FloatArray
-    energies: FloatArray
-
-    @classmethod
-    def of(cls, body: Body, answers: FloatArray) -> _ShapeBasis:
-        """Return the basis of a body from its amplitudes in modes, in the norm of its stiffness."""
-        squares, vectors = eigh(body.stiffness, body.mass[6:, 6:])
-        reach = 0.0 if body.residual is None else body.residual.reach
-        kept = vectors[:, squares <= (2 * np.pi * reach) ** 2]
-        lower = np.linalg.cholesky(body.stiffness)
-        held = np.linalg.qr(lower.T @ kept)[0]
-        remaining = lower.T @ answers
-        remaining = remaining - held @ (held.T @ remaining)
-        left, singular, _ = np.linalg.svd(remaining, full_matrices=False)
-        usable = singular > _MIN_SHAPE_RATIO * singular.max(initial=0.0)
-        return cls(kept, solve_triangular(lower.T, left[:, usable]), singular[usable])
-
-    def mix(self, level: float) -> FloatArray:
-        """Return the free modes and the combinations of at least an energy, (r, n)."""
-        return np.hstack([self.kept, self.further[:, self.energies >= level]])
 
 
 def _largest_error(machine: Machine, pose: Mapping[str, float], band: float) -> float:
