@@ -32,8 +32,9 @@ points: {end: {body: beam, interface: end}}
 """
 
 
-def pair(folder, foot="", extra=""):
+def pair(folder, foot="", extra="", reduction="0"):
     path = folder / "pair.yaml"
+    extra = extra if "reduction_error" in extra else f"{extra}reduction_error: {reduction}\n" if reduction else extra
     guide = ", ".join(f"{way}: {value:g}" for way, value in zip(WAYS, GUIDE, strict=True))
     path.write_text(PAIR.replace("FOOT", foot).replace("GUIDE", guide) + extra)
     return path

@@ -62,16 +62,27 @@ def test_static_flexibility_is_within_the_error_too(machine, loose):
     assert (flexibility[1] <= flexibility[0] * (1 + 1e-9)).all()  # fewer shapes are stiffer
 
 
-def test_a_file_asks_for_it_and_is_condensed_once(tmp_path, monkeypatch):
+def test_a_file_asks_for_it_and_is_condensed_once(machine, tmp_path, monkeypatch):
     file = pair(tmp_path, extra="reduction_error: 0.5 %\n")
     monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path / "cache"))
     first = read_machine(file)
+    assert not any("condensed from" in note for body in machine.bodies for note in body.notes)
     assert any("condensed from" in note for body in first.bodies for note in body.notes)
     monkeypatch.setattr("toolpoint.machine.assembly.condensed_store.condense_bodies", None)
     again = read_machine(file)
     assert again.size == first.size
     write(first.description, tmp_path / "written.yaml")
     assert "reduction_error: 0.005" in (tmp_path / "written.yaml").read_text()
+
+
+def test_two_bodies_that_slide_on_each_other_are_condensed_unless_the_file_says_otherwise(machine, tmp_path, monkeypatch):
+    monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path / "cache"))
+    asked = []
+    monkeypatch.setattr("toolpoint.machine.assembly.condensed_store.condense_once",
+                        lambda built, error: asked.append(error) or built)
+    read_machine(pair(tmp_path, reduction=""))
+    read_machine(pair(tmp_path))
+    assert asked == [1e-3]
 
 
 def test_an_error_that_the_reduction_itself_exceeds_is_refused(machine):

@@ -79,11 +79,11 @@ def _build(description: d.MachineDescription) -> Machine:
     from toolpoint.machine.parts.build import build  # loaded for files without a fault
 
     machine = build(description)
-    if description.reduction_error is None:
+    if not machine.reduced:
         return machine
-    from toolpoint.machine.assembly.condensed_store import condense_once
+    from toolpoint.machine.assembly.condensed_store import condense_described
 
-    return condense_once(machine, description.reduction_error)
+    return condense_described(machine)
 
 
 def _description(document: Document) -> d.MachineDescription | None:

@@ -8,9 +8,39 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint.machine.assembly.condense import combine_shapes, condense_bodies
+from toolpoint._check import ToolpointError
+from toolpoint.machine.assembly.condense import DEFAULT_CONDENSATION_ERROR, combine_shapes, condense_bodies
+from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.parts.body_store import cache_folder, program_digest
 from toolpoint.machine.parts.model import Machine
+
+
+def condense_described(machine: Machine) -> Machine:
+    """Return a machine as its `reduction_error` asks for it.
+
+    Where that is left out, a machine in which two castings or solids slide on each other is condensed to
+    `DEFAULT_CONDENSATION_ERROR`: every place of a way answers six loads, and few of these answers are used. It stays as it is
+    where its reduction errs by more, or states no error; any other does too.
+    """
+    error = machine.description.reduction_error
+    if error is not None:
+        return condense_once(machine, error) if error else machine
+    if not _has_sliding_pair(machine):
+        return machine
+    try:
+        return condense_once(machine, DEFAULT_CONDENSATION_ERROR)
+    except ToolpointError:
+        return machine
+
+
+def _has_sliding_pair(machine: Machine) -> bool:
+    """Whether a joint slides between two castings or solids whose sizes are not stated."""
+    parts = {name: kept.part for name, kept in machine.reduced.items()
+             if not isinstance(kept.part, BeamDescription) and kept.part.size is None}
+    return any(joint.parent in parts and joint.child in parts and any(
+        name is not None and name in parts[body].interfaces and parts[body].interfaces[name].slide
+        for body, name in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)))
+        for joint in machine.description.joints.values())
 
 
 def condense_once(machine: Machine, error: float) -> Machine:

@@ -265,7 +265,7 @@ class MachineDescription:
     or the damping ratios of the modes at the reference pose.
     `doubts` are those of the study that made the description: every result that rests on it repeats them. `up` is a unit
     direction of the machine frame, against which gravity acts where only its size is given (`gravity.gravity_of`).
-    `reduction_error` is what condensed castings and solids may err by in frequencies; all their shapes stay where left out.
+    `reduction_error` is what condensed castings and solids may err by in frequencies, 0 keeps all their shapes (`condense`).
     """
 
     name: str
