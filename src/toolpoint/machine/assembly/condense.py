@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
@@ -180,6 +179,8 @@ def _poses(machine: Machine, sample_count: int) -> tuple[list[dict[str, float]],
     axes = [axis for axis in machine.chain.axes if axis.upper - axis.lower < _MAX_AXIS_SPAN]
     if not axes:
         return [{}], [{}]
+    from scipy.stats import qmc  # loaded where a machine is condensed: half a second
+
     names, lower, upper = [axis.name for axis in axes], [axis.lower for axis in axes], [axis.upper for axis in axes]
     count = sample_count * len(axes)
     shares = qmc.Halton(len(axes), scramble=False).random(count + _BOUNDED_POSE_COUNT * len(axes) + 1)[1:]
