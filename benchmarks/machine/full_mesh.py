@@ -65,6 +65,7 @@ GUIDES
 axes: {Z: {joint: guide_a, direction: z, limits: [-200 mm, 200 mm]}}
 points: {tool: {body: ram, interface: nose}}
 tool: tool
+reduction_error: 0
 """
 WAYS = ("x", "y", "z", "rx", "ry", "rz")
 

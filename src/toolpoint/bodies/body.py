@@ -7,7 +7,7 @@ A rigid body has no modal coordinates; a reduced elastic one brings them with th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -157,6 +157,23 @@ class Body(NotebookText):
         """Number of modal coordinates."""
         return int(self.mass.shape[-1]) - 6
 
+    def combined(self, mix: FloatArray) -> Body:
+        """Return the body over combinations (n_modal, k) of its modal coordinates."""
+        def of_modal(matrix: FloatArray) -> FloatArray:
+            return _symmetric_part(mix.T @ matrix @ mix)
+
+        turn = combine_modal(mix)
+        interfaces = {name: replace(place, participation=None if place.participation is None else place.participation @ mix,
+                                    slide=None if place.slide is None else place.slide.mixed(mix))
+                      for name, place in self.interfaces.items()}
+        return replace(
+            self, mass=_symmetric_part(turn.T @ self.mass @ turn), stiffness=of_modal(self.stiffness),
+            damping=of_modal(self.damping), structural_damping=of_modal(self.structural_damping), interfaces=interfaces,
+            gyroscopic=None if self.gyroscopic is None else turn.T @ self.gyroscopic @ turn,
+            surface=None if self.surface is None else replace(self.surface, motion=self.surface.motion @ mix),
+            residual=None if self.residual is None else self.residual.combined(mix),
+            mesh_energy=None if self.mesh_energy is None else of_modal(self.mesh_energy))
+
     @classmethod
     def rigid(cls, properties: MassProperties) -> Body:
         """Return a rigid body with these mass properties."""
@@ -181,3 +198,14 @@ class Body(NotebookText):
     def __repr__(self) -> str:
         kind = "rigid" if self.modal_count == 0 else f"{self.modal_count} modal coordinates"
         return f"Body({kind}, mass {self.mass[0, 0]:.6g} kg, {len(self.interfaces)} interfaces)"
+
+
+def combine_modal(mix: FloatArray) -> FloatArray:
+    """Return the map (6 + r, 6 + k) from a body's coordinates with combinations (r, k) of its modal ones to those before."""
+    turn = np.zeros((6 + mix.shape[0], 6 + mix.shape[1]))
+    turn[:6, :6], turn[6:, 6:] = np.eye(6), mix
+    return turn
+
+
+def _symmetric_part(matrix: FloatArray) -> FloatArray:
+    return (matrix + matrix.T) / 2

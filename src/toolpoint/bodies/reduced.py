@@ -16,7 +16,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
-from toolpoint.bodies.body import Body
+from toolpoint.bodies.body import Body, combine_modal
 from toolpoint.bodies.residual_form import ResidualForm
 
 EQUAL_SCALE_TOLERANCE = 1e-9  # relative difference of the scales of all sets that are one scale of the body
@@ -65,6 +65,15 @@ class ReducedBody(NotebookText):
 
     nominal: Body
     parts: Mapping[str, ReducedPart]
+
+    def combined(self, mix: FloatArray) -> ReducedBody:
+        """Return the body over combinations (r, k) of its modal coordinates, its parts likewise."""
+        turn = combine_modal(mix)
+        parts = {name: replace(part, stiffness=mix.T @ part.stiffness @ mix, mass=turn.T @ part.mass @ turn,
+                               gyroscopic=None if part.gyroscopic is None else turn.T @ part.gyroscopic @ turn,
+                               mesh_energy=None if part.mesh_energy is None else mix.T @ part.mesh_energy @ mix)
+                 for name, part in self.parts.items()}
+        return ReducedBody(self.nominal.combined(mix), parts)
 
     def at(self, numbers: Mapping[str, ElasticNumbers]) -> Body:
         """Return the body with these numbers of its sets and the kept shapes."""

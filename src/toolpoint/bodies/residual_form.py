@@ -66,6 +66,14 @@ class ResidualForm:
         columns = np.vstack([rigid, stiff, heavy, loads])
         return np.maximum(np.einsum("im,ij,jm->m", columns, self.gram, columns), 0.0)
 
+    def combined(self, mix: FloatArray) -> ResidualForm:
+        """Return the form over combinations (r, k) of the shapes."""
+        q, (shapes, count) = self.load_count, mix.shape
+        turn = np.zeros((len(self.gram), 6 + 2 * count + q))
+        turn[:6, :6], turn[len(turn) - q:, 6 + 2 * count:] = np.eye(6), np.eye(q)
+        turn[6:6 + shapes, 6:6 + count] = turn[6 + shapes:6 + 2 * shapes, 6 + count:6 + 2 * count] = mix
+        return replace(self, gram=turn.T @ self.gram @ turn)
+
     def scaled(self, stiff: float, heavy: float) -> ResidualForm:
         """Return the form of the body with all stiffness and all density multiplied, the shapes kept."""
         q = self.load_count

@@ -109,10 +109,11 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
                              play=_contact(m, stiffness))
     if m.kind == "screw":
         return _screw_axis(m, nut_position or _number(m, "nut_position"), shaft, guide)
+    nut = _number(m, "nut_stiffness")
     return four_dof_axis(
         _number(m, "inertia"), _number(m, "screw_inertia"), _number(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
         coupling=(_number(m, "coupling_stiffness"), m.coupling_damping),
-        bearing=(_number(m, "bearing_stiffness"), m.bearing_damping), nut=(_number(m, "nut_stiffness"), m.nut_damping),
+        bearing=(_number(m, "bearing_stiffness"), m.bearing_damping), nut=(_contact(m, nut) or nut, m.nut_damping),
         motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft)
 
 

@@ -76,9 +76,9 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
     yield from _missing(("mechanics",), m, _KEYS_OF_KIND[m.kind], f"a {m.kind} axis")
     if m.backlash is not None and m.preload is not None:
         yield ("mechanics", "preload"), "a nut has either backlash or a preload; leave one out"
-    if (m.backlash is not None or m.preload is not None) and m.kind not in ("two-mass", "rack", "screw"):
+    if (m.backlash is not None or m.preload is not None) and m.kind not in ("two-mass", "rack", "screw", "ball-screw"):
         key = "backlash" if m.backlash is not None else "preload"
-        yield ("mechanics", key), f"a {m.kind} axis has no contact; use two-mass, rack or screw"
+        yield ("mechanics", key), f"a {m.kind} axis has no contact; use two-mass, rack, screw or ball-screw"
     if m.kind == "rack" and m.preload is not None:
         yield ("mechanics", "preload"), "a rack takes backlash only"
     if m.kind == "reducer" and m.lead is not None:

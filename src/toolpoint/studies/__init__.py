@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.full_mesh_modes import compare_full_mesh
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
-    from toolpoint.studies.machines.machine_responses import study_responses_of_machine
+    from toolpoint.studies.machines.machine_responses import state_space_of_machine, study_responses_of_machine
     from toolpoint.studies.machines.next_test import rank_tests
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
     from toolpoint.studies.machines.response_map import response_map as map_responses
@@ -243,6 +243,7 @@ __all__ = [
     "spring_ways",
     "square",
     "stand_shaker",
+    "state_space_of_machine",
     "step_drives",
     "stock_of",
     "structure_of",
@@ -327,7 +328,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.full_mesh_modes": ("compare_full_mesh",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
-    "machines.machine_responses": ("study_responses_of_machine",),
+    "machines.machine_responses": ("state_space_of_machine", "study_responses_of_machine"),
     "machines.next_test": ("rank_tests",),
     "machines.pose_map": ("pose_map as map_frequencies",),
     "machines.response_map": ("response_map as map_responses",),

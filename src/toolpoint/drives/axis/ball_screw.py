@@ -141,6 +141,7 @@ def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling
     chain.spring({"motor": 1}, 0.0, damping)
     for first, second, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
         j = cylinder_inertia(screw.diameter, part, screw.density)
+        # The damping ratio is that of one lump on the spring of its part, so that no frequency of the axis need be known.
         k = torsional_stiffness(screw.diameter, part, screw.shear_modulus)
         chain.inertia(first, j / 2)
         chain.inertia(second, j / 2)
@@ -161,6 +162,7 @@ def _axial(chain: MassChain, screw: BallScrew, x: float, front: float, end: floa
 
 def _nut(chain: MassChain, screw: BallScrew, nut: Contact | float, damping: float, load: str) -> tuple[Play, ...]:
     row = {"middle": screw.ratio, "x_middle": 1.0, load: -1.0}
+    # The plant holds the linear reference spring of a contact; its law adds the difference from it.
     stiffness = nut.reference_stiffness if isinstance(nut, Contact) else positive("nut", nut)
     chain.spring(row, stiffness, damping)
     return (Play(row, nut),) if isinstance(nut, Contact) else ()
@@ -177,7 +179,7 @@ def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub
 
 def four_dof_axis(
     motor_inertia: float, screw_inertia: float, screw_mass: float, *, table_mass: float | None, lead_ratio: float,
-    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[float, float],
+    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[Contact | float, float],
     motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
     guide_friction: FrictionLaw | None = None,
 ) -> Mechanics:
@@ -185,7 +187,8 @@ def four_dof_axis(
 
     Coordinates: motor angle, screw angle, axial displacement of the screw, table. Pairs are (stiffness, damping);
     `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
-    between table and base. With `table_mass` None the table belongs to the machine's structure: a boundary as the base is.
+    between table and base; a nut with backlash or preload is a `Contact` in place of its stiffness. With `table_mass` None
+    the table belongs to the machine's structure: a boundary as the base is.
     Source: Machines 10 (2022) 1102, figure 2.
 
     Examples
@@ -206,7 +209,9 @@ def four_dof_axis(
     chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
     chain.spring({"motor": 1, "screw": -1}, *coupling)
     chain.spring({"x_screw": 1, "base": -1}, *bearing)
-    chain.spring({"screw": lead_ratio, "x_screw": 1, "table": -1}, *nut)
+    row, (law, nut_damping) = {"screw": lead_ratio, "x_screw": 1, "table": -1}, nut
+    chain.spring(row, law.reference_stiffness if isinstance(law, Contact) else law, nut_damping)
     return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
                       boundaries=("base",) if table_mass is not None else ("base", "table"),
-                      friction=_friction(guide_friction, shaft_friction))
+                      friction=_friction(guide_friction, shaft_friction),
+                      contacts=(Play(row, law),) if isinstance(law, Contact) else ())

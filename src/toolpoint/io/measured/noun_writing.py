@@ -12,7 +12,7 @@ from toolpoint.io import uff
 from toolpoint.io.binary import hdf5
 from toolpoint.io.measured import frf_writing
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
-from toolpoint.vibration import Frf, Modes, Record
+from toolpoint.vibration import Frf, Modes, Record, StateSpace
 
 KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
 
@@ -28,9 +28,11 @@ def check_name(path: str | Path, *, replace: bool = False) -> None:
         raise ToolpointError(f"`to` {path}: the name must end in {', '.join(KINDS)}")
 
 
-def write(noun: Frf | Modes | Record, path: str | Path) -> None:
-    """Write responses, modes or a record, see `frf_writing.write`, `write_modes` and `write_record`."""
-    if isinstance(noun, Frf):
+def write(noun: Frf | Modes | Record | StateSpace, path: str | Path) -> None:
+    """Write responses, modes, a record or a state space, see `frf_writing.write`, `write_modes` and so on."""
+    if isinstance(noun, StateSpace):
+        write_state_space(noun, path)
+    elif isinstance(noun, Frf):
         frf_writing.write(noun, path)
     elif isinstance(noun, Modes):
         write_modes(noun, path)
@@ -81,6 +83,23 @@ def write_record(record: Record, path: str | Path) -> None:
         path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
     else:
         _write_arrays(path, {"samples": record.samples, "fs": record.sample_rate, "channels": names})
+
+
+def write_state_space(system: StateSpace, path: str | Path) -> None:
+    """Write a state space: HDF5 (all of it), MATLAB and NumPy (A, B, C, D, inputs, outputs, states, Ts: 0 where continuous).
+
+    Raises ToolpointError for another ending.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind in HDF5:
+        hdf5.write(system, path)
+    elif kind in (*MATLAB, ".npz"):
+        names = {name: list(getattr(system, name)) for name in ("inputs", "outputs", "states")}
+        _write_arrays(path, {"A": system.a, "B": system.b, "C": system.c, "D": system.d, **names,
+                             "Ts": 0.0 if system.sample_time is None else system.sample_time})
+    else:
+        raise ToolpointError(f"{path}: a state space is written to {', '.join((*HDF5, *MATLAB, '.npz'))}")
 
 
 def _write_arrays(path: Path, arrays: dict[str, object]) -> None:

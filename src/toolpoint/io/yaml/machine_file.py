@@ -78,7 +78,12 @@ def read(path: str | Path) -> Machine:
 def _build(description: d.MachineDescription) -> Machine:
     from toolpoint.machine.parts.build import build  # loaded for files without a fault
 
-    return build(description)
+    machine = build(description)
+    if not machine.reduced:
+        return machine
+    from toolpoint.machine.assembly.condensed_store import condense_described
+
+    return condense_described(machine)
 
 
 def _description(document: Document) -> d.MachineDescription | None:
@@ -282,7 +287,7 @@ def _whole(file_model: schema.MachineModel, converted: dict[str, dict[str, Any]]
         tuple(d.ReferenceDescription(**r.model_dump()) for r in file_model.reference), tuple(poses), file_model.description,
         file_model.source, file_model.assumptions, tool_axis, task, modes, file_model.assembly_mode,
         None if file_model.identified is None else d.IdentifiedDescription(**file_model.identified.model_dump()),
-        file_model.doubts, file_model.modal_damping or "", up)
+        file_model.doubts, file_model.modal_damping or "", up, file_model.reduction_error)
     _check_identified(result, document)
     return None if document.faults else result
 

@@ -229,6 +229,7 @@ class MachineModel(Part):
     tool: str | None = None
     table: str | None = None
     damping_ratio: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] | None = None
+    reduction_error: Annotated[float, Scalar(units.RATIO, ge=0, le=0.05)] | None = None
     cutting: CuttingModel | None = None
     reference: tuple[ReferenceModel, ...] = ()
     poses: tuple[dict[str, Any], ...] = ()

@@ -249,9 +249,8 @@ class IdentifiedDescription:
     @property
     def matrix(self) -> FloatArray:
         """The covariance, shape (n, n)."""
-        n = len(self.parameters)
-        result = np.zeros((n, n))
-        result[np.tril_indices(n)] = [value for row in self.covariance for value in row]
+        result = np.zeros((len(self.parameters),) * 2)
+        result[np.tril_indices(len(result))] = [value for row in self.covariance for value in row]
         return result + np.tril(result, -1).T
 
 
@@ -266,6 +265,7 @@ class MachineDescription:
     or the damping ratios of the modes at the reference pose.
     `doubts` are those of the study that made the description: every result that rests on it repeats them. `up` is a unit
     direction of the machine frame, against which gravity acts where only its size is given (`gravity.gravity_of`).
+    `reduction_error` is what condensed castings and solids may err by in frequencies, 0 keeps all their shapes (`condense`).
     """
 
     name: str
@@ -292,6 +292,7 @@ class MachineDescription:
     doubts: tuple[Doubt, ...] = ()
     modal_damping: str | tuple[float, ...] = ""
     up: Vector = (0.0, 0.0, 1.0)
+    reduction_error: float | None = None
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on.
@@ -303,8 +304,7 @@ class MachineDescription:
             raise ToolpointError(f"values: {values!r}; must map paths to numbers: {{'joints.NAME.stiffness.rx': 9e8}}")
         for path, value in values.items():
             result = _changed(result, path.split("."), value, path)
-            other = _mirrored(path)
-            if other != path:
+            if (other := _mirrored(path)) != path:
                 result = _changed(result, other.split("."), value, other)
         return result
 

@@ -30,7 +30,7 @@ def reduce_once(description: ElasticDescription | SolidBody) -> ReducedBody:
 
 @lru_cache(maxsize=64)
 def _load_or_reduce(key: ContentKey[ElasticDescription | SolidBody]) -> ReducedBody:
-    name = hashlib.sha256(f"{_program_digest()} {key.text}".encode()).hexdigest()[:32]
+    name = hashlib.sha256(f"{program_digest()} {key.text}".encode()).hexdigest()[:32]
     path = cache_folder() / f"body-{name}.npz"
     if path.is_file():
         try:
@@ -47,7 +47,7 @@ def _load_or_reduce(key: ContentKey[ElasticDescription | SolidBody]) -> ReducedB
 
 
 @lru_cache(maxsize=1)
-def _program_digest() -> str:
+def program_digest() -> str:
     """Return a digest of all sources that make a body: a body that another version reduced is not taken."""
     root = Path(__file__).resolve().parents[2]
     rooms = ("bodies", "substructuring", "vibration/sparse", "machine")

@@ -76,7 +76,7 @@ class Machine(NotebookText):
     elastic_at_child: tuple[bool, ...]
     interfaces: tuple[tuple[str | None, str | None], ...]
     loops: tuple[LoopJoint, ...]
-    rebuild: Callable[[MachineDescription], Machine]
+    rebuild: Callable[..., Machine]
     reduced: Mapping[str, KeptBody] = field(default_factory=dict)
 
     @property

@@ -19,7 +19,7 @@ from toolpoint.studies.machines.machine_uncertainty import MACHINE_DRAW_COUNT, A
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import rotate_to_axes, tool_axes
 from toolpoint.studies.text_table import text_table
-from toolpoint.vibration import Dof, Frf, frequency_response
+from toolpoint.vibration import Dof, Frf, SecondOrderSystem, StateSpace, damping, frequency_response, state_space
 
 HEADER = ("pose", "response", "greatest µm/N", "at Hz", "95 % interval", "mostly of")
 Progress = Callable[[int, int], None]
@@ -155,8 +155,14 @@ def _with_draws(frf: Frf, drawn: Sequence[Frf]) -> Frf:
 
 def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof | str] | None,
               inputs: Sequence[Dof | str] | None, *, lines: FloatArray) -> Frf:
+    return frequency_response.direct(_system_at(machine, pose, outputs, inputs), lines)
+
+
+def _system_at(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof | str] | None,
+               inputs: Sequence[Dof | str] | None) -> SecondOrderSystem:
+    """Return the equations at a pose; tool against table along the tool's axes where no outputs are given."""
     if outputs is not None:
-        return frequency_response.direct(assemble(machine, pose, outputs, inputs=inputs), lines)
+        return assemble(machine, pose, outputs, inputs=inputs)
     description = machine.description
     if description.tool is None:
         fail("outputs", "none, and the machine names no tool", "must be point:direction labels",
@@ -165,8 +171,36 @@ def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof
     batch = {name: np.atleast_1d(float(value)) for name, value in pose.items()}
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")], inputs=inputs)
     # With inputs of the caller only the outputs could be turned, so that neither is.
-    return frequency_response.direct(system if inputs is not None else rotate_to_axes(system, tool_axes(machine, batch)[0]),
-                                     lines)
+    return system if inputs is not None else rotate_to_axes(system, tool_axes(machine, batch)[0])
+
+
+def state_space_of_machine(machine: Machine, pose: Mapping[str, float] | None = None,
+                           outputs: Sequence[Dof | str] | None = None, *, inputs: Sequence[Dof | str] | None = None
+                           ) -> tuple[StateSpace, tuple[str, ...]]:
+    """Return a machine at a pose as a state space with named inputs (N), outputs (m) and states, and notes on it.
+
+    Arguments are those of `study_responses_of_machine`; states are the coordinates and their rates, m and rad, none left out.
+    Structural damping, which has no form in time, becomes viscous damping of equal loss at each resonance: a note says so.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import (
+    ...     BodyDescription,
+    ...     InertiaDescription,
+    ...     JointDescription,
+    ...     MachineDescription,
+    ...     PointDescription,
+    ... )
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e4})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": joint}, points={"tip": PointDescription("head")}))
+    >>> system, _ = state_space_of_machine(machine, outputs=["tip:+x"])
+    >>> system.a.tolist(), system.states
+    ([[0.0, 1.0], [-100.0, -0.0]], ('slide.x', 'dslide.x'))
+    """
+    system = damping.equivalent_viscous(_system_at(machine, dict(pose or {}), outputs, inputs))
+    return state_space.physical(system), (f"state space at {pose_words(machine, pose or {})}", *system.notes)
 
 
 def _has_loss(machine: Machine) -> bool:

@@ -176,11 +176,13 @@ def _frf(values: np.ndarray, like: Frf) -> Frf:
 
 def _doubts(servo: Servo, frfs: Mapping[str, Frf]) -> list[Doubt]:
     """Return doubts about loops that are not stable, and drives that hold less than their brakes."""
-    doubts: list[Doubt] = []
+    doubts = [Doubt(f"nut of {axis.name}", "taken with its stiffness as it carries: in its play, or once its preload is lost, "
+                    "it holds less", "toolpoint drive steps through it in time")
+              for axis in servo.plant.axes if axis.mechanics.contacts]
     try:
         loops = compute_loops(servo)
     except ToolpointError as error:
-        return [Doubt("loops", str(error), "mend the drive file", grave=True)]
+        return [*doubts, Doubt("loops", str(error), "mend the drive file", grave=True)]
     if not loops.stable:
         doubts.append(Doubt("loops", "not stable: no response with the drives on exists",
                             "lower the gains: toolpoint drive says which", grave=True))
