@@ -303,3 +303,18 @@ def test_a_large_scene_moves_with_fewer_faces_says_so_and_rests_with_all(opened)
     seen.wait("!document.querySelector('.tp-coarse').hidden")
     seen.page.evaluate(f"{VIEW}.setPhase(0)")
     assert not note.is_visible() and picture(seen.page) == still and seen.errors == []
+
+
+@pytest.mark.slow
+def test_a_printer_gets_a_picture_on_white_also_in_the_dark_and_while_it_moves(opened, view):
+    seen = opened(view.html(), color_scheme="dark")
+    seen.page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    corner, drawn = seen.page.evaluate("""() => {
+      const canvas = document.querySelector('canvas.tp-print'), context = canvas.getContext('2d');
+      const all = context.getImageData(0, 0, canvas.width, canvas.height).data;
+      let other = 0;
+      for (let i = 0; i < all.length; i += 4) if (all[i] + all[i + 1] + all[i + 2] < 705) other += 1;
+      return [[...all.slice(0, 4)], other]; }""")
+    assert corner == [255, 255, 255, 255] and drawn > 1000
+    seen.page.emulate_media(media="print")
+    assert seen.page.locator("canvas.tp-print").is_visible() and seen.errors == []

@@ -101,8 +101,7 @@
       this.canvas = make("canvas", { tabindex: "0", role: "img", "aria-label":
         "Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode." });
       this.coarseNote = make("div", { class: "tp-coarse", text: "coarser while it moves", hidden: "" });
-      this.printed = make("canvas", { class: "tp-print", "aria-hidden": "true", "aria-label": "The shape as it is printed" });
-      this.stage = make("div", { class: "tp-stage" }, this.canvas, this.printed, this.coarseNote);
+      this.stage = make("div", { class: "tp-stage" }, this.canvas, this.coarseNote);
       this.side = make("div", { class: "tp-side" });
       this.bar = make("div", { class: "tp-bar" });
       this.root.replaceChildren(make("div", { class: "tp-main" }, this.stage, this.bar), this.side);
@@ -260,6 +259,10 @@
     print() {
       this.isPrinted = true;
       this.render();
+      if (!this.printed) {
+        this.printed = make("canvas", { class: "tp-print", "aria-hidden": "true", "aria-label": "The shape as it is printed" });
+        this.canvas.after(this.printed);
+      }
       this.printed.width = this.canvas.width; this.printed.height = this.canvas.height;
       if (this.canvas.width) this.printed.getContext("2d").drawImage(this.canvas, 0, 0);
     }
