@@ -183,8 +183,8 @@ def _sample_counts(condensable: Mapping[str, KeptBody]) -> list[int]:
     places = [place for kept in condensable.values() if not isinstance(kept.part, BeamDescription)
               for place in kept.part.interfaces.values() if place.slide and place.length]
     lengths = [(place.slide[1] - place.slide[0]) / place.length for place in places if place.length]
-    least = min(max(_MIN_SAMPLE_COUNT, int(np.ceil(max(lengths, default=0.0)))), _MAX_SAMPLE_COUNT)
-    return list(dict.fromkeys(min(factor * least, _MAX_SAMPLE_COUNT) for factor in (1, 2, 4)))
+    first_count = min(max(_MIN_SAMPLE_COUNT, int(np.ceil(max(lengths, default=0.0)))), _MAX_SAMPLE_COUNT)
+    return list(dict.fromkeys(min(factor * first_count, _MAX_SAMPLE_COUNT) for factor in (1, 2, 4)))
 
 
 def _poses(machine: Machine, sample_count: int) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
