@@ -15,6 +15,7 @@ to 10 % a joint), with a floor of noise that is the same for all sensors. The us
     places      every measured point lies some 10 mm from where the model has it
     fixed       one stiffness, wrong by a factor of two, is not among the parameters
     gain        one force channel reads 5 % too much
+    worn        one joint of the machine is 3 to 30 times softer than the model says
 
 It is updated by the measured responses (--by frf), or by the modes that `identify` finds in them (--by modes). Counted: 95 %
 intervals of stiffnesses that hold the truth, and machines of which a stiffness is further than three standard deviations off
@@ -43,9 +44,10 @@ from toolpoint.studies.measured.measured_update import MeasuredUpdate
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Frf
 
-CASES = ("plain", "damping", "undamped", "ratio", "one-ratio", "masses", "places", "fixed", "gain")
+CASES = ("plain", "damping", "undamped", "ratio", "one-ratio", "masses", "places", "fixed", "gain", "worn")
 POINTS = 30
 RATIOS = np.log([0.005, 0.05])
+WEAR = np.log([3.0, 30.0])  # model's stiffness over that of a worn joint
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,9 @@ def model_of(case: Case, kind: str, rng: np.random.Generator) -> tuple[Machine, 
                                                for name, body in described.bodies.items()})
     model = build(described)
     wrong = {path: model.value(path) * float(np.exp(0.3 * rng.normal())) for path in paths}
+    if kind == "worn":
+        joint, factor = str(rng.choice(list(described.joints))), float(np.exp(rng.uniform(*WEAR)))
+        wrong |= {path: size * factor for path, size in wrong.items() if path.startswith(f"joints.{joint}.")}
     if kind == "fixed":
         stays = str(rng.choice(paths))
         wrong[stays] = 2 * model.value(stays)

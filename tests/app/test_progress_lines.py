@@ -1,6 +1,7 @@
 """A command over two seconds says what it does also where stderr is no terminal; a short one and --json say nothing."""
 
 import contextlib
+import re
 import threading
 import time
 from types import SimpleNamespace
@@ -32,8 +33,8 @@ def work(quiet, seconds):
 def test_lines_of_progress_without_a_terminal(capsys):
     work(False, 0.4)
     lines = capsys.readouterr().err
-    assert "identification (step 2 of 2), 0 s" in lines
-    assert "poses: 3 of 40, 0 s" in lines
+    assert re.search(r"identification \(step 2 of 2\), \d+ s", lines)
+    assert re.search(r"poses: 3 of 40, \d+ s", lines)  # a loaded machine may be a second late
     assert 2 <= lines.count("\n") <= 18
 
 

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ROOMS_REREAD = (
     "acquisition", "app", "bodies", "cutting", "drives", "io/binary", "io/fmu", "io/matrices", "io/measured", "io/meshes",
     "io/multibody", "io/program", "io/quantities", "io/servo_data", "io/text", "io/uff", "io/urdf", "io/yaml",
-    "joint_identification", "joints", "kinematics", "machine", "modal_identification", "pages", "plot", "project",
+    "joint_identification", "joints", "kinematics", "machine", "material_removal", "modal_identification",
+    "pages", "plot", "project",
     "samples", "signals", "spatial", "studies", "substructuring", "updating", "vibration", "vision",
     "workbench",
 )

@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "docs"))
 from generate import sources_beside  # noqa: E402
 
 NUMBER = re.compile(r"\d")
-# Examples that the default tests recompute whole; the others take minutes.
+# Examples that the default tests recompute whole; the others take minutes, and are recomputed by the slow ones.
 QUICK = ("milling_robot_changes", "vibration_thesis_drive")
 
 
@@ -91,7 +91,8 @@ def test_kept_numbers_are_those_of_the_example(example):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", sorted(
-    path.stem.removeprefix("source_") for each in sources_beside.NAMES for path in sources_beside.examples_of(each)))
+    {path.stem.removeprefix("source_") for each in sources_beside.NAMES for path in sources_beside.examples_of(each)}
+    - {*QUICK}))
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_kept_numbers_are_those_of_every_example(example):
     assert _differences(example, _kept(example), 200) == {}

@@ -167,3 +167,85 @@ def test_a_simulated_cut_marches_by_its_exact_steps():
             position = free + m.compliance[0] @ force
         r[k], z = position, z + force @ m.last[0]
     np.testing.assert_allclose(run.displacement, r, atol=1e-9 * np.abs(r).max())
+
+
+@pytest.fixture
+def plain_kernels(interpreted):
+    """Kernels below as plain Python: each would be compiled for a small case of one test."""
+    interpreted(*(f"cutting.stability.{name}" for name in (
+        "floquet.counts", "floquet.nodes", "floquet.track", "floquet.scan", "panels.arnoldi", "panels.laying")))
+
+
+@pytest.mark.usefixtures("plain_kernels")
+def test_the_count_is_minus_the_phase_over_pi():
+    """D = (1 - 2 s nu)(1 - 0.8 s nu), nu = exp(-i theta): multipliers 2 s and 0.8 s, of which those above 1 are counted."""
+    from toolpoint.cutting.stability.floquet import counts, scan
+    from toolpoint.cutting.stability.floquet.records import ThetaTable
+
+    theta = np.linspace(0, np.pi, 60)
+    nu = np.exp(-1j * theta)
+    coefficient = np.column_stack([np.ones(60), -2.8 * nu, 1.6 * nu**2])
+    table = ThetaTable(theta, np.arange(60), coefficient, np.full(60, 2))
+    levels = np.array([0.3, 0.8, 1.2, 1.6])
+    at_levels = np.empty((60, 4), complex)
+    for k in range(60):
+        scan.values_at(coefficient[k], 2, levels, at_levels[k])
+    np.testing.assert_allclose(at_levels, (1 - 2 * levels * nu[:, None]) * (1 - 0.8 * levels * nu[:, None]), rtol=1e-12)
+    phase = np.unwrap(np.angle(at_levels), axis=0)
+    expected = np.rint((phase[0] - phase[-1]) / np.pi).astype(int)
+    assert expected.tolist() == [0, 1, 1, 2]
+    assert [counts.count_at(table, 60, s)[0] for s in levels] == expected.tolist()
+    assert counts.counts_of(table.order, 60, at_levels, 4).tolist() == expected.tolist()
+
+
+@pytest.mark.usefixtures("plain_kernels")
+def test_points_explain_a_count_by_the_sum_of_their_changes():
+    from toolpoint.cutting.stability.floquet.counts import explains
+    from toolpoint.cutting.stability.floquet.records import POINT
+
+    points = np.zeros(3, POINT).view(np.recarray)
+    points.s, points.change, points.error = [0.2, 0.5, 0.9], [1.0, 2.0, -1.0], 1e-9
+    for s in (0.1, 0.3, 0.7, 1.0):
+        total = int(points.change[points.s < s].sum())
+        assert explains(points, s, total) and not explains(points, s, total + 1)
+    assert explains(points, 0.5, 7)  # within its error of a point a count may be either
+
+
+@pytest.mark.usefixtures("plain_kernels")
+def test_a_plain_step_turns_by_less_than_its_angle():
+    from toolpoint.cutting.stability.floquet.nodes import LARGEST_STEP_COSINE, plain_step
+
+    for angle in np.linspace(-3, 3, 41):
+        assert plain_step(1 + 1j, (1 + 1j) * 3 * np.exp(1j * angle)) == (np.cos(angle) >= LARGEST_STEP_COSINE)
+
+
+@pytest.mark.usefixtures("plain_kernels")
+def test_panels_are_distinct_angles_split_evenly():
+    from toolpoint.cutting.stability.panels.laying import split, tell_apart
+
+    angles = RNG.uniform(0, 1, 8)
+    np.testing.assert_allclose(tell_apart(np.concatenate([angles, angles + 1e-14]), 1.0), np.sort(angles), atol=1e-11)
+    ends = np.array([0.0, 0.3, 0.35, 1.0])
+    parts = np.ceil(np.diff(ends) / 0.2).astype(int)
+    expected = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(ends, ends[1:], parts, strict=False))])
+    np.testing.assert_allclose(split(ends, 0.2), expected, atol=1e-15)
+
+
+@pytest.mark.usefixtures("plain_kernels")
+def test_a_ritz_vector_is_that_of_the_hessenberg_matrix():
+    from toolpoint.cutting.stability.panels.arnoldi import ritz, sweep
+
+    n, size = 6, 9
+    h = np.triu(RNG.normal(size=(n + 1, n)), -1)
+    basis = np.linalg.qr(RNG.normal(size=(size, n + 1)))[0].T.copy()
+    values, vectors = np.linalg.eig(h[:n])
+    k = int(np.argmax(np.abs(values)))
+    out = np.empty(size)
+    residual = ritz(h, n, complex(values[k]), basis, out)
+    assert abs(residual) == pytest.approx(abs(h[n, n - 1] * vectors[n - 1, k]), rel=1e-9)
+    y = vectors[:, k] / vectors[n - 1, k]  # the last component is one
+    np.testing.assert_allclose(out, (y.real + y.imag) / np.linalg.norm(y) @ basis[:n], atol=1e-12)
+    x, dots = RNG.normal(size=size), np.empty(n + 1)
+    remainder = x - basis.T @ (basis @ x)
+    assert sweep(basis, n + 1, x, dots) == pytest.approx(np.linalg.norm(remainder))
+    np.testing.assert_allclose(x, remainder, atol=1e-12)

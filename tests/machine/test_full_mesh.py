@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from beam_on_block import GUIDE, WAYS, pair
 from scipy.linalg import eigh, null_space
 from scipy.sparse import csc_array
 
+from beam_on_block import GUIDE, WAYS, pair
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid, NamedNodes, Patch

@@ -47,7 +47,7 @@ def test_a_drift_widens_the_intervals_and_is_said():
 def test_intervals_of_a_drifting_structure_hold_what_other_points_say():
     """Two halves of the points of one structure; by the fit's covariance alone about a half of the differences are held."""
     inside, alone, cancelled = [], [], 0
-    for seed in range(16):
+    for seed in range(10):
         frf = responses(np.random.default_rng(seed), 4e-3, points=12)
         first, second = (identify(frf.selected(list(range(k, 12, 2)), [0])) for k in (0, 1))
         for i in np.flatnonzero(~first.doubtful):
@@ -62,7 +62,7 @@ def test_intervals_of_a_drifting_structure_hold_what_other_points_say():
             left = sum(variance) - sum(moved)
             cancelled += left <= 0
             alone += [change < 1.96 * np.sqrt(left)] if left > 0 else []
-    assert len(inside) > 30 and cancelled < 0.1 * len(inside)
+    assert len(inside) > 20 and cancelled < 0.1 * len(inside)
     assert np.mean(inside) > 0.88 and np.mean(alone) < 0.7
 
 

@@ -151,7 +151,7 @@ def program_of_a_project() -> Report:
     from toolpoint.io.program.gcode import parse
     from toolpoint.pages import project_program_page
     from toolpoint.project.programs.run_files import ProgramRun
-    from toolpoint.studies import cuts_of_options, describe_machining, run_program, stock_of
+    from toolpoint.studies import ToolTips, cuts_of_options, describe_machining, run_program, stock_of
 
     program = "S9000 G1 F1800 X-20 Y25 Z-2\nX60\nY32\nX-20\n"
     cut = cuts_of_options(None, {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")})
@@ -161,7 +161,7 @@ def program_of_a_project() -> Report:
                "stable_probability": chance, "chatter_frequency_hz": 640.0}
               for line, limit, upper, chance in ((2, 2.2e-3, 2.9e-3, 0.81), (4, None, None, 0.98))]
     advice = [{"words": "Advice for tool 1: 9600 rev/min in place of 9000."}]
-    return project_program_page(ProgramRun(study, {0: ("slot", 0.1)}, (), ()), {
+    return project_program_page(ProgramRun(study, {0: ("slot", 0.1)}, (), (), ToolTips()), {
         "places": places, "draws": 60, "stable_probability": 0.8, "stable_probability_advised": 0.97, "advice": advice,
         "record": None})
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,16 +20,19 @@ TIP = Modes([700.0, 950.0], [0.03, 0.02], [[1.0, 0.2], [0.1, 1.1]], ["tip:+x", "
 WALL = Modes([420.0, 1500.0], [0.01, 0.01], [[0.2, 0.1], [0.8, 0.5]], ["wall:+x", "wall:+y"])
 
 
+@cache
 def whole():
     """Both as one structure: the motion of the tool against the work is the difference."""
     return Modes([*TIP.frequency, *WALL.frequency], [*TIP.damping_ratio, *WALL.damping_ratio],
                  np.hstack([TIP.shape, -WALL.shape]), BOTH_LABELS)
 
 
+@cache
 def tip(kind):
     return studies.modal_dynamics(TIP) if kind == "modes" else studies.response_dynamics(frequency_response.modal(TIP, LINES))
 
 
+@cache
 def wall(kind):
     return studies.modal_dynamics(WALL) if kind == "modes" else studies.response_dynamics(frequency_response.modal(WALL, LINES))
 

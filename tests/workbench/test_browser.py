@@ -472,6 +472,7 @@ def test_blows_are_recorded_from_a_watched_folder_judged_heard_and_entered(folde
     assert "from 3 of 3 hits" in page.inner_text("#rec-study")
     page.click("[id='rec-decide-blow_0002.npz']")
     wait(page, "document.getElementById('rec-study').textContent.includes('from 2 of 3 hits')")
+    wait(page, "document.getElementById('rec-decided').textContent.includes('--refuse')")
     command = page.inner_text("#rec-decided").partition("The same: ")[2]
     assert command.startswith("toolpoint frf records/tip_x/test.yaml --refuse blow_0002.npz")
     page.click("[id='rec-hear-blow_0001.npz']")

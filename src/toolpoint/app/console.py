@@ -25,6 +25,7 @@ def text(lines: str) -> None:
     """Print plain text as it is; where the terminal knows no lines for tables, with plain signs."""
     from toolpoint.app.terminal import OUTPUT_CONSOLE
 
+    # Below `app` messages name arguments of Python; here the reader types options.
     spelled = spell_options(lines)
     OUTPUT_CONSOLE.print(spelled.translate(ASCII_LINES) if OUTPUT_CONSOLE.options.ascii_only else spelled, markup=False)
 
@@ -79,6 +80,7 @@ def _progress_lines() -> Iterator[Callable[[str], None]]:
                 meanwhile = f" ({COMPILING})" if is_compiling() else ""
                 ERROR_CONSOLE.print(f"{last_words}, {time.monotonic() - start:.0f} s{meanwhile}", markup=False)
                 wait = LINE_INTERVAL
+    # Kernels release the interpreter's lock, so that a thread speaks while they compute.
     thread = threading.Thread(target=speak, daemon=True)
     thread.start()
     try:
@@ -107,6 +109,7 @@ def show_progress(quiet: bool = False) -> Iterator[Callable[..., None]]:
             tasks: dict[str, Any] = {}
 
             def show(name: str, completed: int, total: int, *, step: bool = False) -> None:
+                # All steps share one bar, which the next step takes over; parts of a step have one each.
                 if (key := "" if step else name) not in tasks:
                     tasks[key] = bars.add_task(name, total=total)
                 bars.update(tasks[key], description=name, completed=completed, total=total)
@@ -131,6 +134,7 @@ def collect_warnings(file_doubts: list[Doubt] | None = None) -> Iterator[list[st
         else:
             original(message, category, *location)
     with warnings.catch_warnings():
+        # Each place warns once by default: a second command of one process would lose what the first was told.
         warnings.simplefilter("always", ToolpointWarning)
         warnings.showwarning = keep  # type: ignore[assignment]
         yield texts

@@ -132,6 +132,7 @@ class _Number(click.FloatRange):
         """Return a number within the limits, in SI; nan lies in none."""
         if self._describe_range() and str(value).strip().lower() == "nan":
             self.fail(f"{value} is not in the range {self._describe_range()}", param, ctx)
+        # Click's own message names the type alone; the help says which quantity and unit are asked for.
         if isinstance(value, str) and not _is_float(value):
             self.fail(f"{value!r} is not a number; write it with a point, without its unit: {self.help}", param, ctx)
         return self.scale * super().convert(value, param, ctx)
@@ -158,6 +159,7 @@ class DeclaredCommand(click.Command):
         """Keep the words, read them, and refuse options that contradict each other."""
         self.words = tuple(args)
         remaining = super().parse_args(ctx, args)
+        # Only what was typed contradicts: a default beside an option that excludes it is no wish of the user.
         typed_options = {option for parameter in self.params if _is_given(ctx, parameter) for option in parameter.opts}
         for parameter in self.params:
             if isinstance(parameter, _DeclaredOption) and typed_options & set(parameter.opts):
@@ -206,6 +208,7 @@ def command(name: str | None = None, *, steps: int = 0, page: bool = True, json:
             if not declared.has_run:
                 declared.gather(values)
                 return
+            # Options of the frame, not of the function: it must not get them.
             output, as_json = values.pop("output", None), values.pop("as_json", False)
             with Frame(output if page_beside_json or not as_json else None, as_json, steps) as run:
                 declared.gather(values, run=run)
@@ -260,11 +263,13 @@ class _Kind:
     def of(cls, hint: Any) -> _Kind:
         """Return the content of an annotation."""
         origin, parts = get_origin(hint), get_args(hint)
+        # A type with a reader of its own is read by it whole, also where it is a tuple or a union.
         if origin is Annotated and any(isinstance(mark, click.ParamType) for mark in parts[1:]):
             return cls(parts[0], parts[1:])
         if origin is Annotated:
             element = cls.of(parts[0])
             return cls(element.base, (*parts[1:], *element.marks), element.several)
+        # `None` stands for an option that was left out; its type is that of the other part.
         if origin in (Union, types.UnionType) and type(None) in parts:
             return cls.of(next(part for part in parts if part is not type(None)))
         if origin is tuple and parts[1:] == (...,):
@@ -296,6 +301,7 @@ class _Kind:
             return self.base
         if self.base is int:
             return click.IntRange(limits.minimum, limits.maximum)
+        # Click knows one lower limit, which is open where the number must be above it.
         number = _Number(limits.minimum if limits.above is None else limits.above, limits.maximum,
                          min_open=limits.above is not None)
         number.scale, number.help = limits.scale, limits.help

@@ -49,18 +49,21 @@ class Frame:
 
     def __enter__(self) -> Frame:
         if self.output is not None and self.output.suffix != ".h5":  # that of identify is a file of modes, and no page
+            # Before anything is read: a page that has no place would be said after minutes of computing.
             check_page_place(self.output)
         self.warnings = self._stack.enter_context(console.collect_warnings(self.file_doubts))
         self.step("reading")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        # The progress ends first: its bars would be drawn over what is printed.
         self._stack.__exit__(kind, error, trace)
         if not self.as_json:
             for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown_lines)):
                 console.text(line)
         for show in self._pending_output:
             show()
+        # An error of the computation is the one that counts; a file that was not written comes after it.
         if kind is None and self._unwritten:
             raise self._unwritten[0]
 
@@ -76,6 +79,7 @@ class Frame:
         """Return the `progress` function of a study: how much is done, and of how much; with a folder to resume from, say first
         how much was kept in it."""
         count = self.progress_of_parts()
+        # Said at the first report, and only where an earlier run left chunks: else "0 of n kept" would stand there always.
         silent = folder is None or not any(folder.glob("**/chunk-*.npz"))
 
         def report(completed: int, total: int) -> None:
@@ -154,6 +158,7 @@ class Frame:
             return data
         if not isinstance(data, dict):
             return {"doubts": list(self.file_doubts), "result": data}
+        # Some results have a table of doubts by name there: those of the files get a key of their own.
         result_doubts = data.get("doubts", [])
         if not isinstance(result_doubts, (list, tuple)):
             return {"file_doubts": list(self.file_doubts), **data}

@@ -73,6 +73,7 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in MODULE_OF_COMMAND:
             return None
+        # One command's module alone: all of them would load half of the package before an option is read.
         module = importlib.import_module(f"toolpoint.app.commands.{MODULE_OF_COMMAND[name]}")
         command: click.Command = getattr(module, _FUNCTION_OF_COMMAND.get(name, name.replace("-", "_")))
         return command

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from toolpoint.io.measured.frf_writing import check_writable
     from toolpoint.io.measured.frf_writing import write as write_frf
     from toolpoint.io.measured.geometry_files import read as read_geometry
-    from toolpoint.io.measured.geometry_files import read_lines
+    from toolpoint.io.measured.geometry_files import read_lines, read_test_geometry
     from toolpoint.io.measured.listened_files import read as read_listened
     from toolpoint.io.measured.live_input import LiveInput, open_input, open_microphone
     from toolpoint.io.measured.mode_files import read as read_modes
@@ -117,6 +117,7 @@ __all__ = [
     "read_shaft",
     "read_step",
     "read_surface",
+    "read_test_geometry",
     "read_test_nouns",
     "read_tool",
     "read_tried",
@@ -147,7 +148,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.driven_axis_files": ("AxisColumns", "read as read_driven_axis"),
     "measured.frf_files": ("read as read_frf",),
     "measured.frf_writing": ("check_writable", "write as write_frf"),
-    "measured.geometry_files": ("read as read_geometry", "read_lines"),
+    "measured.geometry_files": ("read as read_geometry", "read_lines", "read_test_geometry"),
     "measured.listened_files": ("read as read_listened",),
     "measured.live_input": ("LiveInput", "open_input", "open_microphone"),
     "measured.mode_files": ("read as read_modes",),

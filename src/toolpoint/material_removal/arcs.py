@@ -1,8 +1,8 @@
-r"""Compiled arcs of cut: over which angles of every slice of the tool there is material just outside it, and a chip to take.
+r"""Compiled arcs of cut: the angles at which a slice of the tool cuts, with material just outside the edge, which advances.
 
 Angles as in a cut: phi clockwise from y, x along the feed; :math:`n = \sin\phi\, u + \cos\phi\, v`. At the axial immersion
-angle kappa the outward normal of the edge is (sin kappa n, -cos kappa); where its share of the feed is above zero a chip is
-taken. The ends of an arc are bisected between samples on either side.
+angle kappa the outward normal of the edge is (sin kappa n, -cos kappa); where the feed has a component along it, the edge cuts
+a chip. The ends of an arc are bisected between samples on either side.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -20,10 +20,11 @@ SAMPLE_ANGLE = 0.1048  # rad (6 degrees) between samples of a slice: an arc betw
 MAX_ARCS = 3  # of a slice; further ones are joined to the last
 _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
 _ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
-_WIDE_MARGIN = 1  # dexels further out, whose owners are asked at the ends of an arc too
-_OUTSIDE = 1e-6  # of the radius: how far outside the tool material is looked for
-_REACH_MARGIN = 1.5  # cells, by which the reach is taken too wide before the slices show where the edge cuts
-_REACH_ROUNDS, _REACH_BISECTIONS = 2, 6  # slices are laid anew, so often at most, to an end that is bisected, where not all cut
+_WIDE_MARGIN = 1  # further dexels on each side, whose owners are asked at the ends of an arc too
+_OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
+_REACH_MARGIN = 1.5  # cells by which the reach is widened at first: the slices show then where the edge cuts
+_REACH_ROUNDS = 2  # largest number of times that slices are laid anew over a shorter reach, where not all of them cut
+_REACH_BISECTIONS = 6  # halvings of the slice in which the reach ends
 
 
 @njit(cache=True, nogil=True)
@@ -35,8 +36,8 @@ def edge_at(length, shape):
     if length < arc:
         kappa = length / corner
         return corner * (1.0 - math.cos(kappa)), kappa, flat + corner * math.sin(kappa)
-    beyond = length - arc
-    return corner * (1.0 - sine) + beyond * cosine, turn, flat + corner * cosine + beyond * sine
+    straight_length = length - arc
+    return corner * (1.0 - sine) + straight_length * cosine, turn, flat + corner * cosine + straight_length * sine
 
 
 @njit(cache=True, nogil=True)
@@ -73,7 +74,7 @@ def is_cut(work, tip, way, edge, phi, margin=0):
     s, c = math.sin(phi), math.cos(phi)
     nx, ny = s * way[0] - c * way[1], s * way[1] + c * way[0]
     height, kappa, radius = edge
-    gap = _OUTSIDE * (radius + 1e-3)
+    gap = _OUTSIDE_GAP_RATIO * (radius + 1e-3)
     r = radius + gap * math.sin(kappa)
     return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa), margin)
 
@@ -97,38 +98,41 @@ def reach_at(work, tip, shape, highest):
                 continue
             d = math.hypot(work.x0 + i * work.spacing - tip[0], work.y0 + j * work.spacing - tip[1])
             if d <= span and rise > profile(max(min(d, radius) - margin, 0.0), shape):
-                outer = profile(d + margin, shape)
-                reach = max(reach, min(rise, outer))
+                outer_height = profile(d + margin, shape)
+                reach = max(reach, min(rise, outer_height))
     return min(reach, highest)
 
 
 @njit(cache=True, nogil=True)
 def slice_arcs(work, tip, way, edge, limits, arcs):
-    """Write entry and exit (rad) of the arcs of one slice; return how many there are (more than fit are joined)."""
+    """Write entry and exit (rad) of the arcs of one slice; return their number (arcs beyond the room are joined to the last).
+
+    way : (2,) unit direction of feed across the axis; edge : (height, kappa, radius); limits : rad, see `chip_range`.
+    """
     first, last = limits[0] + _EDGE_NUDGE, limits[1] - _EDGE_NUDGE
     if last <= first:
         return 0
     number = max(math.ceil((last - first) / SAMPLE_ANGLE), 8)
     step, count = (last - first) / number, 0
-    before, previous = is_cut(work, tip, way, edge, first), first
+    was_cut, previous = is_cut(work, tip, way, edge, first), first
     entry = limits[0]
     for k in range(1, number + 1):
         phi = first + k * step
-        now = is_cut(work, tip, way, edge, phi)
-        if now != before:
+        is_cut_here = is_cut(work, tip, way, edge, phi)
+        if is_cut_here != was_cut:
             a, b = previous, phi
             for _ in range(_ARC_BISECTIONS):
                 middle = 0.5 * (a + b)
-                if is_cut(work, tip, way, edge, middle) == before:
+                if is_cut(work, tip, way, edge, middle) == was_cut:
                     a = middle
                 else:
                     b = middle
-            if now:
+            if is_cut_here:
                 entry = 0.5 * (a + b)
             else:
                 count = _keep_arc(work, tip, way, edge, (entry, 0.5 * (a + b)), arcs, count)
-        before, previous = now, phi
-    if before:
+        was_cut, previous = is_cut_here, phi
+    if was_cut:
         count = _keep_arc(work, tip, way, edge, (entry, limits[1]), arcs, count)
     return count
 
@@ -185,27 +189,27 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
     reach = reach_at(work, tip, shape, highest)
     if reach <= 0.0:
         return 0.0, 0
-    most, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
+    arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
     for _ in range(_REACH_ROUNDS):
         if upper == 0 or upper == arcs.shape[0]:
             break
         reach = _upper_end(work, tip, (way, level, feed[2]), shape, (reach, upper), arcs)
-        most, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
-    return (reach if upper > 0 else 0.0), most
+        arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
+    return (reach if upper > 0 else 0.0), arc_number_max
 
 
 @njit(cache=True, nogil=True)
 def _lay_slices(work, tip, feed, shape, reach, arcs):
     """Write the arcs of slices laid over a reach; return the largest number of arcs, and of slices up to the highest cut."""
     way, level, rise = feed
-    slices, most, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
+    slices, arc_number_max, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
     arcs[:] = math.nan
     for k in range(slices):
         edge = edge_at((k + 0.5) / slices * total, shape)
         number = slice_arcs(work, tip, way, edge, chip_range(edge[1], level, rise), arcs[k])
-        most = max(most, number)
+        arc_number_max = max(arc_number_max, number)
         upper = k + 1 if number > 0 else upper
-    return most, upper
+    return arc_number_max, upper
 
 
 @njit(cache=True, nogil=True)

@@ -10,15 +10,16 @@ from toolpoint.material_removal.stock import Stock
 from toolpoint.material_removal.surface import Work, list_mixed_cells, measure_lines, measure_volumes
 
 # Lines of a cell and step of their Fibonacci lattice: an edge along the grid is within 1/34 (1/13) of the cell. A line through
-# earlier work takes a look at every cell that it passes: of these there are as many at most as dexels.
+# earlier work samples every cell that it passes: the number of lines is at most that of the dexels.
 _MESH_LINES, _WORK_LINES = (34, 21), ((13, 8), (8, 5), (5, 3), (3, 2), (1, 0))
 _CELLS_AT_ONCE = 20_000  # whose lines are in memory together: 200 MB
 
 
 def measure_by_lines(work: Work, stock: Stock) -> tuple[float, float]:
-    """Return the volumes taken away and left, m^3, of a mesh or of work that an earlier stage left.
+    """Return the removed and the remaining volume, m^3, of a mesh or of work that an earlier stage left.
 
-    Dexels stand for cells that lie inside; where a wall or an edge of the stock passes, the stock is asked along further lines.
+    A dexel measures a cell without walls; where a wall or an edge of the stock passes, the stock is measured along further
+    lines.
     """
     taken, kept = measure_volumes(work)
     cells = list_mixed_cells(work)

@@ -1,4 +1,4 @@
-"""CutStock: work that a path has left, as stock of the next one along another direction of the tool."""
+"""CutStock: work that one path has left, as the stock of the next path, along another direction of the tool."""
 
 # mypy: disable-error-code="no-untyped-def"
 
@@ -14,11 +14,11 @@ from numba import njit
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.material_removal.mesh_intervals import MAX_MESH_INTERVALS
 from toolpoint.material_removal.removed import RemovedMaterial
-from toolpoint.material_removal.stock import MESH, Dexels, Stock, count_dexels
+from toolpoint.material_removal.stock import MESH_KIND, Dexels, Stock, count_dexels
 from toolpoint.material_removal.surface import has_material
 
-_LOOK_RATIO = 1.0  # of the spacing: between two looks along a line
-_END_BISECTIONS = 12  # of a step
+_LOOK_RATIO = 1.0  # of the spacing: step along a line between two samples of the earlier work
+_END_BISECTIONS = 12  # halvings of a step: an end is placed within 1/4000 of it
 _LINE_SHIFT = 1e-4  # of the spacing: lines pass beside faces that lie in their plane
 
 
@@ -44,11 +44,11 @@ class CutStock(Stock):
         """Return the work that a removal has left, by the axes of the next plane in those of its own."""
         stock = removed.stock
         # The box of the first stock, turned again: a box about a turned box would grow from stage to stage.
-        before = stock if isinstance(stock, CutStock) else None
-        box = np.stack([stock.lower, stock.upper]) if before is None else before.first_box
-        to_box = np.asarray(rotation if before is None else before.to_box @ rotation)
+        earlier_stock = stock if isinstance(stock, CutStock) else None
+        box = np.stack([stock.lower, stock.upper]) if earlier_stock is None else earlier_stock.first_box
+        to_box = np.asarray(rotation if earlier_stock is None else earlier_stock.to_box @ rotation)
         corners = np.array(list(itertools.product(*box.T))) @ to_box
-        return cls(MESH, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), box,
+        return cls(MESH_KIND, corners.min(axis=0), corners.max(axis=0), np.zeros((0, 3, 3)), removed, np.array(rotation), box,
                    to_box)
 
     @property
@@ -89,7 +89,7 @@ class CutStock(Stock):
 
 @njit(cache=True, nogil=True)
 def _is_inside(work, rotation, x, y, z):
-    """Whether the work before holds a place of the new axes."""
+    """Whether a place (m, in the new axes) lies inside the earlier work."""
     return has_material(work, rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
                         rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
                         rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z, 0)
@@ -97,7 +97,7 @@ def _is_inside(work, rotation, x, y, z):
 
 @njit(cache=True, nogil=True)
 def _end(work, rotation, place, span, starts_inside):
-    """Return the z at which a line goes in or out, between two looks."""
+    """Return the z (m) at which a line enters or leaves the earlier work, between two samples of a span."""
     lower, upper = span
     for _ in range(_END_BISECTIONS):
         middle = 0.5 * (lower + upper)
@@ -110,7 +110,8 @@ def _end(work, rotation, place, span, starts_inside):
 
 @njit(cache=True, nogil=True)
 def _span_in_box(to_box, box, x, y):
-    """Return the z between which a line is inside a box that is turned; the second is below the first where it passes by."""
+    """Return the z (m) at which an upright line enters and leaves a rotated box; the second is below the first where it
+    misses it."""
     first, last = -math.inf, math.inf
     for k in range(3):
         base, slope = to_box[k, 0] * x + to_box[k, 1] * y, to_box[k, 2]
@@ -127,27 +128,28 @@ def _span_in_box(to_box, box, x, y):
 def _cross_work(work, rotation, grid, first_stock, intervals):
     """Write the intervals of every line of a grid (x0, y0, spacing); return the largest number of them on a line."""
     x0, y0, h = grid
-    most = 0
+    number_max = 0
     for i in range(intervals.shape[0]):
         for j in range(intervals.shape[1]):
             place = (x0 + (i + _LINE_SHIFT) * h, y0 + (j + 1.7 * _LINE_SHIFT) * h)
-            most = max(most, _cross_line(work, rotation, _LOOK_RATIO * h, first_stock, place, intervals[i, j]))
-    return most
+            number_max = max(number_max, _cross_line(work, rotation, _LOOK_RATIO * h, first_stock, place, intervals[i, j]))
+    return number_max
 
 
 @njit(cache=True, nogil=True)
 def _cross_places(work, rotation, step, first_stock, places, intervals):
     """Write the intervals of the lines at places (n, 2); return the largest number of them on a line."""
-    most = 0
+    number_max = 0
     for n in range(places.shape[0]):
         place = (places[n, 0], places[n, 1])
-        most = max(most, _cross_line(work, rotation, step, first_stock, place, intervals[n]))
-    return most
+        number_max = max(number_max, _cross_line(work, rotation, step, first_stock, place, intervals[n]))
+    return number_max
 
 
 @njit(cache=True, nogil=True)
 def _cross_line(work, rotation, step, first_stock, place, intervals):
-    """Write the intervals of a line, looked at in steps; return their number, which may be above the room for them."""
+    """Write the intervals of the earlier work on a line, sampled in steps (m); return their number, which may exceed the
+    room."""
     span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])
     if span[1] < span[0]:
         return 0

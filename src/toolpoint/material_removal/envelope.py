@@ -3,7 +3,8 @@ r"""Compiled lower envelope of an end mill along a move: the height to which mat
 A tool whose profile f(d) is convex in the distance d from its axis leaves, after a straight move from P to Q,
 :math:`E(x, y) = \min_t z(t) + f(d(t))`, t over the part of the move with d(t) <= R. The minimum of a convex function: closed
 for flat ends and balls, by bisection of its slope for bull noses and cones. A level arc has its minimum where the axis is
-nearest. Rows of moves: x0 y0 z0 x1 y1 z1, kind (0 line, 1 arc in XY), centre x y, radius, start angle, sweep, shape.
+nearest. Columns of a row of a move: x0 y0 z0 x1 y1 z1 (m, of the tip), kind (0 line, 1 arc in XY), centre x y and
+radius (m), start angle and sweep (rad), index of the tool's shape.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -14,8 +15,8 @@ import math
 
 from numba import njit
 
-_BISECTIONS = 34  # halvings of the part of a move: below 1e-10 of it
-_SECTIONS = 40  # golden sections of a helical arc
+_SHARE_BISECTIONS = 34  # halvings of the part of a move: below 1e-10 of it
+_HELIX_SECTIONS = 40  # golden sections of a helical arc
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -81,8 +82,12 @@ def lowest_of_line(move, shape, x, y):
 
 @njit(cache=True, nogil=True)
 def _lowest_share(first, last, middle, across2, square, rise, shape):
-    """Return the share of a move at which z(t) + f(d(t)) is least, by bisection of its slope."""
-    for _ in range(_BISECTIONS):
+    """Return the share t of a move at which z(t) + f(d(t)) is least, by bisection of its slope.
+
+    first, last, middle : shares within reach, and the nearest one; across2 : square of the least distance, m^2; square : of the
+    move's length in XY, m^2; rise : m.
+    """
+    for _ in range(_SHARE_BISECTIONS):
         t = 0.5 * (first + last)
         d = math.sqrt(across2 + (t - middle) * (t - middle) * square)
         slope = rise + (profile_slope(d, shape) * (t - middle) * square / d if d > 0.0 else 0.0)
@@ -122,12 +127,16 @@ def lowest_of_arc(move, shape, x, y):
 
 @njit(cache=True, nogil=True)
 def _lowest_on_helix(move, shape, m, turn, first, last):
-    """Return the least height over a part of a helical arc, by golden sections."""
+    """Return the least height (m) between the turns `first` and `last` (rad) of a helical arc, by golden sections: its
+    slope is not monotonic.
+
+    m : distance of the place from the centre, m; turn : angle of the place from the arc's start, rad.
+    """
     rho, sweep, rise, radius = move[9], abs(move[11]), move[5] - move[2], shape[4]
     golden = 0.6180339887498949
     best = math.inf
     a, b = first, last
-    for _ in range(_SECTIONS):
+    for _ in range(_HELIX_SECTIONS):
         u, v = b - golden * (b - a), a + golden * (b - a)
         du = math.sqrt(max(rho * rho + m * m - 2.0 * rho * m * math.cos(u - turn), 0.0))
         dv = math.sqrt(max(rho * rho + m * m - 2.0 * rho * m * math.cos(v - turn), 0.0))
@@ -142,7 +151,7 @@ def _lowest_on_helix(move, shape, m, turn, first, last):
 
 
 @njit(cache=True, nogil=True)
-def lowest(moves, shapes, k, x, y):
-    """Return the envelope (m) of move k at a place."""
-    shape = shapes[int(moves[k, 12])]
-    return lowest_of_line(moves[k], shape, x, y) if moves[k, 6] == 0.0 else lowest_of_arc(moves[k], shape, x, y)
+def lowest(rows, shapes, k, x, y):
+    """Return the envelope (m) of row k of the moves at a place (m), with the shape that the row names."""
+    shape = shapes[int(rows[k, 12])]
+    return lowest_of_line(rows[k], shape, x, y) if rows[k, 6] == 0.0 else lowest_of_arc(rows[k], shape, x, y)

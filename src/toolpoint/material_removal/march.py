@@ -14,16 +14,17 @@ from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.removed import RemovalSettings
 from toolpoint.material_removal.surface import Work, cut_move, touch_move
 
-_PIECES_PER_CALL = 4000  # of one call of the kernel: progress in between, and an interruption
-_MAX_CONTACTS = 2000  # kept of each kind; more say nothing new
-RAPID, HOLDER = 0, 1
+_PIECES_PER_CALL = 4000  # pieces of one call of the kernel: between calls progress is reported and an interruption heard
+_MAX_CONTACTS = 2000  # contacts kept of each kind
+_RAPID_CONTACT, _HOLDER_CONTACT = 0, 1  # kinds of contacts: indices of `COLLISION_KINDS`
 
 Contact = tuple[int, int, int, tuple[float, float, float, float]]
 
 
 @dataclass(eq=False)
 class RemovalMarch:
-    """Arrays that the pieces fill: reach, arcs and their number of every place, the volume of every piece, contacts."""
+    """Result of the march: reach (m), arcs (rad) and number of arcs of every place, volume (m^3) of every piece, and contacts
+    (kind, piece, body, (depth, x, y, z))."""
 
     reach: FloatArray
     arcs: FloatArray
@@ -32,35 +33,39 @@ class RemovalMarch:
     contacts: list[Contact]
 
 
-def march(work: Work, moves: Moves, places: tuple[np.ndarray, np.ndarray, np.ndarray], *, flutes: FloatArray,
+def march(work: Work, pieces: Moves, places: tuple[np.ndarray, np.ndarray, np.ndarray], *, flutes: FloatArray,
           settings: RemovalSettings, bodies: Sequence[Sequence[tuple[float, FloatArray]]],
           progress: Callable[[int, int], None] | None) -> RemovalMarch:
-    """Return what the pieces took and met, in their order."""
+    """Cut the pieces in their order; return their volumes, the arcs at their places, and their contacts.
+
+    places : (piece, whether at its start, whether its arcs are asked for) of every place; flutes : (tools,) m; bodies : of
+    each tool, (height above the tip, shape row) of the bodies above its edges.
+    """
     piece, at_start, is_sampled = places
     n = piece.size
     result = RemovalMarch(np.zeros(n), np.full((n, settings.slices, MAX_ARCS, 2), np.nan, np.float32), np.zeros(n, np.int32),
-                   np.zeros(moves.count), [])
-    touched = np.zeros((moves.count, 4))
-    first_place = np.searchsorted(piece, np.arange(moves.count + 1))
+                   np.zeros(pieces.count), [])
+    touched = np.zeros((pieces.count, 4))
+    first_place = np.searchsorted(piece, np.arange(pieces.count + 1))
     numbers, lifts, rows = _body_table(bodies)
-    held = np.zeros((moves.count, max(lifts.shape[1], 1), 4))
-    for first in range(0, moves.count, _PIECES_PER_CALL):
-        last = min(first + _PIECES_PER_CALL, moves.count)
-        _march(work, (first, last), (first_place, at_start, is_sampled), (moves.first, moves.last), moves.rapid, flutes,
+    held = np.zeros((pieces.count, max(lifts.shape[1], 1), 4))
+    for first in range(0, pieces.count, _PIECES_PER_CALL):
+        last = min(first + _PIECES_PER_CALL, pieces.count)
+        _march(work, (first, last), (first_place, at_start, is_sampled), (pieces.first, pieces.last), pieces.rapid, flutes,
                (numbers, lifts, rows), (result.reach, result.arcs, result.arc_count, result.volume, touched, held))
         if progress is not None:
-            progress(last, moves.count)
-    for k in np.flatnonzero(moves.rapid & (touched[:, 0] > settings.tolerance))[:_MAX_CONTACTS]:
-        result.contacts.append((RAPID, int(k), 0, tuple(touched[k].tolist())))
+            progress(last, pieces.count)
+    for k in np.flatnonzero(pieces.rapid & (touched[:, 0] > settings.tolerance))[:_MAX_CONTACTS]:
+        result.contacts.append((_RAPID_CONTACT, int(k), 0, tuple(touched[k].tolist())))
     for k, part in np.argwhere(held[:, :, 0] > settings.tolerance)[:_MAX_CONTACTS]:
-        result.contacts.append((HOLDER, int(k), int(part), tuple(held[k, part].tolist())))
+        result.contacts.append((_HOLDER_CONTACT, int(k), int(part), tuple(held[k, part].tolist())))
     return result
 
 
 def _body_table(bodies: Sequence[Sequence[tuple[float, FloatArray]]]) -> tuple[np.ndarray, FloatArray, FloatArray]:
     """Return the number of bodies of each tool, their heights above the tip (tools, n) and shape rows (tools, n, 5)."""
-    widest = max((len(parts) for parts in bodies), default=0)
-    lifts, rows = np.zeros((len(bodies), widest)), np.zeros((len(bodies), widest, 5))
+    body_number_max = max((len(parts) for parts in bodies), default=0)
+    lifts, rows = np.zeros((len(bodies), body_number_max)), np.zeros((len(bodies), body_number_max, 5))
     for k, parts in enumerate(bodies):
         for m, (lift, row) in enumerate(parts):
             lifts[k, m], rows[k, m] = lift, row
@@ -69,7 +74,7 @@ def _body_table(bodies: Sequence[Sequence[tuple[float, FloatArray]]]) -> tuple[n
 
 @njit(cache=True, nogil=True)
 def _march(work, span, places, ways, rapid, flutes, bodies, out):  # type: ignore[no-untyped-def]
-    """Cut the pieces of a span; write what they took, met, and the arcs at their places."""
+    """Cut the pieces of a span; write their volumes, contacts, and the arcs at their places."""
     first_place, at_start, is_sampled = places
     reach, arcs, arc_count, volume, touched, held = out
     numbers, lifts, rows = bodies

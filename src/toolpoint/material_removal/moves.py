@@ -8,10 +8,10 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
 
-MOVE_WIDTH = 13  # numbers of a row, see `envelope`
+MOVE_WIDTH = 13  # numbers of a row; their meaning is listed in `envelope`
 _MAX_ARC_SWEEP = 0.5  # rad, of one piece
 _CHORD_TOLERANCE = 1e-6  # m, of arcs that are not in XY
-MAX_PIECES = 20_000_000
+MAX_PIECES = 20_000_000  # of a path: 2 GB of rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +40,12 @@ class Moves:
         A helical arc, and an arc out of XY, stay in pieces: their envelope is known piece by piece only.
         """
         rows = self.rows.copy()
-        same = (self.block[1:] == self.block[:-1]) & (self.rows[1:, 6] == self.rows[:-1, 6])
+        continues = (self.block[1:] == self.block[:-1]) & (self.rows[1:, 6] == self.rows[:-1, 6])
         level = (self.rows[:, 2] == self.rows[:, 5]) | (self.rows[:, 6] == 0)
-        same &= level[1:] & level[:-1] & (np.einsum("ni,ni->n", self.first[1:], self.first[:-1]) > 1 - 1e-12) | (
-            same & level[1:] & (self.rows[1:, 6] == 1))
-        begin = np.maximum.accumulate(np.where(np.concatenate([[True], ~same]), np.arange(self.count), 0))
-        ends = np.flatnonzero(np.concatenate([~same, [True]]))
+        continues &= level[1:] & level[:-1] & (np.einsum("ni,ni->n", self.first[1:], self.first[:-1]) > 1 - 1e-12) | (
+            continues & level[1:] & (self.rows[1:, 6] == 1))
+        begin = np.maximum.accumulate(np.where(np.concatenate([[True], ~continues]), np.arange(self.count), 0))
+        ends = np.flatnonzero(np.concatenate([~continues, [True]]))
         rows[:, 0:3], rows[:, 10] = self.rows[begin, 0:3], self.rows[begin, 10]
         rows[:, 11] = self.rows[:, 11] * (np.arange(self.count) - begin + 1)
         return rows, ends[np.searchsorted(ends, np.arange(self.count))]
@@ -69,6 +69,12 @@ def split_moves(start: FloatArray, end: FloatArray, step: float, *, kind: np.nda
     rapid : (n,) bools, optional
     shape : (n,) ints, optional
         Index of the tool's shape; 0 where left out.
+
+    Examples
+    --------
+    >>> moves = split_moves([[0, 0, 0.0]], [[0.01, 0, 0.0]], step=0.004)
+    >>> moves.count, round(float(moves.length.sum()), 9)
+    (3, 0.01)
     """
     a, b = floats("start", start, (None, 3)), floats("end", end, (None, 3))
     n = len(a)
@@ -83,8 +89,8 @@ def split_moves(start: FloatArray, end: FloatArray, step: float, *, kind: np.nda
     level = is_arc & (planes == [0, 1]).all(axis=1)
     # An arc out of XY is followed by chords within the tolerance: r (1 - cos(w/2)).
     chord_turn = 2 * np.arccos(np.clip(1 - _CHORD_TOLERANCE / np.maximum(radius, 1e-9), -1, 1))
-    widest = np.where(level, _MAX_ARC_SWEEP, np.maximum(chord_turn, 1e-3))
-    parts = np.maximum(np.ceil(length / positive("step", step) - 1e-9), np.where(is_arc, np.ceil(np.abs(w) / widest), 1))
+    turn_max = np.where(level, _MAX_ARC_SWEEP, np.maximum(chord_turn, 1e-3))
+    parts = np.maximum(np.ceil(length / positive("step", step) - 1e-9), np.where(is_arc, np.ceil(np.abs(w) / turn_max), 1))
     # A rapid cuts nothing: its pieces are only as short as their envelope needs.
     fast = np.zeros(n, bool) if rapid is None else np.asarray(rapid, bool)
     parts = np.maximum(np.where(fast & ~is_arc, 1, parts), 1).astype(int)
@@ -108,6 +114,9 @@ def split_moves(start: FloatArray, end: FloatArray, step: float, *, kind: np.nda
 
 @dataclass(frozen=True, eq=False)
 class _Path:
+    """Segments of a program, n of them: ends and centres (n, 3) m, sweeps (n,) rad, axes of the plane of an arc (n, 2),
+    radii (n,) m."""
+
     start: FloatArray
     end: FloatArray
     center: FloatArray
@@ -129,7 +138,7 @@ class _Path:
         points[k[:, None], self.plane[i]] = self.center[i][rows, self.plane[i]] + turned
         ways[k[:, None], self.plane[i]] = self.sweep[i][:, None] * np.stack([-turned[:, 1], turned[:, 0]], axis=1)
         # Ends are those of the program, free of the rounding of sines.
-        whole = share == 1.0
-        points[whole] = self.end[block[whole]]
+        is_end = share == 1.0
+        points[is_end] = self.end[block[is_end]]
         size = np.linalg.norm(ways, axis=1, keepdims=True)
         return points, ways / np.where(size > 0, size, 1.0)

@@ -16,7 +16,7 @@ from toolpoint.material_removal.tool_shape import MillShape
 if TYPE_CHECKING:
     from toolpoint.material_removal.surface import Work
 
-DEFAULT_SLICES = 10  # of the tool along the edge
+DEFAULT_SLICES = 10  # slices of equal length along the tool's edge
 SPACING_RATIO = 1 / 20  # of the smallest tool's radius, where no spacing is given
 COLLISION_KINDS = ("rapid through stock", "holder in the work")
 
@@ -25,8 +25,13 @@ COLLISION_KINDS = ("rapid through stock", "holder in the work")
 class RemovalSettings:
     """Numerical settings.
 
-    spacing : of the dexels, m; slices : of the tool along its edge; tolerance : m, of material that a rapid or a holder may
-    brush without being told (the grid does not show less).
+    spacing : of the dexels, m; slices : number along the tool's edge; tolerance : m, depth of material up to which a contact
+    of a rapid or a holder is not reported (the grid resolves no less).
+
+    Examples
+    --------
+    >>> RemovalSettings(spacing=5e-4).slices
+    10
     """
 
     spacing: float
@@ -40,7 +45,8 @@ class RemovalSettings:
 
 @dataclass(frozen=True)
 class Collision:
-    """Contact that must not be: its kind, the index of the segment, the deepest place (m), and how deep (m) it is."""
+    """Collision: kind (of `COLLISION_KINDS`), index of the program's segment, place (m) and depth (m) of the deepest
+    contact, and the body of the holder that touches."""
 
     kind: str
     block: int
@@ -51,7 +57,7 @@ class Collision:
 
 @dataclass(frozen=True, eq=False)
 class RemovedMaterial(NotebookText):
-    """What a path took away.
+    """Result of a path over a stock: removed volumes, arcs of cut at every place, the remaining work, and collisions.
 
     Parameters
     ----------
@@ -66,7 +72,7 @@ class RemovedMaterial(NotebookText):
     arc_count : (n,) ints
         Largest number of arcs of a slice; above MAX_ARCS the last ones are joined.
     volume : (pieces,) floats
-        Taken away by each piece, m^3, by its dexels.
+        Removed by each piece, m^3, by its dexels.
     total_volume, left_volume : float
         m^3, walls resolved within the cells.
     height, owner : (nx, ny)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
 
-BOX, CYLINDER, MESH = 0, 1, 2  # codes of `Stock.kind`, as kernels read them
+BOX_KIND, CYLINDER_KIND, MESH_KIND = 0, 1, 2  # codes of `Stock.kind`, as kernels read them
 MAX_DEXELS = 60_000_000  # of a grid: 2 GB
 
 
@@ -49,14 +49,15 @@ class Stock:
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Stock:
         """Return a box between two corners, m."""
-        return cls(BOX, np.asarray(lower, float), np.asarray(upper, float))
+        return cls(BOX_KIND, np.asarray(lower, float), np.asarray(upper, float))
 
     @classmethod
-    def cylinder(cls, diameter: float, bottom: float, top: float, *, centre: tuple[float, float] = (0.0, 0.0)) -> Stock:
-        """Return an upright cylinder, m."""
+    def cylinder(cls, diameter: float, lower_end: float, upper_end: float, *,
+                 centre: tuple[float, float] = (0.0, 0.0)) -> Stock:
+        """Return an upright cylinder between two heights, m."""
         radius = positive("stock diameter", diameter, 50.0) / 2
         x, y = centre
-        return cls(CYLINDER, np.array([x - radius, y - radius, bottom]), np.array([x + radius, y + radius, top]))
+        return cls(CYLINDER_KIND, np.array([x - radius, y - radius, lower_end]), np.array([x + radius, y + radius, upper_end]))
 
     @classmethod
     def mesh(cls, triangles: ArrayLike) -> Stock:
@@ -64,16 +65,16 @@ class Stock:
         corners = floats("triangles", triangles, (None, 3, 3))
         if len(corners) < 4:
             fail("stock", f"a mesh of {len(corners)} triangles", "must be closed: at least four triangles")
-        return cls(MESH, corners.min((0, 1)), corners.max((0, 1)), corners)
+        return cls(MESH_KIND, corners.min((0, 1)), corners.max((0, 1)), corners)
 
     @property
     def volume(self) -> float:
         """Volume, m^3; of a mesh by the signed volumes of its triangles."""
         size = self.upper - self.lower
-        if self.kind == MESH:
+        if self.kind == MESH_KIND:
             a, b, c = self.triangles[:, 0], self.triangles[:, 1], self.triangles[:, 2]
             return float(abs(np.einsum("ni,ni->n", a, np.cross(b, c)).sum()) / 6)
-        return float(size.prod() * (1.0 if self.kind == BOX else np.pi / 4))
+        return float(size.prod() * (1.0 if self.kind == BOX_KIND else np.pi / 4))
 
     @property
     def words(self) -> str:
@@ -88,13 +89,13 @@ class Stock:
         count = count_dexels(self.lower, self.upper, h)
         origin = self.lower[:2] + h / 2
         x, y = (origin[k] + h * np.arange(count[k]) for k in (0, 1))
-        if self.kind == MESH:
+        if self.kind == MESH_KIND:
             from toolpoint.material_removal.mesh_intervals import cross_mesh  # brings the compiler
 
             return Dexels(float(origin[0]), float(origin[1]), h, cross_mesh(self.triangles, x, y))
         intervals = np.empty((count[0], count[1], 1, 2))
         intervals[..., 0], intervals[..., 1] = self.lower[2], self.upper[2]
-        if self.kind == CYLINDER:
+        if self.kind == CYLINDER_KIND:
             centre, radius = (self.lower + self.upper)[:2] / 2, (self.upper - self.lower)[0] / 2
             outside = (x[:, None] - centre[0]) ** 2 + (y[None, :] - centre[1]) ** 2 > radius**2
             intervals[outside] = np.nan
@@ -118,6 +119,7 @@ class Dexels:
 
 
 def _words(place: FloatArray) -> str:
+    """Return a place (m) in mm, as text."""
     return ", ".join(f"{1e3 * value:g}" for value in place) + " mm"
 
 

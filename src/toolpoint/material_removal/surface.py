@@ -1,10 +1,11 @@
-"""Compiled surface of the work while it is cut: dexels that know which move cut them last, and what lies between them.
+"""Compiled surface of the work while it is cut: dexels with the move that cut them last, and the exact surface between them.
 
-A dexel keeps the height of what is left, the piece of a move that made it (its owner; -1 uncut), and that of the move
-before. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to now
-(`joined`): walls and cusps lie where the moves put them, not where the grid has its lines, and not where one piece ends.
-What a move cut without owning a dexel nearby (slivers narrower than the spacing) is not seen: the error of an arc that two
-spacings show.
+A dexel keeps the height (m) of the remaining material, the piece of a move that cut it last (its owner; -1 uncut), and the
+owner
+before that. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to the present
+piece (`joined`): walls and cusps lie where the moves put them, not at the lines of the grid, and not where one piece ends.
+A sliver narrower than the spacing, which owns no dexel nearby, is missed: the difference of an arc between two spacings
+shows it.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -19,7 +20,8 @@ from numba import njit
 
 from toolpoint.material_removal.envelope import lowest, lowest_of_arc, lowest_of_line
 
-_LATTICE_SIZE, _LATTICE_STEP = 89, 55  # Fibonacci lattice in a cell at a wall: an edge along the grid is within 1/89 of it
+_LATTICE_SIZE, _LATTICE_STEP = 89, 55  # points of the Fibonacci lattice in a cell at a wall, and its step: an edge along the
+# grid is placed within 1/89 of the cell
 
 _EDGE_BEND = 0.02  # of the spacing: ends of a stock's dexels in a row that bend more are those of an edge
 _WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend more are those of a wall
@@ -28,8 +30,11 @@ _WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend m
 class Work(NamedTuple):
     """Arrays of the work in a form that kernels read: grid, heights and owners, moves, shapes, stock.
 
-    joined : rows from the beginning of each piece's move to the piece's end; final : last piece of each piece's move; now :
-    (1,) the piece that was cut last.
+    x0, y0 : centre of the first dexel, m; spacing : m; height : (nx, ny) of the remaining material, m; owner, earlier_owner :
+    (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; intervals : (nx, ny, n, 2) of the stock, m;
+    moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
+    final : (pieces,) last piece of each piece's move; now : (1,) the piece that was cut last; shapes : (tools, 5) rows of
+    `SHAPE_COLUMNS`; kind, lower, upper : of the stock, see `Stock`.
     """
 
     x0: float
@@ -37,7 +42,7 @@ class Work(NamedTuple):
     spacing: float
     height: np.ndarray
     owner: np.ndarray
-    before: np.ndarray
+    earlier_owner: np.ndarray
     intervals: np.ndarray
     moves: np.ndarray
     joined: np.ndarray
@@ -51,19 +56,19 @@ class Work(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def begin_heights(intervals, height):
-    """Write the top of every column (m, minus infinity where there is no stock)."""
+    """Write the upper end of the stock in every column, m; minus infinity where there is no stock."""
     for i in range(height.shape[0]):
         for j in range(height.shape[1]):
-            top = -math.inf
+            upper_end = -math.inf
             for n in range(intervals.shape[2]):
-                if intervals[i, j, n, 1] > top:
-                    top = intervals[i, j, n, 1]
-            height[i, j] = top
+                if intervals[i, j, n, 1] > upper_end:
+                    upper_end = intervals[i, j, n, 1]
+            height[i, j] = upper_end
 
 
 @njit(cache=True, nogil=True)
 def stock_has(work, x, y, z):
-    """Whether the stock before the first cut holds a place."""
+    """Whether a place (m) lies inside the stock before the first cut."""
     if z > work.upper[2] or z < work.lower[2]:
         return False
     if work.kind == 0:
@@ -89,46 +94,48 @@ def _end_between(work, fx, fy, n, end):
     """Return an end of a mesh's interval between four dexels, bilinear where all have it, else the nearest one's."""
     i, j = math.floor(fx), math.floor(fy)
     near_i, near_j = math.floor(fx + 0.5), math.floor(fy + 0.5)
-    nearest = work.intervals[near_i, near_j, n, end]
+    nearest_end = work.intervals[near_i, near_j, n, end]
     if i < 0 or j < 0 or i + 1 >= work.intervals.shape[0] or j + 1 >= work.intervals.shape[1]:
-        return nearest
+        return nearest_end
     u, v = fx - i, fy - j
     a, b = work.intervals[i, j, n, end], work.intervals[i + 1, j, n, end]
     c, d = work.intervals[i, j + 1, n, end], work.intervals[i + 1, j + 1, n, end]
     value = (1 - u) * (1 - v) * a + u * (1 - v) * b + (1 - u) * v * c + u * v * d
-    return nearest if math.isnan(value) else value
+    return nearest_end if math.isnan(value) else value
 
 
 @njit(cache=True, nogil=True)
 def cut_height(work, x, y):
-    """Return the height (m) to which moves have cut at a place; infinite where none of the owners around did."""
+    """Return the height (m) down to which the owners around a place have cut there; infinite where none has."""
     i = math.floor((x - work.x0) / work.spacing)
     j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
     i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
     j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
-    least = math.inf
+    height_min = math.inf
     for m in (i0, i1):
         for n in (j0, j1):
             for layer in range(2):
                 k = move_of(work, layer, m, n)
                 if k >= 0:
-                    least = min(least, lowest(work.joined, work.shapes, k, x, y))
-    return least
+                    height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
+    return height_min
 
 
 @njit(cache=True, nogil=True, inline="always")
 def move_of(work, layer, i, j):
-    """Return the row of `joined` of the move that cut a dexel last (layer 1: of the one before), as far as it came; -1 none."""
-    k = work.owner[i, j] if layer == 0 else work.before[i, j]
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner) up to the present piece;
+    -1 where
+    none has."""
+    k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
 @njit(cache=True, nogil=True)
 def has_material(work, x, y, z, margin):
-    """Whether there is material at a place now: as `cut_height`, ended by the first owner that has cut below it.
+    """Whether there is material at a place (m) now: that of `cut_height`, which ends at the first owner that has cut below it.
 
-    margin : further dexels on each side whose owners are asked: 0 suffices but where three moves meet.
+    margin : further dexels on each side whose owners are asked; 0 suffices except where three moves meet.
     """
     if not stock_has(work, x, y, z):
         return False
@@ -152,15 +159,15 @@ def column(work, i, j, height, cut_to):
     """Return the length (m) of material of a dexel between `cut_to` and `height`."""
     length = 0.0
     for n in range(work.intervals.shape[2]):
-        bottom, top = work.intervals[i, j, n, 0], work.intervals[i, j, n, 1]
-        if top > bottom:  # false for the not-a-number of a missing one
-            length += max(min(top, height) - max(bottom, cut_to), 0.0)
+        lower_end, upper_end = work.intervals[i, j, n, 0], work.intervals[i, j, n, 1]
+        if upper_end > lower_end:  # false for the not-a-number of a missing one
+            length += max(min(upper_end, height) - max(lower_end, cut_to), 0.0)
     return length
 
 
 @njit(cache=True, nogil=True)
 def box_of(work, k, radius, box):
-    """Write the range of dexels (first and last index along x and y) that a move with a radius can reach."""
+    """Write the range of dexels (first and last index along x, then along y) that piece k with a tool radius (m) can reach."""
     row = work.moves[k]
     bulge = row[9] * (1.0 - math.cos(0.5 * row[11])) if row[6] == 1.0 else 0.0
     reach = radius + bulge
@@ -173,9 +180,11 @@ def box_of(work, k, radius, box):
 
 @njit(cache=True, nogil=True)
 def cut_move(work, k, box, place):
-    """Take away what a move sweeps; return the volume (m^3) and whether any column beneath is above its lowest point.
+    """Remove the material that piece k sweeps; return the volume (m^3) and whether any column beneath rises above its lowest
+    point.
 
-    place : (4,) written: depth of the deepest cut (m) below what was there, and where it is.
+    box : (4,) room for `box_of`; place : (4,) written: depth of the deepest cut below the surface that was there, and its x, y,
+    z, m.
     """
     row, shape = work.moves[k], work.shapes[int(work.moves[k, 12])]
     work.now[0] = k
@@ -185,26 +194,28 @@ def cut_move(work, k, box, place):
     for i in range(box[0], box[1] + 1):
         x = work.x0 + i * work.spacing
         for j in range(box[2], box[3] + 1):
-            before = work.height[i, j]
-            if before <= tip:
+            height_before = work.height[i, j]
+            if height_before <= tip:
                 continue
             is_near = True
             y = work.y0 + j * work.spacing
             z = lowest(work.moves, work.shapes, k, x, y)
-            if z < before:
-                if before - z > place[0]:
-                    place[0], place[1], place[2], place[3] = before - z, x, y, z
-                length += column(work, i, j, before, z)
+            if z < height_before:
+                if height_before - z > place[0]:
+                    place[0], place[1], place[2], place[3] = height_before - z, x, y, z
+                length += column(work, i, j, height_before, z)
                 owner = work.owner[i, j]
                 if owner >= 0 and work.final[owner] != work.final[k]:
-                    work.before[i, j] = owner  # a pass above on the same line keeps its walls
+                    work.earlier_owner[i, j] = owner  # a pass above on the same line keeps its walls
                 work.height[i, j], work.owner[i, j] = z, k
     return length * work.spacing * work.spacing, is_near
 
 
 @njit(cache=True, nogil=True)
 def touch_move(work, k, body, lift, box, place):
-    """Whether a cylinder above the tool, (shape row `body`, from `lift` m above the tip) meets material; where, in `place`."""
+    """Whether a cylinder above the tool (shape row `body`, from `lift` m above the tip) touches material during piece k; the
+    depth
+    and place of the deepest contact are written to `place`, as in `cut_move`."""
     box_of(work, k, body[4], box)
     row = work.moves[k].copy()
     row[2] += lift
@@ -225,7 +236,7 @@ def touch_move(work, k, body, lift, box, place):
 
 @njit(cache=True, nogil=True)
 def measure_volumes(work):
-    """Return the volumes (m^3) taken away and left: cells with walls are sampled finer on the exact envelopes."""
+    """Return the removed and the remaining volume, m^3: cells with walls are sampled finer on the exact envelopes."""
     nx, ny = work.height.shape
     removed, left = 0.0, 0.0
     for i in range(-1, nx + 1):
@@ -254,20 +265,22 @@ def list_mixed_cells(work):
 
 @njit(cache=True, nogil=True)
 def measure_lines(work, x, y, intervals):
-    """Return the lengths (m) taken away and left on upright lines at x and y (n,), whose stock has the intervals (n, m, 2)."""
+    """Return the removed and the remaining length (m) on upright lines at x and y (n,), whose stock has the intervals (n, m,
+    2)."""
     taken, kept = 0.0, 0.0
     for n in range(x.size):
         z = cut_height(work, x[n], y[n])
         for k in range(intervals.shape[1]):
-            bottom, top = intervals[n, k, 0], intervals[n, k, 1]
-            if top > bottom:  # false for the not-a-number of a missing one
-                taken += max(top - max(bottom, z), 0.0)
-                kept += max(min(top, z) - bottom, 0.0)
+            lower_end, upper_end = intervals[n, k, 0], intervals[n, k, 1]
+            if upper_end > lower_end:  # false for the not-a-number of a missing one
+                taken += max(upper_end - max(lower_end, z), 0.0)
+                kept += max(min(upper_end, z) - lower_end, 0.0)
     return taken, kept
 
 
 @njit(cache=True, nogil=True)
 def _plain_cell(work, i, j):
+    """Return the removed and the remaining length (m) of a cell without walls: those of its dexel."""
     if i < 0 or j < 0 or i >= work.height.shape[0] or j >= work.height.shape[1]:
         return 0.0, 0.0
     z = work.height[i, j]
@@ -299,18 +312,18 @@ def _stock_bends(work, i, j):
     """Whether an edge of a mesh passes through a cell: its ends there are not in line with those around."""
     for n in range(work.intervals.shape[2]):
         for end in range(2):
-            here = work.intervals[i, j, n, end]
+            stock_end = work.intervals[i, j, n, end]
             for m, k in ((1, 0), (0, 1)):
-                bend = work.intervals[i + m, j + k, n, end] - 2.0 * here + work.intervals[i - m, j - k, n, end]
+                bend = work.intervals[i + m, j + k, n, end] - 2.0 * stock_end + work.intervals[i - m, j - k, n, end]
                 gaps = math.isnan(work.intervals[i + m, j + k, n, end]) + math.isnan(work.intervals[i - m, j - k, n, end])
-                if gaps != 2 * math.isnan(here) or abs(bend) > _EDGE_BEND * work.spacing:
+                if gaps != 2 * math.isnan(stock_end) or abs(bend) > _EDGE_BEND * work.spacing:
                     return True
     return False
 
 
 @njit(cache=True, nogil=True)
 def _cell(work, i, j):
-    """Return the mean lengths (m) taken away and left in a cell, over a lattice of lines through it."""
+    """Return the mean removed and remaining length (m) of a cell, over a lattice of lines through it."""
     taken, kept = 0.0, 0.0
     lower, upper = work.lower, work.upper
     for n in range(_LATTICE_SIZE):

@@ -97,7 +97,8 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
 
 
 @command(steps=4, replace=True)
-def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEOMETRY)],
+def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile | None, Help(
+               f"{GEOMETRY[:-1]}; the measured files where left out, if they hold the places.")] = None,
            components: Annotated[SourceFile, Help("YAML: which points belong to which component, the chain, masses where "
                                                   "known.")],
            written: Annotated[NewFile | None, Help("Write the identified machine here.", name="--machine")] = None,
@@ -105,7 +106,7 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
                                                               "that of the component file.", scale=1e-3)] = None,
            band: Band = None, quantity: Quantity = None, naming: Naming) -> None:
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
-    shape, described = io.read_geometry(geometry), io.read_components(components)
+    shape, described = io.read_test_geometry(geometry, files), io.read_components(components)
     studies.place_test(shape.points, described)  # Unit and frame are questioned before the long fit of modes.
     saved, responses = io.read_test_nouns(files, quantity=quantity, **naming.keywords)
     run.step("modes")

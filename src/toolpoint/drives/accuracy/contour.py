@@ -75,6 +75,7 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
     starts = ends - lengths
     first = np.searchsorted(ends, np.maximum(s - reach, 0.0), side="left")
     last = np.minimum(np.searchsorted(starts, s + reach, side="right") - 1, path.count - 1)
+    # Long windows over many short segments would run for hours: they are refused before the passes.
     spread = int((last - first).max()) + 1
     if (last - first + 1).sum() > _MAX_WINDOW_PAIRS:
         fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MAX_WINDOW_PAIRS:.0e}",
@@ -105,6 +106,7 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
 def _nearest(path: Path, k: np.ndarray, p: FloatArray, expected: FloatArray) -> FloatArray:
     """Return the share (0..1) of the nearest point on each segment; on an arc the turn nearest to the expected one."""
     chord = path.end[k] - path.start[k]
+    # A segment without length has its start as nearest point.
     size = np.maximum((chord**2).sum(axis=1), 1e-300)
     share = np.clip(((p - path.start[k]) * chord).sum(axis=1) / size, 0.0, 1.0)
     arc = np.flatnonzero(path.kind[k] == ARC_KIND)

@@ -141,6 +141,7 @@ def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling
     chain.spring({"motor": 1}, 0.0, damping)
     for first, second, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
         j = cylinder_inertia(screw.diameter, part, screw.density)
+        # The damping ratio is that of one lump on the spring of its part, so that no frequency of the axis need be known.
         k = torsional_stiffness(screw.diameter, part, screw.shear_modulus)
         chain.inertia(first, j / 2)
         chain.inertia(second, j / 2)
@@ -161,6 +162,7 @@ def _axial(chain: MassChain, screw: BallScrew, x: float, front: float, end: floa
 
 def _nut(chain: MassChain, screw: BallScrew, nut: Contact | float, damping: float, load: str) -> tuple[Play, ...]:
     row = {"middle": screw.ratio, "x_middle": 1.0, load: -1.0}
+    # The plant holds the linear reference spring of a contact; its law adds the difference from it.
     stiffness = nut.reference_stiffness if isinstance(nut, Contact) else positive("nut", nut)
     chain.spring(row, stiffness, damping)
     return (Play(row, nut),) if isinstance(nut, Contact) else ()

@@ -207,6 +207,7 @@ class _Assembly:
         first = len(scalars)
         for k, pair in enumerate(self.factors):
             for side, factor in enumerate(pair):
+                # Every scalar is an unknown of the implicit step: products that share a factor share its scalar.
                 equal = [i for i in range(first, len(scalars)) if np.array_equal(scalars[i], factor)]
                 products[k, side] = equal[0] if equal else len(scalars)
                 scalars += [] if equal else [factor]
@@ -239,6 +240,7 @@ class _Assembly:
         mechanics, offset = self.axes[i].mechanics, self.start[i][1]
         free = [k for k, name in enumerate(mechanics.coordinates) if name in mechanics.free]
         out = np.zeros((self.a.shape[0], *force.shape[1:]))
+        # Boundary coordinates have no mass here: their forces act on the structure, which brings its own.
         out[offset + len(free):offset + 2 * len(free)] = np.linalg.solve(mechanics.mass[np.ix_(free, free)], force[free])
         for k, name in enumerate(mechanics.coordinates):
             served = self._served(i, name)
@@ -268,6 +270,7 @@ class _Assembly:
         self.b_force[:, i] = self._push(i, table)
         scale, position = mechanics.vector(mechanics.scale) @ place, table @ place
         tool = position.copy()
+        # The machine yields too: at the cut the table's position against the tool counts.
         if self.structure and axis.name in self.structure.tool:
             tool[self.at_structure:] -= self.structure.row(self.structure.tool[axis.name])
         return [motor @ place, speed, scale, *currents, position, tool]
@@ -294,8 +297,10 @@ class _Assembly:
         self.a[offset + 1] -= p * motor.flux / lq * speed
         self.a += np.outer(torque, motor.torque_constant * currents[1])
         self.b_input[offset, 2 * i], self.b_input[offset + 1, 2 * i + 1] = 1 / ld, 1 / lq
+        # Speed times current is no linear term: these products stay out of A.
         unit = np.eye(n)
         terms = [(p * lq / ld * unit[offset], speed, currents[1]), (-p * ld / lq * unit[offset + 1], speed, currents[0])]
+        # Reluctance torque of a motor with salient poles.
         if ld != lq:
             terms.append((1.5 * p * (ld - lq) * torque, currents[0], currents[1]))
         for column, *pair in terms:

@@ -61,6 +61,7 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
             break
         filtered = _add_filter(best, axis, notch(crossover, NOTCH_DAMPING, NOTCH_DEPTH))
         trial = _tune_velocity(filtered, axis, phase_margin, gain_margin_db)
+        # A notch costs phase below its frequency: one that gains less than a tenth is not kept.
         if trial.controllers[axis].velocity.gain < 1.1 * best.controllers[axis].velocity.gain:
             break
         best, used = trial, [*used, crossover]
@@ -77,6 +78,8 @@ def _tune_velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Ser
     def fits(value: float) -> bool:
         level = compute_loops(_set_velocity_gain(servo, axis, value)).velocity
         m = level.margins(axis, 1500)
+        # Position is the integral of speed: its pole lies on the unit circle, up to rounding, while the position loop is
+        # open.
         return level.radius <= 1 + 1e-7 and m.phase >= phase and m.gain_db >= gain_db
 
     gain = _largest(fits, servo.controllers[axis].velocity.gain)
@@ -85,6 +88,7 @@ def _tune_velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Ser
 
 def _set_velocity_gain(servo: Servo, axis: int, gain: float) -> Servo:
     inertia = servo.plant.axes[axis].mechanics.motor_inertia
+    # The crossover of a rigid axis is gain/inertia, rad/s.
     return _replace_gains(servo, axis, velocity=gain, integral_time=4 * inertia / gain)
 
 
@@ -110,6 +114,7 @@ def _largest(fits: Callable[[float], bool], start: float) -> float:
     while fits(failing) and failing < 1e6 * start:
         fitting, failing = failing, 2 * failing
     while failing / fitting > 1.001:
+        # Gains count by their ratio: the bracket is halved in the logarithm.
         middle = float(np.sqrt(fitting * failing))
         fitting, failing = (middle, failing) if fits(middle) else (fitting, middle)
     return fitting

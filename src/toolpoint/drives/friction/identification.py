@@ -133,6 +133,7 @@ def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[scipy.opti
     middle = 0.5 * (float(np.median(t[v > 0])) + float(np.median(t[v < 0]))) if both else 0.0
     guess = _first_guess(law, v, t - middle)
     n_parameters = len(guess)
+    # Parameters differ in unit and size, so each step is measured by its own first guess.
     scale = np.maximum(np.abs([*guess, middle][: n_parameters + both]), 1e-6 * max(np.abs(t).max(), 1e-300))
     lower_bounds = np.array([*[1e-15] * n_parameters, -np.inf][: n_parameters + both])
 
@@ -140,6 +141,7 @@ def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[scipy.opti
         return _law_of(law, p[:n_parameters]).steady(v) + (p[n_parameters] if both else 0.0) - t
 
     best = None
+    # The exponentials have several minima: the velocities of the law begin at four scales, and the best fit counts.
     for factor in (1.0, 0.3, 3.0, 10.0):
         first = np.maximum(np.array(guess), 1e-12)
         first[2:-1] *= factor
@@ -154,6 +156,7 @@ def _covariance(best: scipy.optimize.OptimizeResult, points: int, names: Sequenc
     """Return the covariance of the parameters, and the pairs that the points do not tell apart."""
     jacobian = np.asarray(best.jac)
     size = np.linalg.norm(jacobian, axis=0)
+    # A parameter on which no point depends would make the matrix singular: it gets no deviation, and is named.
     blind = size < 1e-9 * size.max()
     scaled = jacobian / np.where(blind, 1.0, size)
     shape = np.linalg.pinv(scaled.T @ scaled)
@@ -192,6 +195,7 @@ def _status(success: bool, residual: float, scatter: float, *, level: float) -> 
 def _first_guess(law: str, v: FloatArray, t: FloatArray) -> list[float]:
     """Return the parameters to start from: smallest torque, torque at the slowest speed, a low speed."""
     size, order = np.abs(t), np.argsort(np.abs(v))
+    # At the minimum of the curve the dry level is nearly alone; the slowest speed has nearly all of the rise.
     smallest, first = float(size.min()), float(size[order][0])
     speed = float(np.sort(np.abs(v))[len(v) // 4])
     if law == "coulomb":
@@ -240,12 +244,14 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
     doubts: list[Doubt] = []
     if not speeds:
         return Plausibility(ratio, float(law.slope(1.0)), 0.0, gain, 0.0, 0.0, ())
+    # Even in the logarithm: the two velocities of a law may be decades apart.
     grid = np.geomspace(min(speeds) * 1e-4, max(speeds) * 50, 4000)
     slope = law.slope(grid)
     steepest = int(slope.argmin())
     unstable = np.flatnonzero(slope < -gain)
     critical = 0.0
     if unstable.size:
+        # The slope may cross the loop gain several times: above its last crossing every constant speed is stable.
         last = int(unstable[-1])
         critical = float(scipy.optimize.brentq(lambda v: float(law.slope(v)) + gain, grid[last], grid[last + 1]))
         doubts.append(Doubt("friction curve", f"falls by {-slope[steepest]:.3g} against a loop gain of {gain:.4g}: stick-slip "

@@ -146,6 +146,7 @@ class Path(NotebookText):
         n = self.count
         tangent_in = self.tangents(np.arange(n - 1), np.ones(n - 1))
         tangent_out = self.tangents(np.arange(1, n), np.zeros(n - 1))
+        # Exact to rounding also for nearly equal or opposite tangents, where an arc cosine loses half of the digits.
         return 2 * np.arctan2(np.linalg.norm(tangent_in - tangent_out, axis=1),
                               np.linalg.norm(tangent_in + tangent_out, axis=1))
 
@@ -197,10 +198,12 @@ def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> 
     d = path.end - path.start
     plane = np.full((n - 1, 2), -1)
     for a, b in PLANES.values():
+        # A pair of lines along one axis lies in two planes: the first of them counts.
         third = 3 - a - b
         flat = (d[:-1, third] == 0) & (d[1:, third] == 0)
         plane[flat & (plane[:, 0] < 0)] = a, b
     k = np.flatnonzero(pairs & (plane[:, 0] >= 0) & (tolerance > 0))
+    # A line has a blend at either end: each takes less than a half of it, so that they never touch.
     half = np.tan(turn[k] / 2)
     trim = np.minimum(tolerance * np.cos(turn[k] / 2) / (1 - np.cos(turn[k] / 2)) * half,
                       0.49 * np.minimum(lengths[k], lengths[k + 1]))

@@ -146,11 +146,13 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
     speed_max[steady] = np.minimum(speed_max[steady], steady_speed(route.sweep[steady], half, normal, jerk=limits.jerk))
     junction = np.zeros(n + 1)
     if n > 1:
+        # At any other junction the direction jumps: a speed above zero would be an infinite acceleration of an axis.
         meets = (route.turns() <= straight) & ~route.stop[:-1]
         junction[1:-1] = np.where(meets, np.minimum(speed_max[:-1], speed_max[1:]), 0.0)
     a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
     times = np.zeros((n, 7))
     look_ahead(length, speed_max, junction, a, j, steady)
+    # The look-ahead may have slowed a blend further: it is passed at one speed, that of its two ends.
     speed_max[steady] = junction[:-1][steady]
     phases(length, speed_max, junction, a, j, times)
     return Plan(route, frozen(times), frozen(junction), frozen(j))
@@ -169,6 +171,7 @@ def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, stra
     speed = np.minimum(np.minimum(path.feed[k], path.feed[k + 1]), limits.speed)
     speed = np.minimum(speed, _reached_speed(line / 2, limits))
     slow = np.minimum(slow, speed)
+    # Against the stop the blend saves a stop and start, and loses the way round at its own speed and one change of speed.
     lost_time = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
     stop = path.stop.copy()
     stop[k[lost_time > _change_time(speed, limits)]] = True
@@ -184,6 +187,7 @@ def _change_time(step: FloatArray, limits: JerkLimits) -> FloatArray:
 def _reached_speed(distance: FloatArray, limits: JerkLimits) -> FloatArray:
     """Return the speed reached from rest within a distance (m), m/s: v t(v)/2 = distance, by bisection."""
     slow, fast = np.zeros_like(distance), np.full_like(distance, limits.speed)
+    # Fifty halvings of the speed limit leave less than its rounding; the time is piecewise, so no closed form is worth it.
     for _ in range(50):
         middle = (slow + fast) / 2
         is_too_far = middle / 2 * _change_time(middle, limits) > distance
@@ -206,10 +210,12 @@ def smooth_command(command: Command, window: float) -> Command:
     if n < 1:
         fail("window", f"{window:g} s", f"must be at least one sample, {command.sample_time:g} s")
     parts = []
+    # Beyond its ends a position stays, while speed and acceleration are zero: rest to rest remains rest to rest.
     for values, holds_ends in ((command.position, True), (command.velocity, False), (command.acceleration, False)):
         v = np.asarray(values)
         first, last = (v[:1], v[-1:]) if holds_ends else (np.zeros_like(v[:1]), np.zeros_like(v[:1]))
         padded = np.vstack([np.repeat(first, n, 0), v, np.repeat(last, n, 0)])
+        # A difference of running sums costs no more for a long window.
         total = np.vstack([np.zeros_like(v[:1]), np.cumsum(padded, axis=0)])
         parts.append((total[n:] - total[:-n]) / n)
     position, velocity, acceleration = parts
@@ -234,6 +240,7 @@ def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], 
         return Command(np.vstack([p, p]), sample_time)
     u = np.abs(d) / length
     nonnegative("direction", u)
+    # An axis that does not move along the line bounds nothing.
     each = [min(getattr(x, name) / w for x, w in zip(limits, u, strict=True) if w > 0)
             for name in ("speed", "acceleration", "jerk")]
     profile = seven_phase(length, JerkLimits(*each))

@@ -68,10 +68,13 @@ def step_matrices(plant: Plant, step: float, *, dense: bool = False) -> StepMatr
     phi, first, shift, jump, held = _held_parts(plant, step)
     states: tuple[FloatArray, FloatArray, int] = np.eye(len(phi)), np.eye(len(phi)), len(phi)
     basis, inverse, core = states if dense else coordinates(plant.a)
+    # The blocks are those of A: the exponential, a series in A, has the same ones up to rounding.
     turned: FloatArray = inverse @ phi @ basis
+    # Ill-conditioned eigenvectors smear the blocks: then the states themselves are kept, slower and exact.
     if not dense and not _is_split(turned, core):
         (basis, inverse, core), turned = states, phi
     half = (len(phi) - core) // 2
+    # Whole vector registers: a remainder of one to three elements would run as a scalar loop in every step.
     spare = -half % _VECTOR_WIDTH if half else -core % _VECTOR_WIDTH
     place = _places(core, half, spare)
     ordered = np.ascontiguousarray
@@ -98,16 +101,20 @@ def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
     by two. The rest (rigid motion without damping, repeated defective poles) spans the core, which is the space that the
     left eigenvectors of the others do not see. The states are balanced first.
     """
+    # Currents, angles and displacements differ by many orders, which would cost the eigenvectors their digits.
     balanced, scale = scipy.linalg.matrix_balance(np.array(a), permute=False)
     poles, left, right = scipy.linalg.eig(balanced, left=True, right=True)
     cosine = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     pair = np.flatnonzero((poles.imag > 0) & (cosine > _MIN_EIGENVECTOR_COSINE))
     real = np.flatnonzero((poles.imag == 0) & (cosine > _MIN_EIGENVECTOR_COSINE))
+    # Real poles share blocks two by two; of an odd number the last goes to the core.
     real = real[:real.size - real.size % 2]
     first = np.hstack([right[:, pair].real, right[:, real[0::2]].real])
     second = np.hstack([right[:, pair].imag, right[:, real[1::2]].real])
     others_left = np.hstack([left[:, pair].real, left[:, pair].imag, left[:, real].real])
     n, core = len(poles), len(poles) - 2 * first.shape[1]
+    # Left and right eigenvectors of different poles are orthogonal: what is orthogonal to the left ones is the invariant
+    # rest.
     core_basis = np.linalg.qr(others_left, mode="complete").Q[:, n - core:]
     basis = np.hstack([core_basis, first, second])
     return scale @ basis, np.linalg.solve(scale @ basis, np.eye(n)), core

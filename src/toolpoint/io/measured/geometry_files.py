@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -30,6 +32,24 @@ def read(path: str | Path) -> Geometry:
     if path.suffix.lower() in YAML:
         return Geometry(_machine_points(path), [])
     return Geometry(point_table.read(path), [])
+
+
+def read_test_geometry(path: str | Path | None, measured_files: Sequence[str | Path] = ()) -> Geometry:
+    """Return the geometry of a file, or where none is named that of the first measured file that holds places.
+
+    Raises ToolpointError where no file does.
+    """
+    if path is not None:
+        return read(path)
+    for file in map(Path, measured_files):
+        if file.suffix.lower() in (*HDF5, *UNIVERSAL):
+            with contextlib.suppress(ToolpointError):
+                geometry: Geometry = read(file)
+                if geometry.points:
+                    return geometry
+    names = ", ".join(Path(file).name for file in measured_files[:3])
+    raise ToolpointError(f"`geometry`: missing, and {names or 'no file'} holds no places of points; name a file that says "
+                         "where each point is: universal, or CSV with the columns point,x,y,z in m")
 
 
 @door("file of lines")

@@ -68,6 +68,7 @@ def slope_parts(sensitivity: PartSensitivity, part: str) -> Parts:
                           "or density; the share of elements, and of the part's mass, that hold 80 % of its effect on mode 1"),
                     Chart(_accumulated(sensitivity),
                           "Elements from the one with the largest effect of E on mode 1 to the least.")]
+    # A large element has a large effect because it is large: a cubic decimetre compares where material counts.
     volumes = _volumes(sensitivity, part)
     for name, values, what in (("stiffness", sensitivity.frequency[part].modulus[0], "E"),
                                ("inertia", sensitivity.frequency[part].density[0], "density")):
@@ -94,6 +95,7 @@ def _motion_parts(sensitivity: PartSensitivity, part: str) -> Parts:
     The modes are the first six that move the Dof by more than a tenth of the largest motion; the elements are those of the
     first of them.
     """
+    # The change is relative: where a mode hardly moves the Dof it would be that of nearly nothing.
     moving_modes = np.flatnonzero(np.abs(sensitivity.motion.values) > 0.1 * np.abs(sensitivity.motion.values).max())[:6]
     share = 100 / sensitivity.motion.values[moving_modes]
     rows = [[name, *(f"{v:+.1f}" for v in e[moving_modes] * share), *(f"{v:+.1f}" for v in rho[moving_modes] * share)]
@@ -138,6 +140,7 @@ def _mac_slopes(sensitivity: PartSensitivity) -> object:
     rows = {f"E of {p}": m for p, (m, _) in sensitivity.mac.by_part().items()}
     rows |= {f"density of {p}": d for p, (_, d) in sensitivity.mac.by_part().items()}
     rows |= {f"stiffness of {j}": v for j, v in sensitivity.mac.joints.items()}
+    # More than seven bars a mode cannot be told apart, on paper not at all.
     largest = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:7]
     for i, name in enumerate(largest):
         chart.add_bar(x=modes, y=np.round(0.01 * rows[name], 6), name=name, marker={"color": COLOURS[i % len(COLOURS)]})

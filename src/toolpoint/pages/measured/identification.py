@@ -57,6 +57,7 @@ def identification_page(result: Identification, geometry: Geometry | None = None
 def answer(result: Identification) -> str:
     """Return the modes with their intervals in a sentence, and how many of them are doubtful."""
     modes, count = result.modes, result.modes.count
+    # The answer counts what can be relied on; doubtful modes stand in the table with their marks.
     certain_modes = [i for i in range(count) if not result.doubtful[i]]
     answer_modes = sorted(result.dominant.tolist() or certain_modes, key=lambda i: float(modes.frequency[i]))
     half_width = modes.frequency_interval if modes.covariance is not None else None

@@ -107,6 +107,8 @@ def _mac(pair: tuple[Agreement, ...], measured: Modes) -> list[Chart]:
     charts = []
     for words, agreed in zip(("before", "after"), pair, strict=True):
         assert agreed.candidates is not None
+        # All modes up to the last paired one, and at least two more than were measured: an exchange of neighbours stays in
+        # sight.
         count = max(int(agreed.modes.max()) + 1, min(measured.count + 2, agreed.candidates.count))
         candidates = agreed.candidates.selected(list(range(count)))
         modes = replace(candidates, shape=candidates.shape_at(measured.dofs), dofs=measured.dofs)
@@ -132,6 +134,7 @@ def _shapes(original: Machine, updated: MachineUpdate, pose: Mapping[str, float]
         shapes = shapes.selected(_undamped(original, updated.before, pose))
         updated_shapes = updated_shapes.selected(_undamped(updated.machine, updated.after, pose))
     else:
+        # Without measured modes nothing was paired: the lowest are shown, each beside its nearest shape after the update.
         shapes = shapes.selected(range(min(12, shapes.count)))
         updated_shapes = updated_shapes.selected(partners(shapes, updated_shapes))
     return ShapeView(scene, shapes, "pair", "before", "Shapes that belong to one measured mode, or else look alike.",
@@ -142,15 +145,18 @@ def _undamped(machine: Machine, agreement: Agreement, pose: Mapping[str, float] 
     """Return which undamped modes, whose shapes the view draws, are those that were paired."""
     damped = agreement.partners
     assert damped is not None
+    # Pairs are of damped modes, which have no shape that stands still; the view draws the undamped modes nearest to them.
     undamped = eigen.solve_undamped(assemble(machine, pose, damped.dofs, modal_damping=False))
     return [int(i) for i in track_modes(damped, undamped).model]
 
 
 def _responses(original: Machine, updated: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:
+    # A receptance at 0 Hz divides an acceleration by zero.
     lines = measured if measured.frequency[0] > 0 else measured.between(float(measured.frequency[1]), np.inf)
     lines = lines.converted_to("receptance")
     charts = []
     for k in range(min(_MAX_DRAWN_UPDATES, len(lines.outputs))):
+        # Three responses are compared; a coherence has the measured one alone.
         single = replace(lines.selected([k], [0]), coherence=None)
         named = {"measured": single}
         for words, machine in (("before", original), ("after", updated)):

@@ -4,6 +4,7 @@
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const config = { responsive: true, displaylogo: false, showEditInChartStudio: false, showSendToCloud: false,
     modeBarButtonsToRemove: ["lasso2d", "select2d"], toImageButtonOptions: { format: "svg" } };
+  const PAPER_WIDTH = 680; // px between the margins of A4
   window.toolpointCharts = {};
 
   function colours(layout, isDark) {
@@ -57,10 +58,11 @@
       });
       if (window.toolpointPick) window.toolpointPick();
     });
-    const recolour = (on) => window.Plotly.relayout(root, colours(root._fullLayout, on));
+    const recolour = (on, more) => window.Plotly.relayout(root, { ...colours(root._fullLayout, on), ...more });
     dark.addEventListener("change", () => recolour(dark.matches));
-    window.addEventListener("beforeprint", () => recolour(false));
-    window.addEventListener("afterprint", () => recolour(dark.matches));
+    // A chart drawn for a wide window would be cut at the edge of the paper.
+    window.addEventListener("beforeprint", () => recolour(false, { autosize: false, width: PAPER_WIDTH }));
+    window.addEventListener("afterprint", () => recolour(dark.matches, { autosize: true, width: null }));
   }
 
   // The chart library lies deflated in the page; the policy knows it by its SHA-256.

@@ -75,7 +75,8 @@
       new ResizeObserver(() => this.touch()).observe(this.canvas);
       new IntersectionObserver((entries) => { this.seen = entries.at(-1).isIntersecting; this.touch(); }).observe(root);
       matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.touch());
-      window.addEventListener("beforeprint", () => { this.isPrinted = true; this.render(); });
+      window.addEventListener("beforeprint", () => this.print());
+      matchMedia("print").addEventListener("change", (event) => { if (event.matches) this.print(); });
       window.addEventListener("afterprint", () => { this.isPrinted = false; this.touch(); });
       this.canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.lost = true; });
       this.canvas.addEventListener("webglcontextrestored", () => { this.start(); this.showMode(this.mode); });
@@ -100,7 +101,8 @@
       this.canvas = make("canvas", { tabindex: "0", role: "img", "aria-label":
         "Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode." });
       this.coarseNote = make("div", { class: "tp-coarse", text: "coarser while it moves", hidden: "" });
-      this.stage = make("div", { class: "tp-stage" }, this.canvas, this.coarseNote);
+      this.printed = make("canvas", { class: "tp-print", "aria-hidden": "true", "aria-label": "The shape as it is printed" });
+      this.stage = make("div", { class: "tp-stage" }, this.canvas, this.printed, this.coarseNote);
       this.side = make("div", { class: "tp-side" });
       this.bar = make("div", { class: "tp-bar" });
       this.root.replaceChildren(make("div", { class: "tp-main" }, this.stage, this.bar), this.side);
@@ -252,6 +254,14 @@
         ghost: this.ghost ? (dark ? [0.75, 0.8, 0.9, 0.35] : [0.35, 0.4, 0.5, 0.4]) : null });
       this.dirty = false; this.frames += 1;
       if (this.drawAxes) this.drawAxes();
+    }
+
+    // A WebGL canvas is empty once it was shown: a printer gets a plain picture, taken while the drawing is still there.
+    print() {
+      this.isPrinted = true;
+      this.render();
+      this.printed.width = this.canvas.width; this.printed.height = this.canvas.height;
+      if (this.canvas.width) this.printed.getContext("2d").drawImage(this.canvas, 0, 0);
     }
 
     simplify(on) { // says so where faces are left out

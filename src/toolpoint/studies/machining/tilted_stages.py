@@ -14,7 +14,7 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovedMaterial, Stock
-from toolpoint.material_removal.stock import BOX
+from toolpoint.material_removal.stock import BOX_KIND
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.compare_record import MIN_COMPARED_SAMPLES, compare_record
 from toolpoint.studies.machining.program_path import ParsedProgram
@@ -173,7 +173,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
         if studies:
             stock = CutStock.of(studies[-1].removed, turn)
         elif not np.allclose(turn, np.eye(3)):
-            stock = _turned_box(setup.stock, turn) if setup.stock.kind == BOX else CutStock.of(_untouched(setup), turn)
+            stock = _turned_box(setup.stock, turn) if setup.stock.kind == BOX_KIND else CutStock.of(_untouched(setup), turn)
         studies.append(run_program(part, replace(setup, stock=stock), dynamics, name=f"{name}, stage {len(studies) + 1}",
                                    text=text, lobes=lobes, with_advice=with_advice, rotation=rotation, tips=tips,
                                    progress=progress,

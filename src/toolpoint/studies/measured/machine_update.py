@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,9 @@ from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _VALUE_RANGE_FACTOR = 1e3  # from the start of a parameter to either bound
+# Deviation of a shape over its root mean square that rigid bodies and points as drawn leave at least: points 10 mm off leave
+# about this much.
+MIN_SHAPE_DEVIATION_RATIO = 0.02
 _MAX_LOSS_FACTOR = 2.0  # as `JointDescription.loss_factor`
 _MAX_DAMPING_RATIO = 0.99  # below critical damping, as `MachineDescription.damping_ratio`
 _SPARE_MODE_COUNT = 6  # modes predicted beyond the measured ones, from which partners are taken
@@ -250,9 +253,22 @@ def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose 
 
 
 def default_targets(names: Sequence[str], modes: Modes | None, frf: Frf | None) -> Targets:
-    """Return the targets where none are given: frequencies and MAC, and damping where `names` hold a damper."""
+    """Return the targets where none are given: frequencies and shapes, and damping where `names` hold a damper.
+
+    Shapes count point by point, not by MAC: one number a mode leaves as many unknowns as modes free to follow the frequencies
+    alone, into whatever minimum is near.
+    """
     damped = any(n == DAMPING_RATIO or ".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
-    return Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
+    return Targets(None if modes is None else _with_idealisation(modes), frf, damping=damped and modes is not None,
+                   shape=modes is not None and len(modes.dofs) > 2)
+
+
+def _with_idealisation(modes: Modes) -> Modes:
+    """Return modes whose shapes are known no better than a machine of rigid bodies and drawn points can have them."""
+    if modes.shape_variance is None:
+        return modes
+    size = np.sqrt((np.abs(modes.shape) ** 2).mean(axis=-2, keepdims=True))
+    return replace(modes, shape_variance=np.maximum(modes.shape_variance, (MIN_SHAPE_DEVIATION_RATIO * size) ** 2))
 
 
 def update(
@@ -279,7 +295,7 @@ def update(
     pose : mapping, or a sequence of them, optional
         Axis to position; one for all targets or one for each.
     targets : Targets, or a sequence of them, optional
-        How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and MAC
+        How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and shapes
         count, and damping where a damping parameter is among them. Several sets (poses, measurements) are fitted at once.
     method, limit, least_influence : see `updating.fit`
     restarts : int

@@ -26,7 +26,9 @@ from toolpoint.updating.fits.misfit import question_misfit
 from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
 from toolpoint.updating.models.system_model import DAMPING_RATIO
 from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration.correlation import mac
 
+MIN_UPDATED_MAC = 0.95  # MAC below which an updated machine does not have a measured mode
 SCALE_REMARK = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no "
                 "interval "
                 "holds that; measured responses tell both")
@@ -189,6 +191,7 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
             # Only the measured directions of the predicted shapes can be compared.
             partners = replace(agreement.partners, shape=agreement.partners.shape_at(part.modes.dofs), dofs=part.modes.dofs)
             lines += question_shapes(part.modes, partners)
+            lines += _question_likeness(part.modes, partners)
         if part.frf is not None and agreement.frf is not None:
             missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
             # One ratio for all modes is the likely reason of a misfit, and joints with loss factors the remedy.
@@ -198,6 +201,20 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
                                  "with the stiffnesses, each joint's for itself"),)
             lines += (*missed, *question(part.frf), *question_responses(part.frf, agreement.frf))
     return tuple(dict.fromkeys(lines))
+
+
+def _question_likeness(measured: Modes, partners: Modes) -> list[Doubt]:
+    """Return doubts about measured modes that the updated machine does not have: a fit may have ended in another minimum."""
+    if len(measured.dofs) < 3:
+        return []
+    likeness = np.diagonal(mac(measured.shape, partners.shape))
+    # Noise alone lowers a MAC by about its share of the shape's power.
+    noise = np.zeros(measured.count) if measured.shape_variance is None else (
+        measured.shape_variance.sum(axis=0) / np.maximum((np.abs(measured.shape) ** 2).sum(axis=0), 1e-300))
+    return [Doubt(f"mode at {frequency:.4g} Hz", f"its shape is not that of the updated machine (MAC {value:.2f}): the fit may "
+                  "have ended in another minimum, or the machine lacks what moves there", "look at both shapes (correlate), "
+                  "and start from other values", figure=float(1 - value))
+            for frequency, value in zip(measured.frequency, likeness + 2 * noise, strict=True) if value < MIN_UPDATED_MAC]
 
 
 def _leading_modes(machine: Machine, part: Measurement) -> Modes | None:

@@ -48,7 +48,7 @@ class DrawnConclusions(NotebookText):
         levels = np.log(np.maximum(self.levels, np.finfo(float).tiny))
         if not held.std() or not len(self.factors):
             return "", 0.0
-        spread = np.where(levels.std(axis=0) > 0, levels.std(axis=0), np.inf)
+        spread = np.where(np.ptp(levels, axis=0) > 0, levels.std(axis=0), np.inf)
         correlation = ((levels - levels.mean(axis=0)) * (held - held.mean())[:, None]).mean(axis=0) / (spread * held.std())
         k = int(np.abs(correlation).argmax())
         return self.factors[k], float(correlation[k])

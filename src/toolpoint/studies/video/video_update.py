@@ -15,6 +15,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.measured.machine_update import MachineUpdate, agreements, update
+from toolpoint.studies.measured.measured_update import MIN_UPDATED_MAC
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.video_study import VideoStudy
@@ -23,8 +24,6 @@ from toolpoint.updating.fits.wide_search import name_undetermined, search_widely
 from toolpoint.vibration import Frf
 
 VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
-# MAC below which an updated machine does not have a measured mode.
-MIN_UPDATED_MAC = 0.95
 # Deviation of a shape's entries over its root mean square that rigid bodies in a picture have at least. Of ten films of random
 # mills, bodies with few windows were off by up to 1.5 % of it; with half of this floor, stiffnesses that rest on the motion of
 # such a body alone were off by up to twice their intervals.

@@ -117,8 +117,10 @@ window.Workbench = window.Workbench || { views: {} };
     show(place, view) {
       drawn.rows = "";
       const chart = (y, height, label, logY) => new W.LineChart({ x: W.word("frequency") + ", Hz", y, logY, height, label });
-      parts = { entered: [...view.data.entered], fault: W.make("div"), state: W.make("p", { id: "rec-state", role: "status" }), last: W.make("p", { id: "rec-last", "aria-live": "assertive" }),
-        words: W.make("ul"), doubts: W.make("div"), rows: W.make("div", { id: "rec-rows" }), heard: W.make("div"), decided: W.make("p", { class: "key", role: "status", id: "rec-decided" }),
+      // What a person was told or hears stays through a redraw, and the state is shown before it is asked for again.
+      const { fault = W.make("div"), heard = W.make("div"), decided = W.make("p", { class: "key", role: "status", id: "rec-decided" }) } = parts || {};
+      parts = { fault, heard, decided, entered: [...view.data.entered], state: W.make("p", { id: "rec-state", role: "status" }), last: W.make("p", { id: "rec-last", "aria-live": "assertive" }),
+        words: W.make("ul"), doubts: W.make("div"), rows: W.make("div", { id: "rec-rows" }),
         study: W.make("p", { id: "rec-study" }), response: chart(W.word("rec.size"), 240, W.word("rec.size"), true), coherence: chart(W.word("coherence"), 130, W.word("coherence"), false) };
       parts.charts = W.make("div", {}, parts.study, parts.response.node, parts.coherence.node);
       parts.enter = W.make("div", { class: "wb-run", hidden: "" }, W.make("button", { type: "button", id: "rec-enter", text: W.word("rec.enter"), onclick: enter }));
@@ -126,6 +128,7 @@ window.Workbench = window.Workbench || { views: {} };
       place.replaceChildren(...W.head(view, W.word("view.record")), form(view, place), parts.fault, parts.doubts, W.section(W.word("rec.blow.now"), parts.state, parts.last),
         W.make("div", { class: "wb-two" }, W.section(W.word("view.blows"), parts.rows, parts.decided, parts.heard, parts.enter), W.section(W.word("rec.responses"), parts.charts)),
         W.section(W.word("rec.what"), W.make("details", {}, W.make("summary", { text: W.word("rec.words") }), W.make("div", { class: "wb-inside" }, parts.words))), parts.same);
+      show();
       follow();
     },
   };
