@@ -22,7 +22,7 @@ from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.parts.model import KeptBody, Machine
 
 DEFAULT_CONDENSATION_ERROR = 1e-3  # relative, of frequencies
-_MIN_SAMPLE_COUNT, _MAX_SAMPLE_COUNT = 12, 40  # poses an axis at which modes are taken apart
+_MIN_SAMPLE_COUNT, _MAX_SAMPLE_COUNT = 12, 48  # poses an axis at which modes are taken apart
 _BOUNDED_POSE_COUNT = 6  # other poses an axis, at which the error is stated
 _MAX_AXIS_SPAN = 1e3  # m or rad: an axis without limits stays at its reference
 
@@ -79,15 +79,9 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
     positive("error", error)
     condensable = _condensable(machine)
     highest = min(_band(kept) for kept in condensable.values()) if band is None else positive("band", band)
-    sampled_poses, bounded_poses = _poses(machine, _sample_count(condensable))
-    snapshots = take_snapshots(machine, condensable, sampled_poses, band=highest)
-    bases = {name: ShapeBasis.of(machine.bodies[machine.link(name)], answers) for name, answers in snapshots.items()}
-    levels = np.unique(np.concatenate([basis.energies for basis in bases.values()]))[::-1]
-
-    search = _SizeSearch(machine, condensable, bases, levels, bounded_poses, highest)
-    if (stated := search.bound(len(levels), np.inf)) > error:
-        fail("error", f"{error:g}", f"all shapes give {stated:.2g}", remedy="give the bodies a wider band, or allow more")
-    first, last = 0, len(levels)
+    search, stated = _rich_search(machine, condensable, band=highest, error=error)
+    bases, bounded_poses = search.bases, tuple(search.poses)
+    first, last = 0, len(search.levels)
     while first < last:
         middle = (first + last) // 2
         if (bound := search.bound(middle, error)) <= error:
@@ -99,7 +93,7 @@ def condense_bodies(machine: Machine, *, error: float = DEFAULT_CONDENSATION_ERR
     reach = (f"frequencies to {highest:.4g} Hz and static flexibility within {100 * stated:.2g} % at "
              f"{len(bounded_poses)} poses, by reduction")
     words = {name: f"condensed from {full_size} to {size} of these: {reach}" for name, (full_size, size) in sizes.items()}
-    return Condensation(combine_shapes(machine, mixes, words), stated, highest, sizes, tuple(bounded_poses), mixes)
+    return Condensation(combine_shapes(machine, mixes, words), stated, highest, sizes, bounded_poses, mixes)
 
 
 @dataclass
@@ -166,12 +160,31 @@ def _band(kept: KeptBody) -> float:
     return kept.part.band
 
 
-def _sample_count(condensable: Mapping[str, KeptBody]) -> int:
-    """Return the number of poses an axis at which modes are taken apart: by the way of sliding places over their length."""
+def _rich_search(machine: Machine, condensable: Mapping[str, KeptBody], *, band: float, error: float
+                 ) -> tuple[_SizeSearch, float]:
+    """Return a search whose combinations all together are within the error, and their bound: at as many poses as that takes."""
+    stated = np.inf
+    for sample_count in _sample_counts(condensable):
+        sampled_poses, bounded_poses = _poses(machine, sample_count)
+        snapshots = take_snapshots(machine, condensable, sampled_poses, band=band)
+        bases = {name: ShapeBasis.of(machine.bodies[machine.link(name)], answers) for name, answers in snapshots.items()}
+        levels = np.unique(np.concatenate([basis.energies for basis in bases.values()]))[::-1]
+        search = _SizeSearch(machine, condensable, bases, levels, bounded_poses, band)
+        if (stated := search.bound(len(levels), error)) <= error:
+            return search, stated
+        if len(sampled_poses) == 1:
+            break
+    fail("error", f"{error:g}", f"all shapes give {stated:.2g}", remedy="give the bodies a wider band, or allow more")
+
+
+def _sample_counts(condensable: Mapping[str, KeptBody]) -> list[int]:
+    """Return numbers of poses an axis at which modes are taken apart, tried in turn: the way of sliding places over their
+    length, and more where meshes answer more finely."""
     places = [place for kept in condensable.values() if not isinstance(kept.part, BeamDescription)
               for place in kept.part.interfaces.values() if place.slide and place.length]
     lengths = [(place.slide[1] - place.slide[0]) / place.length for place in places if place.length]
-    return min(max(_MIN_SAMPLE_COUNT, int(np.ceil(max(lengths, default=0.0)))), _MAX_SAMPLE_COUNT)
+    first_count = min(max(_MIN_SAMPLE_COUNT, int(np.ceil(max(lengths, default=0.0)))), _MAX_SAMPLE_COUNT)
+    return list(dict.fromkeys(min(factor * first_count, _MAX_SAMPLE_COUNT) for factor in (1, 2, 4)))
 
 
 def _poses(machine: Machine, sample_count: int) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
@@ -185,7 +198,8 @@ def _poses(machine: Machine, sample_count: int) -> tuple[list[dict[str, float]],
     count = sample_count * len(axes)
     shares = qmc.Halton(len(axes), scramble=False).random(count + _BOUNDED_POSE_COUNT * len(axes) + 1)[1:]
     ends = [np.zeros(len(axes)), np.ones(len(axes))]
-    groups = ([*ends, *shares[:count]], [*ends, *shares[count:]])
+    bounded_count = len(shares) - count
+    groups = ([*ends, *shares[bounded_count:]], [*ends, *shares[:bounded_count]])
     first, second = ([dict(zip(names, qmc.scale(row[None], lower, upper)[0].tolist(), strict=True)) for row in group]
                      for group in groups)
     return first, second
