@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, one_of
+from toolpoint._threads import on_one_thread
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.gyroscopics import elastic_spins, gyroscopic_matrix, spins
 from toolpoint.machine.assembly.joint_terms import has_travelling_stiffness, joint_matrices
@@ -21,6 +22,7 @@ from toolpoint.vibration.gyroscopic import whirl_omega
 _MAX_MASS_ENTRIES = 2**21  # of all mass matrices that are held at once: 16 MB
 
 
+@on_one_thread
 def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: str = "numpy") -> FloatArray:
     r"""Return the lowest undamped natural frequencies, Hz, shape (n_poses, modes).
 
