@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from toolpoint import ToolpointError
+from toolpoint._doubt import doubts_among
 from toolpoint.bodies.beam import join_elements, ring
 from toolpoint.io.matrices import dmig
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
@@ -78,3 +79,13 @@ def test_faults_are_named(tmp_path, changed, words):
     path, _ = written(tmp_path, **changed)
     with pytest.raises(ToolpointError, match=words):
         machine_file.read(path)
+
+
+def test_cards_beside_the_matrices_are_doubted_with_their_lines_down_to_the_modes(tmp_path):
+    path, _ = written(tmp_path)
+    file = tmp_path / "shaft.pch"
+    count = len(file.read_text().splitlines())
+    file.write_text(file.read_text() + "RBE3,100,,90,123456,1.0,123,1,2\nCBAR    7       1       1       2\nCBAR,8,1,2,3\n")
+    doubts = doubts_among(assemble(machine_file.read(path)).notes)
+    assert any(f"1 RBE3 (the first in line {count + 1}), 2 CBAR (the first in line {count + 2})" in doubt and
+               doubt.startswith("shaft: shaft.pch: ") for doubt in doubts)

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array, triu
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.io.door import door
 from toolpoint.io.matrices.labelled_matrix import DIRECTIONS, LabelledMatrix, node_dof
 from toolpoint.vibration import Dof
 
 _SYMMETRIC_FORM = 6
 _RECTANGULAR_FORMS = (2, 9)
+# Cards that add stiffness, mass or ties to a model beside the matrices of the same file.
+_MODEL_CARDS = frozenset({
+    "RBE1", "RBE2", "RBE3", "RBAR", "MPC", "CBAR", "CBEAM", "CBEND", "CROD", "CONROD", "CELAS1", "CELAS2", "CELAS3", "CELAS4",
+    "CBUSH", "CONM1", "CONM2", "CMASS1", "CMASS2", "CDAMP1", "CDAMP2", "CVISC", "CQUAD4", "CQUAD8", "CTRIA3", "CTRIA6", "CHEXA",
+    "CPENTA", "CTETRA", "CPYRAM"})
 Entry = tuple[tuple[int, int], tuple[int, int], complex]
 
 
@@ -35,7 +42,23 @@ def read(path: Path) -> list[LabelledMatrix]:
             entries[name] += list(_entries(path, line, card, heads[name][1] in (3, 4)))
     if not heads:
         raise ToolpointError(f"{path}: no DMIG card; must hold matrices as DMIG (PARAM,EXTOUT,DMIGPCH writes them)")
-    return [_matrix(path, name, heads[name][0], entries[name], heads[name][1] in (3, 4)) for name in heads]
+    notes = _question_other_cards(path)
+    return [replace(_matrix(path, name, form, entries[name], kind in (3, 4)), notes=notes)
+            for name, (form, kind) in heads.items()]
+
+
+def _question_other_cards(path: Path) -> tuple[Doubt, ...]:
+    """Return the doubt about elements and ties that stand beside the matrices and are not read."""
+    lines: dict[str, list[int]] = {}
+    for number, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
+        keyword = raw.split(",")[0][:8].strip().rstrip("*").upper()
+        if keyword in _MODEL_CARDS:
+            lines.setdefault(keyword, []).append(number)
+    if not lines:
+        return ()
+    named = ", ".join(f"{len(numbers)} {keyword} (the first in line {numbers[0]})" for keyword, numbers in lines.items())
+    return (Doubt(Path(path).name, f"{named} beside the matrices: what they add is not in them", "write the matrices of the "
+                  "whole model (PARAM,EXTOUT,DMIGPCH), or take these cards out where the matrices hold them"),)
 
 
 def logical_cards(path: Path, keyword: str) -> Iterator[tuple[int, list[str]]]:

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._doubt import place_note
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.gyroscopics import gyroscopic_matrix
@@ -89,7 +90,8 @@ def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 def _notes(machine: Machine) -> tuple[str, ...]:
     ratio = machine.description.damping_ratio
     law = machine.description.modal_damping
-    bodies = [f"{name}: {note}" for name, body in zip(machine.body_names, machine.bodies, strict=True) for note in body.notes]
+    bodies = [place_note(note, name) for name, body in zip(machine.body_names, machine.bodies, strict=True)
+              for note in body.notes]
     remarks = [f"modal damping ratio {ratio:g} for all modes, as the description says"] if ratio is not None else []
     remarks += ["modes are damped one by one, by the share that joints have in their strain energy: shapes are real, as the "
                 "description says"] if law == ENERGY_DAMPING else []
