@@ -178,6 +178,26 @@ def _programs() -> None:
     run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=2e-3))
 
 
+def _tilted_planes() -> None:
+    """Planes that see the work of others, and a stock by a mesh: kernels of their own."""
+    from toolpoint.cutting.description import CuttingDescription
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.material_removal import Stock
+    from toolpoint.studies.machining.described_setup import describe_machining
+    from toolpoint.studies.machining.run_program import run_program
+    from toolpoint.studies.machining.tilted_stages import run_stages
+
+    cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8)
+    text = "S9000\nG0 X-20 Y10 Z5\nZ-1\nG1 X60 F1800\nG0 Z50\nG68.2 X0 Y0 Z0 J90\nG53.1\nG0 X-7 Y-5 Z5\nZ-2\nG1 X47\nG69"
+    tilted = parse(text, start=(0, 0, 0.05))
+    run_stages(tilted, describe_machining(Stock.box((0, 0, -0.01), (0.04, 0.02, 0)), cut, spacing=2e-3))
+    # A tetrahedron of four faces, outward.
+    corners = np.array([[0.0, 0.0, -0.01], [0.04, 0.0, -0.01], [0.0, 0.04, -0.01], [0.0, 0.0, 0.0]])
+    faces = corners[np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])]
+    upright = parse("S9000 G1 F1800 X-20 Y5 Z-5\nX40\n", start=(-0.02, 0.005, 0.1))
+    run_program(upright, describe_machining(Stock.mesh(faces), cut, spacing=2e-3))
+
+
 def _measured_response() -> None:
     from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
     from toolpoint.vibration import Dof, Modes, frequency_response
@@ -265,6 +285,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "frequencies over poses": _frequency_maps,
     "simulated cut": _simulated_cut,
     "programs on a machine": _programs,
+    "programs in tilted planes": _tilted_planes,
     "drives": _drives,
     "castings": _castings,
     "coupling of tools": _tool_coupling,
