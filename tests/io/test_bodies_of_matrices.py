@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from toolpoint import ToolpointError
+from toolpoint._check import FileDoubt
 from toolpoint._doubt import doubts_among
 from toolpoint.bodies.beam import join_elements, ring
 from toolpoint.io.matrices import dmig
@@ -86,6 +87,8 @@ def test_cards_beside_the_matrices_are_doubted_with_their_lines_down_to_the_mode
     file = tmp_path / "shaft.pch"
     count = len(file.read_text().splitlines())
     file.write_text(file.read_text() + "RBE3,100,,90,123456,1.0,123,1,2\nCBAR    7       1       1       2\nCBAR,8,1,2,3\n")
-    doubts = doubts_among(assemble(machine_file.read(path)).notes)
+    with pytest.warns(FileDoubt, match=r"shaft: shaft\.pch: 1 RBE3"):  # before all else in every command
+        machine = machine_file.read(path)
+    doubts = doubts_among(assemble(machine).notes)
     assert any(f"1 RBE3 (the first in line {count + 1}), 2 CBAR (the first in line {count + 2})" in doubt and
                doubt.startswith("shaft: shaft.pch: ") for doubt in doubts)
