@@ -23,7 +23,9 @@ from toolpoint.machine.description import (
 )
 from toolpoint.project import Project
 from toolpoint.project.limits.attached_tool_draws import AttachedToolDraws
+from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits
 from toolpoint.project.limits.systems import MachineDraws, problem_of
+from toolpoint.project.steps.answering import _numbers
 from toolpoint.samples import write_samples
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
 
@@ -158,3 +160,15 @@ def test_a_far_length_is_told_by_its_step_and_stops_no_other(folder):
     steps = {entry["step"]: entry for entry in Project.open(folder).run(["limits/short", "machine"]).to_dict()["steps"]}
     assert steps["limits/short"]["state"] == "failed" and "within a factor of 1.6" in steps["limits/short"]["words"]
     assert steps["machine"]["state"] == "done"
+
+
+@pytest.mark.parametrize("count", [20, 60, 100])
+def test_without_tried_cuts_the_limit_is_that_of_the_likeliest_system(count):
+    """Weights of 1/20 or 1/100 have a standard deviation of some 1e-18, and are equal all the same."""
+    question = CutQuestion("half", _cut(), 0.1, (9000.0,), {}, 1e-3)
+    drawn = np.linspace(1e-3, 3e-3, count)[:, None]
+    limits = DrawnLimits(question, np.array([1.7e-3]), np.zeros(1), np.array([900.0]), drawn, np.ones((count, 1)),
+                         np.full((count, 1), 900.0), 0.02, {})
+    assert _numbers(limits, np.full(count, 1 / count))["limit_m"] == 1.7e-3
+    tried = np.arange(1.0, count + 1)
+    assert _numbers(limits, tried / tried.sum())["limit_m"] != 1.7e-3
