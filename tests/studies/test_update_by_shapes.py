@@ -1,4 +1,4 @@
-"""Updates by modes follow shapes point by point: a worn joint is found, and a mode that the machine does not have is doubted."""
+"""Updates by modes follow shapes point by point: a worn joint is found, a mode that the machine does not have doubted."""
 
 from __future__ import annotations
 
