@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
+    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
@@ -228,6 +229,7 @@ __all__ = [
     "run_plan",
     "run_program",
     "run_robot_demo",
+    "run_five_axes",
     "run_stages",
     "screen",
     "search_regions",
@@ -340,6 +342,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
+    "machining.five_axes.run_five_axes": ("run_five_axes",),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
     "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),

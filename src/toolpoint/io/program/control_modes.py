@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.centre_control import CentreControl
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
 from toolpoint.io.program.tilted_planes import TiltedPlane
@@ -43,6 +44,7 @@ class ControlModes:
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     frame: ProgramFrame = field(default_factory=ProgramFrame)
     tilted: TiltedPlane = field(default_factory=TiltedPlane)
+    centre: CentreControl = field(default_factory=CentreControl)
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -136,11 +138,42 @@ class ControlModes:
         if len(self.segments.rows) >= MOST_SEGMENTS:
             raise OverflowError
         self.segments.speed = self.speed
+        is_turned = self.centre.is_turned
+        directions = self.centre.arrive()
         self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
+        if self.centre.word:
+            self.segments.keep_directions(directions)
+        elif is_turned or self.centre.is_turned:
+            self._pass_unseen(number, rapid=rapid)
         self.position = end
+
+    def _pass_unseen(self, number: int, *, rapid: bool) -> None:
+        """Keep a move with the tool turned and no tool centre control: where its tip goes is not known."""
+        if rapid:
+            self.segments.keep_unseen()
+            self.remarks.note(number, "rapids with turned axes and without tool centre control: their way is not looked at")
+        else:
+            self.segments.rotary.add(number)
+
+    def swing(self, number: int) -> None:
+        """Turn the tool about its tip, which stands; without tool centre control only the axes turn."""
+        if not self.centre.word:
+            self.centre.arrive()
+            if self.motion:
+                self.segments.rotary.add(number)
+            return
+        rapid = self.motion == 0
+        if self.motion > 1:
+            self.remarks.fault(number, 1, f"a turn in an arc under {self.centre.word} is not computed")
+        elif rapid or self._has_feed(number):
+            # F is degrees a minute there, rad/s of the segment; under G93 it is the inverse of the block's time.
+            rate = self.feed_word * self.centre.turn / 60 if self.feed_mode == 93 else math.radians(self.feed_word) / 60
+            self._line(number, list(self.position), self.rapid_feed if rapid else rate, rapid=rapid, stop=True)
 
     def move(self, number: int, places: Places, *, once: bool, machine: bool) -> None:
         """Add the segment of a block of motion."""
+        if machine and self.centre.word:
+            self.remarks.fault(number, 1, f"a move in machine coordinates under {self.centre.word} is not computed")
         if machine and self.tilted.matrix is not None:
             self.remarks.note(number, "a move in machine coordinates in a tilted plane is taken along the axes of the plane")
         end = self.target(places, machine=machine)
@@ -157,6 +190,10 @@ class ControlModes:
     def _arc(self, number: int, places: Places, end: list[float], once: bool) -> None:
         start = self.position
         self._check_tool_axis(number)
+        if self.centre.word:
+            self.remarks.fault(number, 1, f"an arc under {self.centre.word} is not computed; post straight blocks")
+        if self.centre.is_turned:
+            self.segments.rotary.add(number)
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
             center, sweep = geometry

@@ -105,7 +105,7 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         if record is not None:
             staged = studies.compare_stages(staged, *record[0], **record[1])
         return ProgramRun(staged, *_deviations(files, settings), tuple(_left_out(files)), tips)
-    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
+    study = (studies.run_five_axes if parsed.is_five_axis else studies.run_program)(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
                                 with_advice=with_advice and dynamics is not None, progress=progress)
     if record is not None:
         study = studies.compare_record(study, *record[0], **record[1])
