@@ -61,9 +61,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.machining.compare_record import compare_record, spindle_signal
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
+    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
-    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
@@ -226,10 +226,10 @@ __all__ = [
     "rank_tests",
     "response_dynamics",
     "run_drives",
+    "run_five_axes",
     "run_plan",
     "run_program",
     "run_robot_demo",
-    "run_five_axes",
     "run_stages",
     "screen",
     "search_regions",

@@ -141,8 +141,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               folder: Folder = None, tips: TipsOfTools, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
-    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, of tilted planes (G68.2, CYCLE800, PLANE SPATIAL), or of five axes
-    with tool centre control (G43.4, G43.5, TRAORI, M128, TCPM). The tool and its coefficients are those of the machine file or the options below; the arcs of cut come from the stock.
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, of tilted planes (G68.2, CYCLE800, PLANE SPATIAL), or of five
+    axes with tool centre control (G43.4, G43.5, TRAORI, M128, TCPM). The tool and its coefficients are those of the machine
+    file or the options below; the arcs of cut come from the stock.
     """
     source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)

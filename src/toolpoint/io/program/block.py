@@ -21,7 +21,8 @@ _GROUPS: dict[float, str] = {
     99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
-    68.2: "frame", 53.1: "frame", 43.4: "length", 43.5: "length", 43: "length", 44: "length", 49: "length", **dict.fromkeys(CYCLES, "motion")}
+    68.2: "frame", 53.1: "frame", 43.4: "length", 43.5: "length", 43: "length", 44: "length", 49: "length",
+    **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
 _CODES_WITHOUT_MOTION = {40, 43.1, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}

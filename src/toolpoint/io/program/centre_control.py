@@ -1,8 +1,8 @@
 r"""Tool centre control of five axes: G43.4 and G43.5 (Fanuc), TRAORI (Siemens), M128 and FUNCTION TCPM (Heidenhain).
 
-While it is in force X, Y and Z are places of the tool's tip in the work, and the direction of the tool is that of the rotary axes
-(A, B, C) or a vector (G43.5 I J K, A3 B3 C3, TX TY TZ). Which direction angles mean is known of a machine alone, so a segment
-keeps what was programmed at both of its ends. Other ways to give a direction are refused by name.
+While it is in force X, Y and Z are places of the tool's tip in the work, and the direction of the tool is that of the rotary
+axes (A, B, C) or a vector (G43.5 I J K, A3 B3 C3, TX TY TZ). Which direction angles mean is known of a machine alone, so a
+segment keeps what was programmed at both of its ends. Other ways to give a direction are refused by name.
 """
 
 from __future__ import annotations
@@ -73,19 +73,20 @@ class CentreControl:
 
     def arrive(self) -> tuple[float, ...]:
         """Return the directions at both ends of the block's motion, see `DIRECTION_WIDTH`; the end is where the tool now is."""
-        before = (*self.angles, *(self.vector or _NO_VECTOR))
+        start = (*self.angles, *(self.vector or _NO_VECTOR))
         if self._next_vector is not None:
             self.vector = self._next_vector
         elif self._next_angles is not None:
             self.angles, self.vector = self._next_angles, None
         self._next_angles, self._next_vector = None, None
-        return (*before, *self.angles, *(self.vector or _NO_VECTOR))
+        return (*start, *self.angles, *(self.vector or _NO_VECTOR))
 
 
 def begin_control(state: ControlModes, number: int, word: str, *, takes_vector_words: bool = False) -> None:
     """Begin tool centre control by a word; refuse it where the program's axes are turned or tilted."""
     if state.tilted.matrix is not None or not _is_shift(state):
-        state.remarks.fault(number, 1, f"{word} where the program's axes are turned, mirrored, stretched or tilted is not computed")
+        state.remarks.fault(number, 1, f"{word} where the program's axes are turned, mirrored, stretched or tilted is not "
+                            "computed")
         return
     state.centre.word, state.centre.takes_vector_words = word, takes_vector_words
     state.remarks.note(number, f"tool centre control ({word}): X, Y and Z are places of the tool's tip in the work, which they "

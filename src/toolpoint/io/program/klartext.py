@@ -216,7 +216,8 @@ def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
             ends[i] = length + (state.position[i] if match[1] else state.origin[i])
         else:
             if not state.centre.word:
-                state.remarks.note(1, "rotary words (A, B, C) without M128 or TCPM are passed over: the path is that of X, Y, Z")
+                state.remarks.note(1, "rotary words (A, B, C) without M128 or TCPM are passed over: the path is that of X, Y, "
+                                   "Z")
             state.centre.turn_to({match[2]: ("IC" if match[1] else "AC", length / state.scale)}, incremental=False)
     return ends, "".join(remainder)
 
@@ -238,7 +239,7 @@ def _control(reader: _Klartext, number: int, line: str) -> bool:
 
 
 def _without_vectors(reader: _Klartext, text: str) -> str:
-    """Return a block LN without its vectors; that of the tool (TX TY TZ) is its direction, that of the surface plays no part."""
+    """Return a block LN without its vectors: that of the tool (TX TY TZ) is its direction, that of the surface is not used."""
     vector = {match[1]: float(match[2]) for match in re.finditer(r"\bT([XYZ])\s*([+-]?[\d.]+)", text)}
     if vector:
         if not reader.state.centre.word:

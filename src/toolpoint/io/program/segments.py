@@ -27,9 +27,9 @@ class Program(NotebookText):
     was assumed or left out, the most important first. `speed` (n,) rev/min, 0 before the first S; `tool` (n,) the number of the
     tool in the spindle, 0 before the first. `plane_index` (n,) says in the axes of which of `rotations` (k, 3, 3) a segment is
     written: columns are the axes of a tilted plane in the work, the first are the work's own. `rotary` holds the lines whose
-    words turn A, B or C: these are not followed. Of programs with tool centre control `directions` (n, 12) holds what was programmed
-    of the tool's direction at both ends of every segment (see `centre_control`), `is_controlled` (n,) where it is in force, `unseen`
-    (n,) rapids whose tip's way is not known.
+    words turn A, B or C: these are not followed. Of programs with tool centre control `directions` (n, 12) holds what was
+    programmed of the tool's direction at both ends of every segment (see `centre_control`), `is_controlled` (n,) where it is in
+    force, `unseen` (n,) rapids whose tip's way is not known.
     """
 
     kind: np.ndarray
@@ -59,7 +59,8 @@ class Program(NotebookText):
         """The segments as a path of lines and arcs; refused where planes are tilted (see `stages`)."""
         if self.is_five_axis:
             line = int(self.line[int(np.argmax(self.is_controlled))])
-            raise ToolpointError(f"program: line {line} moves under tool centre control; only `toolpoint machining` takes five axes")
+            raise ToolpointError(f"program: line {line} moves under tool centre control; only `toolpoint machining` takes "
+                                 "five axes")
         if self.is_tilted:
             line = int(self.line[int(np.argmax(self.plane_index > 0))])
             raise ToolpointError(f"program: line {line} is in a tilted plane; only `toolpoint machining` takes tilted planes")

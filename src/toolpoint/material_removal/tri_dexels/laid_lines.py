@@ -25,26 +25,31 @@ def lay_lines(stock: Stock, spacing: float, *, motions: FloatArray, block: np.nd
         fail("spacing", f"{1e3 * spacing:g} mm: {lines / 1e6:.1f} million dexels", f"must need at most {MAX_TRI_LINES / 1e6:g} "
              "million", remedy="a larger spacing, or a smaller stock")
     cells = size / count
-    intervals, owners, earlier, number = [], [], [], []
+    lines_of_axes = []
     for axis in range(3):
         p, q = [i for i in range(3) if i != axis]
-        x, y = (stock.lower[i] + cells[i] * (np.arange(count[i]) + 0.5) for i in (p, q))
-        ends = _ends(stock, axis, x, y)
-        filled = np.zeros((x.size, y.size, MAX_LINE_INTERVALS, 2))
-        known = ~np.isnan(ends[..., 0])
-        if known.sum(axis=2).max(initial=0) > MAX_LINE_INTERVALS // 2:
-            fail("stock", f"a mesh crossed {2 * int(known.sum(axis=2).max())} times by one line",
+        u, v = (stock.lower[i] + cells[i] * (np.arange(count[i]) + 0.5) for i in (p, q))
+        ends = _ends(stock, axis, u, v)
+        filled = np.zeros((u.size, v.size, MAX_LINE_INTERVALS, 2))
+        has_interval = ~np.isnan(ends[..., 0])
+        if has_interval.sum(axis=2).max(initial=0) > MAX_LINE_INTERVALS // 2:
+            fail("stock", f"a mesh crossed {2 * int(has_interval.sum(axis=2).max())} times by one line",
                  f"must be at most {MAX_LINE_INTERVALS}", remedy="give the stock without its small inner faces")
-        filled[:, :, :ends.shape[2]] = np.where(known[..., None], ends, 0.0)[:, :, :MAX_LINE_INTERVALS]
-        intervals.append(filled)
-        owners.append(np.full(filled.shape, -1, np.int32))
-        earlier.append(np.full(filled.shape, -1, np.int32))
-        number.append(known.sum(axis=2).astype(np.int32))
+        filled[:, :, :ends.shape[2]] = np.where(has_interval[..., None], ends, 0.0)[:, :, :MAX_LINE_INTERVALS]
+        lines_of_axes.append((filled, has_interval.sum(axis=2).astype(np.int32)))
+    x, y, z = lines_of_axes
     first, columns = _columns(stock, count, cells)
-    return TriWork(np.array(stock.lower), cells, tuple(intervals), tuple(owners), tuple(earlier), tuple(number),
+    return TriWork(np.array(stock.lower), cells, (x[0], y[0], z[0]), _owners(x[0], y[0], z[0]), _owners(x[0], y[0], z[0]),
+                   (x[1], y[1], z[1]),
                    np.ascontiguousarray(motions), np.ascontiguousarray(block, dtype=np.int64), shapes,
                    np.full(1, -1, np.int64), stock.kind, np.array(stock.upper), np.array(stock.triangles), first, columns,
                    np.zeros(1, np.int64))
+
+
+def _owners(*ends: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return owners of the ends of lines along x, y and z: none yet."""
+    x, y, z = (np.full(each.shape, -1, np.int32) for each in ends)
+    return x, y, z
 
 
 def _ends(stock: Stock, axis: int, x: FloatArray, y: FloatArray) -> FloatArray:

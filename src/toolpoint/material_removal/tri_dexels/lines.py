@@ -21,11 +21,11 @@ _MIN_PART = 1e-8  # m: shorter parts are not taken away
 class TriWork(NamedTuple):
     """Arrays of the work in a form that kernels read: grid, lines of three directions with their ends' owners, steps, stock.
 
-    lower, spacing : (3,) m, corner of the stock's box and cells along each axis, whose centres the lines pass; intervals : of each
-    direction (n, m, MAX_LINE_INTERVALS, 2) m over the two other axes in their order; owners, earlier : the same of step numbers,
-    -1 where the stock ends; count : (n, m) of intervals; motions : (steps, 13), see `tool_distance`; block : (steps,); shapes :
-    (tools, 6); now : (1,) the last step that was cut; kind, upper : of the stock; triangles, first, columns : of a mesh, with the
-    triangles over each cell of x and y; spilled : (1,) lines that would need more intervals.
+    lower, spacing : (3,) m, corner of the stock's box and cells along each axis, whose centres the lines pass; intervals : of
+    each direction (n, m, MAX_LINE_INTERVALS, 2) m over the two other axes in their order; owners, earlier : the same of step
+    numbers, -1 where the stock ends; numbers : (n, m) of intervals; motions : (steps, 13), see `tool_distance`; block :
+    (steps,); shapes : (tools, 6); now : (1,) the last step that was cut; kind, upper : of the stock; triangles, first, columns
+    : of a mesh, with the triangles over each cell of x and y; spilled : (1,) lines that would need more intervals.
     """
 
     lower: np.ndarray
@@ -33,7 +33,7 @@ class TriWork(NamedTuple):
     intervals: tuple[np.ndarray, np.ndarray, np.ndarray]
     owners: tuple[np.ndarray, np.ndarray, np.ndarray]
     earlier: tuple[np.ndarray, np.ndarray, np.ndarray]
-    count: tuple[np.ndarray, np.ndarray, np.ndarray]
+    numbers: tuple[np.ndarray, np.ndarray, np.ndarray]
     motions: np.ndarray
     block: np.ndarray
     shapes: np.ndarray
@@ -52,8 +52,8 @@ def motion_box(row, shape, box):
     for i in range(3):
         # A disc of radius R across an axis with the part a_i reaches R sqrt(1 - a_i^2) along i.
         a, b = row[6 + i], row[9 + i]
-        least = 0.0 if a * b < 0.0 else min(a * a, b * b)
-        reach = shape[4] * math.sqrt(max(1.0 - least, 0.0))
+        square_min = 0.0 if a * b < 0.0 else min(a * a, b * b)
+        reach = shape[4] * math.sqrt(max(1.0 - square_min, 0.0))
         tip0, tip1 = row[i], row[3 + i]
         top0, top1 = tip0 + shape[5] * a, tip1 + shape[5] * b
         box[0, i] = min(min(tip0, tip1), min(top0, top1)) - reach
@@ -62,7 +62,8 @@ def motion_box(row, shape, box):
 
 @njit(cache=True, nogil=True)
 def _line_end(row, shape, place, axis, span, way):
-    """Return where a line first meets the swept tool within a span, searched upwards (way 1) or downwards; not a number for none.
+    """Return where a line first meets the swept tool within a span, searched upwards (way 1) or downwards; not a number for
+    none.
 
     place : room for the place on the line, whose coordinates across it are set.
     """
@@ -95,7 +96,7 @@ def part_of_line(row, shape, place, axis, span):
 def take_part(work, axis, i, j, n, part, k):
     """Take a part from interval n of a line and write its new ends' owner; return whether the interval itself is gone."""
     intervals, owners, earlier = work.intervals[axis][i, j], work.owners[axis][i, j], work.earlier[axis][i, j]
-    count = work.count[axis]
+    count = work.numbers[axis]
     from_start, to_end = part[0] <= intervals[n, 0] + _MIN_PART, part[1] >= intervals[n, 1] - _MIN_PART
     if from_start and to_end:
         for m in range(n, count[i, j] - 1):
@@ -125,8 +126,9 @@ def take_part(work, axis, i, j, n, part, k):
 def pass_step(work, k, row, shape, room, takes, deepest):
     """Pass a tool along a step; return the volume that it meets, m^3, and the largest height above its last tip (m) there.
 
-    row, shape : of the tool, or of a body above it; room : (3, 3), for a box and a place; takes : whether the material is taken;
-    deepest : (4,) written: largest depth in the tool (m) and its place, where it is larger than before.
+    row, shape : of the tool, or of a body above it; room : (3, 3), for a box and a place; takes : whether the material is
+    taken;
+    deepest : (4,) written: largest depth in the tool (m), known within a cell, and its place, where it is larger than before.
     """
     box, place = room[:2], room[2]
     motion_box(row, shape, box)
@@ -135,7 +137,7 @@ def pass_step(work, k, row, shape, room, takes, deepest):
     volume, height = 0.0, -1.0
     for axis in range(3):
         p, q = (1, 2) if axis == 0 else (0, 2) if axis == 1 else (0, 1)
-        count = work.count[axis]
+        count = work.numbers[axis]
         i0, i1 = _index_range(work, p, box, count.shape[0])
         j0, j1 = _index_range(work, q, box, count.shape[1])
         length = 0.0
@@ -161,10 +163,11 @@ def pass_step(work, k, row, shape, room, takes, deepest):
                     length += last - first
                     height = max(height, _highest(row, place, axis, first, last))
                     if deepest.size:
-                        place[axis] = 0.5 * (first + last)
-                        depth = -swept_distance(row, shape, place)[0]
-                        if depth > deepest[0]:
-                            deepest[0], deepest[1], deepest[2], deepest[3] = depth, place[0], place[1], place[2]
+                        for share in (0.0, 0.5, 1.0):
+                            place[axis] = first + share * (last - first)
+                            depth = -swept_distance(row, shape, place)[0]
+                            if depth > deepest[0]:
+                                deepest[0], deepest[1], deepest[2], deepest[3] = depth, place[0], place[1], place[2]
                     if takes and take_part(work, axis, i, j, n - 1, (first, last), k):
                         n -= 1
         volume += length * work.spacing[p] * work.spacing[q] / 3.0

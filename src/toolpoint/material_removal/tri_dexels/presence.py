@@ -25,7 +25,7 @@ def stock_has(work, place):
         radius = 0.5 * (work.upper[0] - work.lower[0])
         dx, dy = place[0] - 0.5 * (work.lower[0] + work.upper[0]), place[1] - 0.5 * (work.lower[1] + work.upper[1])
         return dx * dx + dy * dy <= radius * radius
-    nx, ny = work.count[2].shape
+    nx, ny = work.numbers[2].shape
     i = min(max(math.floor((place[0] - work.lower[0]) / work.spacing[0]), 0), nx - 1)
     j = min(max(math.floor((place[1] - work.lower[1]) / work.spacing[1]), 0), ny - 1)
     inside = False
@@ -50,15 +50,15 @@ def _is_above(triangle, place):
 def has_material(work, place):
     """Whether there is material at a place (m) now.
 
-    Lines of three directions around the place that agree, with no end nearby, decide. Else the steps that made the ends nearby are
-    asked whether they have swept the place, and the stock whether it was there.
+    Lines of three directions around the place that agree, with no end nearby, decide. Else the steps that made the ends nearby
+    are asked whether they have swept the place, and the stock whether it was there.
     """
     inside, lines, has_end = 0, 0, False
-    previous, before = -1, -1
+    last_owner, earlier_owner = -1, -1
     for axis in range(3):
         p, q = (1, 2) if axis == 0 else (0, 2) if axis == 1 else (0, 1)
-        count, t = work.count[axis], place[axis]
-        near = _NEAR_ENDS * work.spacing[axis]
+        count, t = work.numbers[axis], place[axis]
+        end_distance = _NEAR_ENDS * work.spacing[axis]
         i = math.floor((place[p] - work.lower[p]) / work.spacing[p] - 0.5)
         j = math.floor((place[q] - work.lower[q]) / work.spacing[q] - 0.5)
         for m in range(max(i, 0), min(i + 1, count.shape[0] - 1) + 1):
@@ -69,14 +69,14 @@ def has_material(work, place):
                     if lower_end <= t <= upper_end:
                         inside += 1
                     for end in range(2):
-                        if abs(work.intervals[axis][m, n, k, end] - t) > near:
+                        if abs(work.intervals[axis][m, n, k, end] - t) > end_distance:
                             continue
                         has_end = True
                         for owner in (work.owners[axis][m, n, k, end], work.earlier[axis][m, n, k, end]):
-                            if owner >= 0 and owner != previous and owner != before:
+                            if owner >= 0 and owner != last_owner and owner != earlier_owner:
                                 if sweeps(work.motions, work.shapes, owner, work.now[0], place):
                                     return False
-                                before, previous = previous, owner
+                                earlier_owner, last_owner = last_owner, owner
     if inside == 0:
         return False
     if inside == lines and not has_end:

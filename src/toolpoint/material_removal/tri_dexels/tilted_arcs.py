@@ -1,8 +1,8 @@
 r"""Compiled arcs of cut of a tool of any direction: per slice, with the slice's own feed where the axis turns.
 
-Angles as in a cut, phi clockwise from the normal of the feed, about the tool's axis; the feed is that of the edge's middle: of a tool
-whose axis turns, other slices advance in other directions, and their edge cuts a chip over angles turned by as much. The ends of an
-arc are bisected between samples on either side.
+Angles as in a cut, phi clockwise from the normal of the feed, about the tool's axis; the feed is that of the edge's middle: of
+a tool whose axis turns, other slices advance in other directions, and their edge cuts a chip over angles turned by as much. The
+ends of an arc are bisected between samples on either side.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -17,11 +17,11 @@ from numba import njit
 from toolpoint.material_removal.arcs import SAMPLE_ANGLE, chip_range, edge_at, edge_length
 from toolpoint.material_removal.tri_dexels.presence import has_material
 
-_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
-_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
+_RANGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
+_ARC_END_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
 _GAP_RATIO = 1e-5  # of the radius (and 1 mm): distance outside the edge at which material is asked for
-_RELAYS = 4  # largest number of times that slices are laid anew where not all of them cut
-_SHRINK = 0.2  # of the reach, where no slice cuts
+_MAX_RELAYS = 4  # largest number of times that slices are laid anew where not all of them cut
+_REACH_SHRINK_RATIO = 0.2  # of the reach, where no slice cuts
 _REACH_HALVINGS = 7  # of the slice in which the reach ends
 
 
@@ -40,7 +40,10 @@ def local_feed(frame, motion, height):
 
 @njit(cache=True, nogil=True)
 def _is_cut(work, stand, way, edge, phi):
-    """Whether there is material just outside the edge (height, kappa, radius) at an angle phi; way : unit feed across the axis."""
+    """Whether there is material just outside the edge (height, kappa, radius) at an angle phi.
+
+    way : (2,) unit feed across the axis.
+    """
     tip, frame, place = stand
     s, c = math.sin(phi), math.cos(phi)
     nx, ny = s * way[0] - c * way[1], s * way[1] + c * way[0]
@@ -54,8 +57,8 @@ def _is_cut(work, stand, way, edge, phi):
 
 @njit(cache=True, nogil=True)
 def _slice_arcs(work, stand, way, edge, limits, arcs):
-    """Write entry and exit (rad) of the arcs of one slice; return their number (arcs beyond the room are joined to the last)."""
-    first, last = limits[0] + _NUDGE, limits[1] - _NUDGE
+    """Write entry and exit (rad) of the arcs of one slice; return their number (those beyond the room join the last)."""
+    first, last = limits[0] + _RANGE_NUDGE, limits[1] - _RANGE_NUDGE
     if last <= first:
         return 0
     number = max(math.ceil((last - first) / SAMPLE_ANGLE), 8)
@@ -66,7 +69,7 @@ def _slice_arcs(work, stand, way, edge, limits, arcs):
         now = _is_cut(work, stand, way, edge, phi)
         if now != was_cut:
             a, b = previous, phi
-            for _ in range(_BISECTIONS):
+            for _ in range(_ARC_END_BISECTIONS):
                 middle = 0.5 * (a + b)
                 if _is_cut(work, stand, way, edge, middle) == was_cut:
                     a = middle
@@ -105,15 +108,15 @@ def _arcs_at(work, stand, motion, edge, way, arcs):
 
 @njit(cache=True, nogil=True)
 def _lay(work, stand, motion, shape, reach, arcs):
-    """Write the arcs of slices laid over a reach; return the largest number of arcs, and of slices up to the highest that cuts."""
-    slices, most, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
+    """Write the arcs of slices over a reach; return the largest number of arcs, and of slices up to the highest that cuts."""
+    slices, arc_number_max, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
     way = _way(stand[1], motion, 0.5 * reach)
     arcs[:] = math.nan
     for k in range(slices):
         number = _arcs_at(work, stand, motion, edge_at((k + 0.5) / slices * total, shape), way, arcs[k])
-        most = max(most, number)
+        arc_number_max = max(arc_number_max, number)
         upper = k + 1 if number > 0 else upper
-    return most, upper
+    return arc_number_max, upper
 
 
 @njit(cache=True, nogil=True)
@@ -140,7 +143,7 @@ def _upper_end(work, stand, motion, shape, laid, arcs):
 
 
 @njit(cache=True, nogil=True)
-def turned_tool_arcs(work, tip, frame, motion, shape, reach, arcs):
+def tool_arcs_at(work, tip, frame, motion, shape, reach, arcs):
     """Write the arcs (slices, n, 2) of a tool at a place; return the height (m) over which the slices are laid, 0 where none
     cuts, and the largest number of arcs.
 
@@ -150,10 +153,10 @@ def turned_tool_arcs(work, tip, frame, motion, shape, reach, arcs):
     reach = min(reach, shape[5])
     if reach <= 0.0:
         return 0.0, 0
-    most, upper = _lay(work, stand, motion, shape, reach, arcs)
-    for _ in range(_RELAYS):
+    arc_number_max, upper = _lay(work, stand, motion, shape, reach, arcs)
+    for _ in range(_MAX_RELAYS):
         if upper == arcs.shape[0]:
             break
-        reach = _upper_end(work, stand, motion, shape, (reach, upper), arcs) if upper > 0 else _SHRINK * reach
-        most, upper = _lay(work, stand, motion, shape, reach, arcs)
-    return (reach if upper > 0 else 0.0), most
+        reach = _upper_end(work, stand, motion, shape, (reach, upper), arcs) if upper > 0 else _REACH_SHRINK_RATIO * reach
+        arc_number_max, upper = _lay(work, stand, motion, shape, reach, arcs)
+    return (reach if upper > 0 else 0.0), arc_number_max

@@ -1,8 +1,9 @@
 r"""Compiled signed distance from an end mill as a body of revolution, and the least one over a small step of its motion.
 
 The mill is convex, so that its distance is a convex function of the place; over a step in which the tool moves straight and its
-axis turns a little, the distance at a place is nearly convex in the share u of the step, and its least value is bisected. Columns of
-a row of a motion: tip at both ends (m), axis at both ends (unit vectors, from the tip upwards), index of the tool's shape.
+axis turns a little, the distance at a place is nearly convex in the share u of the step, and its least value is bisected.
+Columns of a row of a motion: tip at both ends (m), axis at both ends (unit vectors, from the tip upwards), index of the tool's
+shape.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -14,7 +15,8 @@ import math
 from numba import njit
 
 MOTION_WIDTH = 13  # numbers of a row
-_SHARE_BISECTIONS = 16  # halvings of a step: below 2e-5 of it
+_STEP_BISECTIONS = 16  # halvings of a step: below 2e-5 of it
+_FLAT_SLOPE = 1e-13  # m over a step: less is rounding
 _MIN_RADIUS = 1e-12  # m, from the axis: nearer places have no direction across it
 
 
@@ -22,7 +24,8 @@ _MIN_RADIUS = 1e-12  # m, from the axis: nearer places have no direction across 
 def meridian_distance(radius, height, shape):
     """Return the signed distance (m) of a place from the mill's meridian and its normal, outwards and upwards.
 
-    radius, height : m, from the axis and above the tip; shape : flat, corner, sine and cosine of the taper, upper radius, upper end.
+    radius, height : m, from the axis and above the tip; shape : flat, corner, sine and cosine of the taper, upper radius, upper
+    end.
     """
     flat, corner, sine, cosine, upper_radius, upper_end = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
     across, up = radius - flat, height - corner
@@ -30,13 +33,13 @@ def meridian_distance(radius, height, shape):
     if across > 0.0 and along_wall < 0.0:
         size = math.hypot(across, up)
         return (size - corner, across / size, up / size) if size > 0.0 else (-corner, 0.0, -1.0)
-    beyond, above = radius - upper_radius, height - upper_end
-    if above > 0.0 and beyond > 0.0 and beyond * sine + above * cosine > 0.0:
-        size = math.hypot(beyond, above)
-        return size, beyond / size, above / size
+    over_radius, above = radius - upper_radius, height - upper_end
+    if above > 0.0 and over_radius > 0.0 and over_radius * sine + above * cosine > 0.0:
+        size = math.hypot(over_radius, above)
+        return size, over_radius / size, above / size
     if radius <= flat and height <= 0.0:
         return -height, 0.0, -1.0
-    if above > 0.0 and beyond <= 0.0:
+    if above > 0.0 and over_radius <= 0.0:
         return above, 0.0, 1.0
     wall = across * cosine - up * sine - corner
     if wall >= -height and wall >= above:
@@ -81,21 +84,28 @@ def distance_at(row, shape, share, place):
 @njit(cache=True, nogil=True)
 def swept_distance(row, shape, place):
     """Return the least distance (m) of a place from the tool over a step, the share where it is, and its gradient."""
-    first, slope, gradient = distance_at(row, shape, 0.0, place)
-    if slope >= 0.0:
-        return first, 0.0, gradient
-    last, slope, gradient = distance_at(row, shape, 1.0, place)
-    if slope <= 0.0:
-        return last, 1.0, gradient
-    a, b, middle, distance = 0.0, 1.0, 0.5, last
-    for _ in range(_SHARE_BISECTIONS):
-        middle = 0.5 * (a + b)
-        distance, slope, gradient = distance_at(row, shape, middle, place)
+    distance, slope, gradient = distance_at(row, shape, 0.0, place)
+    if slope >= -_FLAT_SLOPE:
+        return distance, 0.0, gradient
+    last, slope, last_gradient = distance_at(row, shape, 1.0, place)
+    if slope <= _FLAT_SLOPE:
+        return last, 1.0, last_gradient
+    share, lower, upper = 0.0, 0.0, 1.0
+    if last < distance:
+        distance, share, gradient = last, 1.0, last_gradient
+    for _ in range(_STEP_BISECTIONS):
+        middle = 0.5 * (lower + upper)
+        new_distance, slope, new_gradient = distance_at(row, shape, middle, place)
+        if new_distance < distance:
+            distance, share, gradient = new_distance, middle, new_gradient
+        # Below a flat end the distance is level over part of a step, and any place of it is the least.
+        if abs(slope) <= _FLAT_SLOPE:
+            break
         if slope > 0.0:
-            b = middle
+            upper = middle
         else:
-            a = middle
-    return distance, middle, gradient
+            lower = middle
+    return distance, share, gradient
 
 
 @njit(cache=True, nogil=True)

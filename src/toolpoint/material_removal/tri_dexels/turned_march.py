@@ -1,4 +1,4 @@
-"""Steps of a turned tool in their order: bodies above it are looked at, material is taken, and the arcs at the ends are found."""
+"""Steps of a turned tool in their order: bodies above it are looked at, material is taken, arcs at the ends are found."""
 
 # mypy: disable-error-code="no-untyped-def"
 
@@ -12,10 +12,10 @@ from numba import njit
 
 from toolpoint._check import FloatArray
 from toolpoint.material_removal.tri_dexels.lines import TriWork, pass_step
-from toolpoint.material_removal.tri_dexels.tilted_arcs import turned_tool_arcs
+from toolpoint.material_removal.tri_dexels.tilted_arcs import tool_arcs_at
 
 _STEPS_PER_CALL = 500  # of the kernel: between calls progress is reported and an interruption heard
-_REACH_MARGIN = 1.5  # cells by which the reach is widened at first
+_REACH_CELLS = 1.5  # cells by which the reach is widened at first
 
 
 class TurnedMarch(NamedTuple):
@@ -31,7 +31,7 @@ class TurnedMarch(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Places at which arcs are taken: first of every step (steps + 1,), whether at a step's start, tool's axes there (n, 3, 3)."""
+    """Places at which arcs are taken: first of every step (n + 1,), whether at its start, the tool's axes there (n, 3, 3)."""
 
     first: np.ndarray
     at_start: np.ndarray
@@ -46,11 +46,11 @@ class Bodies(NamedTuple):
     shape: FloatArray
 
 
-def march_turned(work: TriWork, rates: FloatArray, rapid: np.ndarray, places: Places, *, bodies: Bodies, slices: int,
-                 most_arcs: int, progress: Callable[[int, int], None] | None) -> TurnedMarch:
+def march_turned(work: TriWork, rates: FloatArray, rapid: np.ndarray, *, places: Places, bodies: Bodies, slices: int,
+                 arc_room: int, progress: Callable[[int, int], None] | None) -> TurnedMarch:
     """Cut the steps in their order; return their volumes, contacts, and the arcs at their places."""
     n, steps = places.at_start.size, len(work.motions)
-    out = TurnedMarch(np.zeros(n), np.full((n, slices, most_arcs, 2), np.nan), np.zeros(n, np.int32), np.zeros(steps),
+    out = TurnedMarch(np.zeros(n), np.full((n, slices, arc_room, 2), np.nan), np.zeros(n, np.int32), np.zeros(steps),
                       np.zeros((steps, 4)), np.zeros((steps, max(bodies.lift.shape[1], 1), 4)))
     for first in range(0, steps, _STEPS_PER_CALL):
         last = min(first + _STEPS_PER_CALL, steps)
@@ -63,7 +63,7 @@ def march_turned(work: TriWork, rates: FloatArray, rapid: np.ndarray, places: Pl
 @njit(cache=True, nogil=True)
 def _march_steps(work, span, rates, rapid, places, bodies, out):
     room, nothing = np.empty((3, 3)), np.empty(0)
-    margin = _REACH_MARGIN * work.spacing.max()
+    margin = _REACH_CELLS * work.spacing.max()
     for k in range(span[0], span[1]):
         row = work.motions[k]
         tool = int(row[12])
@@ -73,13 +73,13 @@ def _march_steps(work, span, rates, rapid, places, bodies, out):
             pass_step(work, k, lifted, bodies.shape[tool, part], room, False, out.held[k, part])
         for n in range(places.first[k], places.first[k + 1]):
             if places.at_start[n] and not rapid[k]:
-                out.reach[n], out.arc_count[n] = turned_tool_arcs(work, row[0:3], places.frame[n], rates[k], shape,
+                out.reach[n], out.arc_count[n] = tool_arcs_at(work, row[0:3], places.frame[n], rates[k], shape,
                                                                   _stock_reach(work, row), out.arcs[n])
         work.now[0] = k
         out.volume[k], height = pass_step(work, k, row, shape, room, True, out.touched[k] if rapid[k] else nothing)
         for n in range(places.first[k], places.first[k + 1]):
             if not places.at_start[n] and not rapid[k] and height > -1.0:
-                out.reach[n], out.arc_count[n] = turned_tool_arcs(work, row[3:6], places.frame[n], rates[k], shape,
+                out.reach[n], out.arc_count[n] = tool_arcs_at(work, row[3:6], places.frame[n], rates[k], shape,
                                                                   max(height, 0.0) + margin, out.arcs[n])
 
 

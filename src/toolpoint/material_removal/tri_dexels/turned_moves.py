@@ -1,4 +1,4 @@
-"""Steps of a tool that moves and turns: ends of its tip and of its axis, and the axes of the tool along which its feed is seen."""
+"""Steps of a tool that moves and turns: ends of its tip and of its axis, and the axes along which its feed is seen."""
 
 from __future__ import annotations
 

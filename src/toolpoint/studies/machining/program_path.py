@@ -115,8 +115,8 @@ def refuse_rotary(program: ParsedProgram) -> None:
     if len(lines):
         number = "" if len(lines) == 1 else f" and {len(lines) - 1} more"
         raise ToolpointError(f"program: line {lines[0]}{number} cut with A, B or C turned by words of their own and "
-                             "without tool centre control; program G43.4, TRAORI or M128, or tilt the plane by G68.2, CYCLE800 or "
-                             "PLANE SPATIAL")
+                             "without tool centre control; program G43.4, TRAORI or M128, or tilt the plane by G68.2, CYCLE800 "
+                             "or PLANE SPATIAL")
 
 
 def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tuple[int, ...], setup: MachiningSetup) -> None:

@@ -47,8 +47,8 @@ from toolpoint.studies.machining.tool_tips import ToolTips
 
 FIVE_AXIS_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
 MAX_UNDOUBTED_FEED_SPREAD = 0.2  # of the feed of the middle of the edge
-LEFT_OUT = Doubt("five axes", "errors of walls and floors, the servo's contour, gouges into the part and the travel of X, Y and Z "
-                 "between the poses are not computed", "judge what is cut with a constant direction as tilted planes too")
+LEFT_OUT = Doubt("five axes", "errors of walls and floors, the servo's contour, gouges into the part and the travel of X, Y "
+                 "and Z between the poses are not computed", "judge what is cut with a constant direction as tilted planes too")
 _LEVER_OF_UNKNOWN_EDGES = 2.0  # diameters, where no length of the edges is given
 
 
@@ -63,11 +63,11 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         As `io.read_program` gives it, with `is_five_axis`.
     setup, name, text, with_advice, lobes, folder, tips, progress : as in `run_program`
     dynamics : Machine or ToolDynamics, optional
-        A machine turns the tool by its own rotary axes and is posed along the program. A tip alone is the same everywhere, along
-        the tool's x and y; directions must then be programmed as vectors, which turn along great circles between blocks.
+        A machine turns the tool by its own rotary axes and is posed along the program. A tip alone is the same everywhere,
+        along the tool's x and y; directions must then be programmed as vectors, which turn along great circles between blocks.
 
-    Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, for places
-    that it does not reach, and for drives and a part, which are known of three axes alone.
+    Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, for
+    places that it does not reach, and for drives and a part, which are known of three axes alone.
 
     Examples
     --------
@@ -85,7 +85,8 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     """
     _check(program, setup)
     if not setup.spacing:  # lines in three directions, cut one by one
-        setup = replace(setup, spacing=FIVE_AXIS_SPACING_FACTOR * setup.spacing_for([setup.shape_of(n) for n in (0, *setup.cuts)]))
+        shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]
+        setup = replace(setup, spacing=FIVE_AXIS_SPACING_FACTOR * setup.spacing_for(shapes))
     rotary = RotaryAxes(dynamics, setup) if isinstance(dynamics, Machine) else None
     path = program.tip_path()
     ends = find_ends(program, rotary, path.line)
@@ -99,17 +100,19 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     if dynamics is not None and case.arcs.place.size:
         verdicts = _judge(case, dynamics, rotary, folder=folder, tips=tips or ToolTips(), progress=progress)
         if lobes:
-            verdicts.charts = lobes_of_blocks(verdicts.judged, lobes, lambda done, total: progress("lobes", done, total))
+            assert verdicts.judged is not None
+            verdicts.charts = lobes_of_blocks(verdicts.judged, lobes,
+                                              lambda finished, total: progress("lobes", finished, total))
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
-                                     lambda done, total: progress("advice for tools", done, total))
+                                     lambda finished, total: progress("advice for tools", finished, total))
     doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *_travel_doubts(rotary, ends, path), *verdicts.doubts]
     return _study(name, text, case, verdicts, doubts=doubts, error=error)
 
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """What is cut: setup, path, removal, arcs and loads of its places, and the steps."""
+    """Case of a study: setup, path, removal, arcs and loads of its places, and the steps."""
 
     setup: MachiningSetup
     laid: ProgramPath
@@ -121,7 +124,7 @@ class _Case:
 
 @dataclass(eq=False)
 class _Verdicts:
-    """What the dynamics say: nothing without them."""
+    """Verdicts of the dynamics, empty without them."""
 
     margins: PlaceMargins | None = None
     judged: JudgedPlaces | None = None
@@ -153,18 +156,20 @@ def _steps(path: DrivePath, ends: FloatArray, rotary: RotaryAxes | None, *, setu
 
 def _remove(turned: TurnedPath, setup: MachiningSetup, numbers: tuple[int, ...], progress: NamedProgress
             ) -> tuple[TurnedRemoval, float]:
-    """Return the removal, and by how much arcs at twice the spacing differ from its own, rad: the 95 % point over its places."""
+    """Return the removal, and by how much arcs at twice the spacing differ from its own, rad: the 95 % point over places."""
     shapes, spacing = [setup.shape_of(number) for number in numbers], setup.spacing
     holders = [setup.holder_of(number) for number in numbers]
     fine = remove_by_turned_tool(turned.moves, setup.stock, shapes, settings=RemovalSettings(spacing, setup.slices),
-                                 holders=holders, progress=lambda done, total: progress("steps cut", done, total))
-    coarse = remove_by_turned_tool(turned.moves, setup.stock, shapes, settings=RemovalSettings(2 * spacing, setup.slices),
-                                   with_volume=False, progress=lambda done, total: progress("steps cut coarsely", done, total))
+                                 holders=holders, progress=lambda finished, total: progress("steps cut", finished, total))
+    coarse = remove_by_turned_tool(
+        turned.moves, setup.stock, shapes, settings=RemovalSettings(2 * spacing, setup.slices), with_volume=False,
+        progress=lambda finished, total: progress("steps cut coarsely", finished, total))
     both = (fine.reach > 0) & (coarse.reach > 0)
     if not both.any():
         return fine, ARC_RESOLUTION
     # Slices of the two may lie at other heights: means over the height of the finer are compared.
-    difference = fine.arc_length[both].mean(axis=1) - coarse.arc_length[both].mean(axis=1) * coarse.reach[both] / fine.reach[both]
+    share = coarse.reach[both] / fine.reach[both]
+    difference = fine.arc_length[both].mean(axis=1) - coarse.arc_length[both].mean(axis=1) * share
     return fine, max(float(np.quantile(np.abs(difference), 0.95)), ARC_RESOLUTION)
 
 
@@ -189,10 +194,11 @@ def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
     spread = np.where(removed.reach > 0, removed.feed_spread, 0.0)
     if spread.max(initial=0.0) <= MAX_UNDOUBTED_FEED_SPREAD:
         return []
-    k, many = int(spread.argmax()), int((spread > MAX_UNDOUBTED_FEED_SPREAD).sum())
-    return [Doubt("feed along the edge", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: the tool turns so fast that "
-                  f"the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is taken for "
-                  f"all of it ({many} places)", "the largest chip is thicker by as much", figure=float(spread[k]))]
+    k, place_count = int(spread.argmax()), int((spread > MAX_UNDOUBTED_FEED_SPREAD).sum())
+    return [Doubt("feed along the edge", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: the tool turns so fast "
+                  f"that the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is "
+                  f"taken for all of it ({place_count} places)", "the largest chip is thicker by as much",
+                  figure=float(spread[k]))]
 
 
 def _travel_doubts(rotary: RotaryAxes | None, ends: FloatArray, path: DrivePath) -> list[Doubt]:
@@ -201,10 +207,11 @@ def _travel_doubts(rotary: RotaryAxes | None, ends: FloatArray, path: DrivePath)
     for m, k in enumerate(() if rotary is None else rotary.indices):
         lower, upper = rotary.limits[m] if rotary is not None else (0.0, 0.0)
         excess = np.maximum(lower - ends[:, :, k], ends[:, :, k] - upper).max(axis=1)
-        worst = int(np.argmax(excess))
-        if excess[worst] > 1e-9:
-            doubts.append(Doubt(f"travel of {'ABC'[k]}", f"line {path.line[worst]} goes {np.degrees(excess[worst]):.4g}° beyond "
-                                f"{np.degrees(lower):g} .. {np.degrees(upper):g}°", "post it for this machine", grave=True))
+        k_worst = int(np.argmax(excess))
+        if excess[k_worst] > 1e-9:
+            doubts.append(Doubt(f"travel of {'ABC'[k]}", f"line {path.line[k_worst]} goes {np.degrees(excess[k_worst]):.4g}° "
+                                f"beyond {np.degrees(lower):g} .. {np.degrees(upper):g}°", "post it for this machine",
+                                grave=True))
     return doubts
 
 
@@ -217,11 +224,11 @@ def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | N
     if rotary is not None:
         at_end = case.turned.angles[removed.piece]
         line = laid.path.line[laid.moves.block[removed.piece]]
-        pose, poses, widened = find_turned_poses(rotary, removed, at_end, line)
+        pose, poses, widened = find_turned_poses(rotary, removed, at_end, line=line)
     solver = StabilitySolver(case.setup, poses, tips)
     groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=solver.is_isotropic)
     margins = place_margins(arcs, groups, laid, piece=removed.piece, solver=solver, pose=pose, folder=folder,
-                            progress=lambda done, total: progress("distinct engagements", done, total))
+                            progress=lambda finished, total: progress("distinct engagements", finished, total))
     out = _Verdicts(margins, JudgedPlaces(laid, removed, arcs, groups, margins, solver), pose)
     out.notes += [*poses[0].notes, *_pose_notes(poses, widened), *solver.tips.notes(poses, laid.numbers)]
     out.doubts += [*solver.tips.doubts(case.setup, laid.numbers, poses[0]), *margin_doubts(margins, arcs)]
@@ -243,8 +250,8 @@ def _pose_notes(poses: Sequence[ToolDynamics], widened: float) -> list[str]:
 def _advice_case(case: _Case, verdicts: _Verdicts) -> AdviceCase:
     judged = verdicts.judged
     assert judged is not None and verdicts.margins is not None and verdicts.pose is not None
-    return AdviceCase(case.setup, case.laid, case.removed, case.arcs, case.loads, verdicts.margins, judged.solver, verdicts.pose,
-                      judged.solver.is_isotropic)
+    return AdviceCase(case.setup, case.laid, case.removed, case.arcs, case.loads, verdicts.margins, judged.solver,
+                      verdicts.pose, judged.solver.is_isotropic)
 
 
 def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, *, doubts: list[Doubt], error: float) -> MachiningStudy:
@@ -267,7 +274,7 @@ def _assumptions(case: _Case) -> list[str]:
     """Return what the result rests on."""
     settings = case.removed.settings
     return [f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
-            f"slices of the tool, steps of at most {np.degrees(MAX_STEP_TURN):g}°: between them the axis goes along a great circle, "
-            f"at most {np.degrees(MAX_STEP_TURN**2 / 8):.2g}° beside its way.",
+            f"slices of the tool, steps of at most {np.degrees(MAX_STEP_TURN):g}°: between them the axis goes along a great "
+            f"circle, at most {np.degrees(MAX_STEP_TURN**2 / 8):.2g}° beside its way.",
             "Forces are those of a rigid tool without run-out; edges end at their length, and cut nothing above it.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]

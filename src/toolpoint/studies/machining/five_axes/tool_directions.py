@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.kinematics.tool_frame import smallest_turn
@@ -16,9 +17,9 @@ from toolpoint.studies.machining.tilted_poses import check_zero
 ROTARY_LETTERS = "ABC"
 _GRID_STEP = np.radians(15.0)  # rad, of the positions of rotary axes from which a direction is looked for
 _GRID_SPAN = np.radians(360.0)  # rad, on either side of zero, of an axis without limits
-_ITERATIONS = 30
-_DIRECTION_TOLERANCE = 1e-9  # of a unit vector
-_DIFFERENCE_STEP = 1e-6  # rad, of the slopes of a direction
+_MAX_DIRECTION_STEPS = 30
+_VECTOR_TOLERANCE = 1e-9  # of a unit vector
+_ANGLE_DIFFERENCE = 1e-6  # rad, of the slopes of a direction
 _SMALL_CHANGE = 0.6  # rad: a solution so near is taken without a look for others
 
 
@@ -52,9 +53,9 @@ class RotaryAxes:
         return np.array([[axes[letter].lower, axes[letter].upper] for letter in self.letters])
 
     def frames(self, angles: FloatArray) -> FloatArray:
-        """Return the tool's x, y and z in the axes of the work, the columns of (n, 3, 3), at angles of A, B and C (n, 3), rad."""
+        """Return the tool's x, y and z in the axes of the work, columns of (n, 3, 3), at angles of A, B and C (n, 3), rad."""
         pair = tool_pair(self.machine)
-        pose = {**self.setup.zero, **{ROTARY_LETTERS[k]: angles[:, k] for k in self.indices}}
+        pose: dict[str, ArrayLike] = {**self.setup.zero, **{ROTARY_LETTERS[k]: angles[:, k] for k in self.indices}}
         moved = self.machine.chain.displacements(pose)
         tool, work = (np.tile(np.eye(3), (len(angles), 1, 1)) if link < 0 else moved[:, link, :3, :3]
                       for link in (pair.tool, pair.table))
@@ -66,16 +67,16 @@ class RotaryAxes:
 
         Raises ToolpointError for a direction that no position gives.
         """
-        near = self._solve(direction, start[None])
-        if near.size and np.abs(near[0] - start).max() < _SMALL_CHANGE:
-            return np.asarray(near[0])
+        close_solutions = self._solve(direction, start[None])
+        if close_solutions.size and np.abs(close_solutions[0] - start).max() < _SMALL_CHANGE:
+            return np.asarray(close_solutions[0])
         grids = [np.arange(max(lower, -_GRID_SPAN), min(upper, _GRID_SPAN) + 1e-9, _GRID_STEP) for lower, upper in self.limits]
         mesh = np.stack([axis.ravel() for axis in np.meshgrid(*grids, indexing="ij")], axis=1)
         starts = np.zeros((len(mesh), 3))
         starts[:, self.indices] = mesh
         facing = self.frames(starts)[:, :, 2] @ direction
-        found = self._solve(direction, starts[facing > np.cos(2 * _GRID_STEP)])
-        solutions = np.concatenate([near, found])
+        grid_solutions = self._solve(direction, starts[facing > np.cos(2 * _GRID_STEP)])
+        solutions = np.concatenate([close_solutions, grid_solutions])
         if not len(solutions):
             words = ", ".join(f"{value:.4g}" for value in direction)
             raise ToolpointError(f"machine: no position of {', '.join(self.letters)} points the tool along ({words})")
@@ -84,18 +85,19 @@ class RotaryAxes:
     def _solve(self, direction: FloatArray, starts: FloatArray) -> FloatArray:
         """Return the solutions (m, 3) within the travels that Gauss-Newton steps from several starts (n, 3) lead to."""
         angles, columns = starts.copy(), list(self.indices)
-        for _ in range(_ITERATIONS):
+        for _ in range(_MAX_DIRECTION_STEPS):
             residual = direction - self.frames(angles)[:, :, 2]
             slopes = []
             for k in columns:
                 shifted = angles.copy()
-                shifted[:, k] += _DIFFERENCE_STEP
-                slopes.append((direction - self.frames(shifted)[:, :, 2] - residual) / -_DIFFERENCE_STEP)
+                shifted[:, k] += _ANGLE_DIFFERENCE
+                slopes.append((direction - self.frames(shifted)[:, :, 2] - residual) / -_ANGLE_DIFFERENCE)
             # The least step: where an axis does not move the tool it stays.
             step = np.einsum("nij,nj->ni", np.linalg.pinv(np.stack(slopes, axis=2), rcond=1e-6), residual)
             angles[:, columns] += np.clip(step, -_GRID_STEP, _GRID_STEP)
-            if np.abs(step).max(initial=0.0) < _DIRECTION_TOLERANCE:
+            if np.abs(step).max(initial=0.0) < _VECTOR_TOLERANCE:
                 break
         error = np.linalg.norm(direction - self.frames(angles)[:, :, 2], axis=1)
-        inside = ((angles[:, columns] >= self.limits[:, 0] - 1e-9) & (angles[:, columns] <= self.limits[:, 1] + 1e-9)).all(axis=1)
-        return np.asarray(angles[inside & (error < 1e3 * _DIRECTION_TOLERANCE)])
+        lower, upper = self.limits.T
+        inside = ((angles[:, columns] >= lower - 1e-9) & (angles[:, columns] <= upper + 1e-9)).all(axis=1)
+        return np.asarray(angles[inside & (error < 1e3 * _VECTOR_TOLERANCE)])

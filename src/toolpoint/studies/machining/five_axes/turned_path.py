@@ -16,17 +16,26 @@ from toolpoint.studies.machining.program_path import ParsedProgram
 
 MAX_STEP_TURN, MAX_RAPID_TURN = np.radians(1.0), np.radians(5.0)  # rad, of the angles of one step
 MAX_TURNED_STEPS = 400_000  # of a program
-_UPRIGHT = 1e-9  # rad
+_UPRIGHT_ANGLE = 1e-9  # rad
 
 
 class FiveAxisProgram(ParsedProgram, Protocol):
     """Program with directions of the tool, see `io.program.segments.Program`."""
 
-    start: FloatArray
-    end: FloatArray
-    directions: FloatArray
-    is_controlled: np.ndarray
-    unseen: np.ndarray
+    @property
+    def directions(self) -> FloatArray:
+        """What was programmed of the tool's direction at both ends of every segment, (n, 12)."""
+        ...
+
+    @property
+    def is_controlled(self) -> np.ndarray:
+        """Whether tool centre control is in force, (n,)."""
+        ...
+
+    @property
+    def unseen(self) -> np.ndarray:
+        """Rapids whose tip's way is not known, (n,)."""
+        ...
 
     @property
     def is_tilted(self) -> bool:
@@ -40,7 +49,8 @@ class FiveAxisProgram(ParsedProgram, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TurnedPath:
-    """Steps of a program, and of every step its angles of A, B and C at the end (n, 3), rad (not a number without a machine); of
+    """Steps of a program, and of every step its angles of A, B and C at the end (n, 3), rad (not a number without a machine);
+    of
     every segment the number of steps and the size of its turn (rad)."""
 
     moves: TurnedMoves
@@ -55,29 +65,29 @@ def find_ends(program: FiveAxisProgram, rotary: RotaryAxes | None, lines: np.nda
     A vector takes the angles nearest to those before. Raises ToolpointError, with the line, for angles without a machine, or of
     axes that the machine does not have.
     """
-    given = program.directions.reshape(-1, 2, 2, 3)  # segment, end, angles or vector
-    ends, last, previous = np.zeros((len(given), 2, 3)), np.zeros(3), np.array([0.0, 0.0, 1.0])
-    for k in range(len(given)):
+    programmed = program.directions.reshape(-1, 2, 2, 3)  # segment, end, angles or vector
+    ends = np.zeros((len(programmed), 2, 3))
+    last: FloatArray = np.zeros(3)
+    for k in range(len(programmed)):
         for end in (0, 1):
-            angles, vector = given[k, end]
+            angles, vector = programmed[k, end]
             if rotary is not None:
-                last = _angles(rotary, angles, vector, last, line=int(lines[k])) if program.is_controlled[k] else np.zeros(3)
+                last = _angles(rotary, angles, vector, start=last, line=int(lines[k])) if program.is_controlled[k] else 0 * last
                 ends[k, end] = last
             else:
-                previous = _vector(angles, vector, line=int(lines[k])) if program.is_controlled[k] else np.array([0.0, 0.0, 1.0])
-                ends[k, end] = previous
+                ends[k, end] = _vector(angles, vector, line=int(lines[k])) if program.is_controlled[k] else (0.0, 0.0, 1.0)
     return ends
 
 
-def _angles(rotary: RotaryAxes, angles: FloatArray, vector: FloatArray, last: FloatArray, *, line: int) -> FloatArray:
+def _angles(rotary: RotaryAxes, angles: FloatArray, vector: FloatArray, *, start: FloatArray, line: int) -> FloatArray:
     if np.isnan(vector[0]):
-        foreign = [ROTARY_LETTERS[k] for k in range(3) if k not in rotary.indices and abs(angles[k]) > _UPRIGHT]
+        foreign = [ROTARY_LETTERS[k] for k in range(3) if k not in rotary.indices and abs(angles[k]) > _UPRIGHT_ANGLE]
         if foreign:
             raise ToolpointError(f"program: line {line} turns {foreign[0]}, and the machine turns {', '.join(rotary.letters)}; "
                                  "post the program for this machine, or with vectors of the tool")
         return angles
     try:
-        return rotary.angles_for(vector, last)
+        return rotary.angles_for(vector, start)
     except ToolpointError as error:
         raise ToolpointError(f"program: line {line}: {error}") from None
 
@@ -85,9 +95,9 @@ def _angles(rotary: RotaryAxes, angles: FloatArray, vector: FloatArray, last: Fl
 def _vector(angles: FloatArray, vector: FloatArray, *, line: int) -> FloatArray:
     if not np.isnan(vector[0]):
         return vector
-    if np.abs(angles).max() > _UPRIGHT:
-        raise ToolpointError(f"program: line {line} turns rotary axes, and which direction they give is known of a machine alone; "
-                             "give `machine`, or post the program with vectors of the tool")
+    if np.abs(angles).max() > _UPRIGHT_ANGLE:
+        raise ToolpointError(f"program: line {line} turns rotary axes, and which direction they give is known of a "
+                             "machine alone; give `machine`, or post the program with vectors of the tool")
     return np.array([0.0, 0.0, 1.0])
 
 
@@ -100,7 +110,8 @@ def split_turned(path: Path, ends: FloatArray, rotary: RotaryAxes | None, *, ste
     """
     lengths = np.linalg.norm(path.end - path.start, axis=1)
     if rotary is None:
-        turn = np.arctan2(np.linalg.norm(np.cross(ends[:, 0], ends[:, 1]), axis=1), np.einsum("ni,ni->n", ends[:, 0], ends[:, 1]))
+        across = np.linalg.norm(np.cross(ends[:, 0], ends[:, 1]), axis=1)
+        turn = np.arctan2(across, np.einsum("ni,ni->n", ends[:, 0], ends[:, 1]))
     else:
         turn = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     fine = np.maximum((lengths + lever * turn) / step, turn / MAX_STEP_TURN)
@@ -121,8 +132,8 @@ def split_turned(path: Path, ends: FloatArray, rotary: RotaryAxes | None, *, ste
         turned = ends[block][:, :1] + share[..., None] * (ends[:, 1] - ends[:, 0])[block][:, None]
         frames = rotary.frames(turned.reshape(-1, 3)).reshape(-1, 2, 3, 3)
         axes, angles = frames[..., 2], turned[:, 1]
-    return TurnedPath(TurnedMoves(tips, np.ascontiguousarray(axes), frames, block, shape[block], path.rapid[block]), angles, count,
-                      turn)
+    motion = TurnedMoves(tips, np.ascontiguousarray(axes), frames, block, shape[block], path.rapid[block])
+    return TurnedPath(motion, angles, count, turn)
 
 
 def _great_circle(ends: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ TURNED_POSE_STEP, TURNED_POSE_TURN = 0.1, np.radians(10.0)  # m and rad: within 
 MAX_POSES = 40  # of a program: beyond it the steps are doubled
 
 
-def find_turned_poses(rotary: RotaryAxes, removed: TurnedRemoval, angles: FloatArray, line: np.ndarray
+def find_turned_poses(rotary: RotaryAxes, removed: TurnedRemoval, angles: FloatArray, *, line: np.ndarray
                       ) -> tuple[np.ndarray, Sequence[ToolDynamics], float]:
     """Return the pose of every place, the dynamics of each pose, and by how much the stated steps were widened.
 
@@ -26,7 +26,8 @@ def find_turned_poses(rotary: RotaryAxes, removed: TurnedRemoval, angles: FloatA
     """
     cuts, factor = removed.reach > 0, 1.0
     while True:
-        cells = np.rint(np.concatenate([removed.tip / TURNED_POSE_STEP, angles / TURNED_POSE_TURN], axis=1) / factor).astype(int)
+        sizes = np.concatenate([removed.tip / TURNED_POSE_STEP, angles / TURNED_POSE_TURN], axis=1)
+        cells = np.rint(sizes / factor).astype(int)
         cells[~cuts] = cells[np.argmax(cuts)]
         unique, pose = np.unique(cells, axis=0, return_inverse=True)
         if len(unique) <= MAX_POSES:
