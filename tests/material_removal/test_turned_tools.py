@@ -157,8 +157,8 @@ def test_rapids_and_holders_in_the_work_are_told_with_depth() -> None:
     assert contacts and all(contact.kind == "rapid through stock" for contact in contacts)
     # The face of a holder 15 mm above the tip of a tool that leans by 1.2 rad: the stock's edge (20, 0) is 0.84 mm in it.
     lean = np.array([0, np.sin(1.2), np.cos(1.2)])
+    holder = Holder((15 * MM,), (40 * MM,), 15 * MM, ("holder",))
     held = remove_by_turned_tool(straight((5, 3, 0), (20, 3, 0), lean, 4), BOX, [MillShape(10 * MM, flute_length=15 * MM)],
-                                 settings=RemovalSettings(0.6 * MM), holders=[Holder((15 * MM,), (40 * MM,), 15 * MM, ("holder",))],
-                                 with_volume=False)
+                                 settings=RemovalSettings(0.6 * MM), holders=[holder], with_volume=False)
     depths = [contact.depth for contact in held.collisions if contact.body == "holder"]
     assert depths and 0.4 * MM < max(depths) < 0.85 * MM

@@ -106,7 +106,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *_travel_doubts(rotary, ends, path), *verdicts.doubts]
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *verdicts.doubts]
     return _study(name, text, case, verdicts, doubts=doubts, error=error)
 
 
@@ -199,20 +199,6 @@ def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
                   f"that the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is "
                   f"taken for all of it ({place_count} places)", "the largest chip is thicker by as much",
                   figure=float(spread[k]))]
-
-
-def _travel_doubts(rotary: RotaryAxes | None, ends: FloatArray, path: DrivePath) -> list[Doubt]:
-    """Return a grave doubt for every rotary axis whose travel the program leaves."""
-    doubts = []
-    for m, k in enumerate(() if rotary is None else rotary.indices):
-        lower, upper = rotary.limits[m] if rotary is not None else (0.0, 0.0)
-        excess = np.maximum(lower - ends[:, :, k], ends[:, :, k] - upper).max(axis=1)
-        k_worst = int(np.argmax(excess))
-        if excess[k_worst] > 1e-9:
-            doubts.append(Doubt(f"travel of {'ABC'[k]}", f"line {path.line[k_worst]} goes {np.degrees(excess[k_worst]):.4g}° "
-                                f"beyond {np.degrees(lower):g} .. {np.degrees(upper):g}°", "post it for this machine",
-                                grave=True))
-    return doubts
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,

@@ -67,7 +67,7 @@ class RotaryAxes:
 
         Raises ToolpointError for a direction that no position gives.
         """
-        close_solutions = self._solve(direction, start[None])
+        close_solutions = self._solve(direction, start[None].astype(float))
         if close_solutions.size and np.abs(close_solutions[0] - start).max() < _SMALL_CHANGE:
             return np.asarray(close_solutions[0])
         grids = [np.arange(max(lower, -_GRID_SPAN), min(upper, _GRID_SPAN) + 1e-9, _GRID_STEP) for lower, upper in self.limits]
@@ -84,20 +84,22 @@ class RotaryAxes:
 
     def _solve(self, direction: FloatArray, starts: FloatArray) -> FloatArray:
         """Return the solutions (m, 3) within the travels that Gauss-Newton steps from several starts (n, 3) lead to."""
+        if not len(starts):
+            return starts
         angles, columns = starts.copy(), list(self.indices)
         for _ in range(_MAX_DIRECTION_STEPS):
             residual = direction - self.frames(angles)[:, :, 2]
             slopes = []
-            for k in columns:
+            for m, k in enumerate(columns):
                 shifted = angles.copy()
-                shifted[:, k] += _ANGLE_DIFFERENCE
-                slopes.append((direction - self.frames(shifted)[:, :, 2] - residual) / -_ANGLE_DIFFERENCE)
+                way = np.where(angles[:, k] + _ANGLE_DIFFERENCE > self.limits[m, 1], -_ANGLE_DIFFERENCE, _ANGLE_DIFFERENCE)
+                shifted[:, k] += way
+                slopes.append((residual - direction + self.frames(shifted)[:, :, 2]) / way[:, None])
             # The least step: where an axis does not move the tool it stays.
             step = np.einsum("nij,nj->ni", np.linalg.pinv(np.stack(slopes, axis=2), rcond=1e-6), residual)
-            angles[:, columns] += np.clip(step, -_GRID_STEP, _GRID_STEP)
+            # The chain is not asked beyond its travels.
+            angles[:, columns] = np.clip(angles[:, columns] + np.clip(step, -_GRID_STEP, _GRID_STEP), *self.limits.T)
             if np.abs(step).max(initial=0.0) < _VECTOR_TOLERANCE:
                 break
         error = np.linalg.norm(direction - self.frames(angles)[:, :, 2], axis=1)
-        lower, upper = self.limits.T
-        inside = ((angles[:, columns] >= lower - 1e-9) & (angles[:, columns] <= upper + 1e-9)).all(axis=1)
-        return np.asarray(angles[inside & (error < 1e3 * _VECTOR_TOLERANCE)])
+        return np.asarray(angles[error < 1e3 * _VECTOR_TOLERANCE])

@@ -85,6 +85,11 @@ def _angles(rotary: RotaryAxes, angles: FloatArray, vector: FloatArray, *, start
         if foreign:
             raise ToolpointError(f"program: line {line} turns {foreign[0]}, and the machine turns {', '.join(rotary.letters)}; "
                                  "post the program for this machine, or with vectors of the tool")
+        for letter, (lower, upper) in zip(rotary.letters, rotary.limits, strict=True):
+            angle = angles[ROTARY_LETTERS.index(letter)]
+            if not lower - _UPRIGHT_ANGLE <= angle <= upper + _UPRIGHT_ANGLE:
+                raise ToolpointError(f"program: line {line} turns {letter} to {np.degrees(angle):.6g}°, beyond its travel of "
+                                     f"{np.degrees(lower):g} .. {np.degrees(upper):g}°; post the program for this machine")
         return angles
     try:
         return rotary.angles_for(vector, start)
