@@ -86,7 +86,8 @@ def test_klartext_takes_the_tool_of_a_block_with_vectors_and_not_its_normal() ->
 
 
 @pytest.mark.parametrize(("text", "line", "words"), [
-    ("G43.4 H1\nG2 X10 Y0 I5 J0 B10 F900", 2, "an arc under G43.4"), ("TRAORI\nG1 X10 A2=10 F900", 2, "A2=: Euler"),
+    ("TRAORI\nG1 A10 F900\nG2 X10 Y0 I5 J0 A3=0.1 C3=1", 3, "a vector and angles"),
+    ("TRAORI\nG1 X10 A2=10 F900", 2, "A2=: Euler"),
     ("TRAORI\nG1 X10 A5=0 C5=1 F900", 2, "A5=: a normal"), ("G1 X10 A3=1 F900", 1, "without TRAORI"),
     ("G43.5\nG1 X10 I0 J0 K0 F900", 2, "of no length"), ("G68.2 J45\nG53.1\nG43.4 H1\nG1 X5 F900", 3, "tilted is not computed"),
     ("G43.4 H1\nG81 X5 Z-3 R2 F100", 2, "drilling cycle under G43.4"), ("G43.4\nG53 G0 Z0", 2, "machine coordinates")])
@@ -100,6 +101,16 @@ def test_cuts_with_turned_axes_and_without_control_are_named() -> None:
     assert _read("S9000\nG0 X0 Y0 Z5\nG0 B30\nG1 X10 F900").rotary == (4,)
     assert _read("S9000\nG0 X0 Y0 Z5\nG1 A90 F900").rotary == (3,)
     assert _read("S9000\nG0 X0 Y0 Z5\nG0 B30\nG0 B0\nG1 X10 F900").rotary == ()
+
+
+def test_an_arc_is_followed_by_chords_along_which_the_tool_turns_evenly() -> None:
+    program = _read("S9000\nG0 X0 Y0 Z5\nG43.4 H1\nG1 X0 Y0 Z0 F900\nG2 X10 Y0 I5 J0 B20\nG49")
+    rows = np.flatnonzero(program.line == 5)
+    middle = program.end[rows[rows.size // 2 - 1]]
+    assert np.hypot(*(1e3 * program.end[rows, :2] - [5, 0]).T) == pytest.approx(5) and middle[1] > 4.9e-3
+    assert np.degrees(program.directions[rows, 7]) == pytest.approx(20 * np.arange(1, rows.size + 1) / rows.size)
+    sagitta = 5 * (1 - np.cos(np.pi / rows.size / 2))
+    assert sagitta < 1e-3 and np.allclose(1e3 * program.end[rows[-1]], [10, 0, 0])
 
 
 def test_inverse_time_is_that_of_the_block_also_where_the_tool_only_turns() -> None:

@@ -160,7 +160,7 @@ class BlockReader:
     def _check_letters(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], words: list[Word],
                        column: int) -> None:
         """Fault the words P, Q, ... where nothing takes them; a word L alone calls a subprogram (Sinumerik 850)."""
-        taken = groups.get("motion", self.cycle.number) in CYCLES or "action" in groups or any(
+        taken = groups.get("motion", self.cycle.number) in CYCLES or groups.keys() & {"action", "length"} or any(
             word.letter == "G" and word.value in _CODES_WITHOUT_MOTION | {64, 96, 97} for word in words)
         if taken or any(key.startswith("M") for key in numbers):
             return

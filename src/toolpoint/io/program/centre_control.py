@@ -82,6 +82,16 @@ class CentreControl:
         return (*start, *self.angles, *(self.vector or _NO_VECTOR))
 
 
+def part_of_turn(directions: tuple[float, ...], first: float, last: float) -> tuple[float, ...]:
+    """Return the directions at both ends of a part of a motion, by its shares: angles evenly, vectors along their chord."""
+    ends = []
+    for share in (first, last):
+        mixed = [a + share * (b - a) for a, b in zip(directions[:6], directions[6:], strict=True)]
+        size = math.sqrt(sum(v * v for v in mixed[3:]))
+        ends += [*mixed[:3], *(v / size for v in mixed[3:])]
+    return tuple(ends)
+
+
 def begin_control(state: ControlModes, number: int, word: str, *, takes_vector_words: bool = False) -> None:
     """Begin tool centre control by a word; refuse it where the program's axes are turned or tilted."""
     if state.tilted.matrix is not None or not _is_shift(state):

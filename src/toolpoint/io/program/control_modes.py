@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.centre_control import CentreControl
+from toolpoint.io.program.centre_control import CentreControl, part_of_turn
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
 from toolpoint.io.program.tilted_planes import TiltedPlane
@@ -14,6 +14,7 @@ CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]
 # Speed (rev/min) of a turned part near its axis where the program holds no limit of its own.
 _TOP_SPEED = 3000.0
+_CHORD_TOLERANCE = 1e-6  # m, of arcs under tool centre control
 
 
 @dataclass
@@ -190,9 +191,7 @@ class ControlModes:
     def _arc(self, number: int, places: Places, end: list[float], once: bool) -> None:
         start = self.position
         self._check_tool_axis(number)
-        if self.centre.word:
-            self.remarks.fault(number, 1, f"an arc under {self.centre.word} is not computed; post straight blocks")
-        if self.centre.is_turned:
+        if self.centre.is_turned and not self.centre.word:
             self.segments.rotary.add(number)
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
@@ -203,8 +202,31 @@ class ControlModes:
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
             self.segments.speed = self.speed
+            if self.centre.word:
+                self._chords(number, end, (center, sweep), feed=feed)
+                return
             self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
         self.position = end
+
+    def _chords(self, number: int, end: list[float], arc: tuple[list[float], float], *, feed: float) -> None:
+        """Follow an arc under tool centre control by chords, along which the tool turns evenly."""
+        (center, sweep), (a, b) = arc, PLANES[self.plane]
+        start, directions = list(self.position), self.centre.arrive()
+        u, v = start[a] - center[a], start[b] - center[b]
+        radius = math.hypot(u, v)
+        count = max(1, math.ceil(abs(sweep) / (2 * math.acos(max(1 - _CHORD_TOLERANCE / radius, 0.0)))))
+        if any(math.isnan(x) != math.isnan(y) for x, y in zip(directions[3:6], directions[9:], strict=True)):
+            self.remarks.fault(number, 1, "an arc whose ends have a vector and angles of the tool is not computed")
+        for k in range(1, count + 1):
+            share, turn = k / count, sweep * k / count
+            place = [x + share * (y - x) for x, y in zip(start, end, strict=True)]
+            place[a] = center[a] + math.cos(turn) * u - math.sin(turn) * v
+            place[b] = center[b] + math.sin(turn) * u + math.cos(turn) * v
+            place = end if k == count else place
+            self.segments.line(self.position, place, feed=feed, rapid=False, stop=self.exact and k == count, number=number,
+                               plane=(a, b))
+            self.segments.keep_directions(part_of_turn(directions, (k - 1) / count, share))
+            self.position = place
 
     def _arc_geometry(self, number: int, places: Places, start: list[float], end: list[float]
                       ) -> tuple[list[float], float] | None:

@@ -230,6 +230,8 @@ def _control(reader: _Klartext, number: int, line: str) -> bool:
     elif line.startswith("FUNCTION TCPM"):
         if "AXIS SPAT" in line:
             raise ExpressionFault("FUNCTION TCPM AXIS SPAT: spatial angles are not computed; program AXIS POS")
+        if "F CONT" in line:
+            state.remarks.note(number, "FUNCTION TCPM F CONT: feeds are taken at the tip, as under F TCP")
         begin_control(state, number, "FUNCTION TCPM")
     elif line.startswith("FUNCTION RESET TCPM") or re.search(r"\bM129\b", line):
         end_control(state)

@@ -69,7 +69,7 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
     Raises ToolpointError for a cutting segment without a spindle speed, with its line.
     """
     _check_rotary(program)
-    path = _raised(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
+    path = raise_reference_moves(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
     tool, speed, numbers, remarks = tools_and_speeds(program, path, path.lengths > 0, setup=setup)
     feed, time, words = _feeds(path, setup)
     shapes = {number: setup.shape_of(number) for number in numbers}
@@ -129,7 +129,7 @@ def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tup
                              f"the others by number too: {lines}")
 
 
-def _raised(path: Path, text: str, height: float) -> Path:
+def raise_reference_moves(path: Path, text: str, height: float) -> Path:
     """Return the path with moves to the reference point, and from it to the next height, raised over the stock."""
     lines = text.splitlines()
     reference = np.array([bool(0 < n <= len(lines) and _REFERENCE_PATTERN.search(lines[n - 1].upper().split("(")[0]))

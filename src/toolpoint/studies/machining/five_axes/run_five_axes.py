@@ -38,7 +38,14 @@ from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import CutLoads, place_loads
 from toolpoint.studies.machining.margins import PlaceMargins, place_margins
-from toolpoint.studies.machining.program_path import ProgramPath, find_speed_lines, refuse_rotary, tools_and_speeds
+from toolpoint.studies.machining.program_path import (
+    SAFE_HEIGHT,
+    ProgramPath,
+    find_speed_lines,
+    raise_reference_moves,
+    refuse_rotary,
+    tools_and_speeds,
+)
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import ARC_RESOLUTION, NamedProgress, margin_doubts
 from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
@@ -46,6 +53,7 @@ from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.machining.tool_tips import ToolTips
 
 FIVE_AXIS_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
+MAX_UNDOUBTED_WAY = 0.5  # degrees, beside the straight turn between two vectors
 MAX_UNDOUBTED_FEED_SPREAD = 0.2  # of the feed of the middle of the edge
 LEFT_OUT = Doubt("five axes", "errors of walls and floors, the servo's contour, gouges into the part and the travel of X, Y "
                  "and Z between the poses are not computed", "judge what is cut with a constant direction as tilted planes too")
@@ -88,7 +96,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]
         setup = replace(setup, spacing=FIVE_AXIS_SPACING_FACTOR * setup.spacing_for(shapes))
     rotary = RotaryAxes(dynamics, setup) if isinstance(dynamics, Machine) else None
-    path = program.tip_path()
+    path = raise_reference_moves(program.tip_path(), text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
     ends = find_ends(program, rotary, path.line)
     is_moving = (np.linalg.norm(path.end - path.start, axis=1) > 0) | (np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 0)
     tool, speed, numbers, remarks = tools_and_speeds(program, path, is_moving, setup=setup)
@@ -106,7 +114,8 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *verdicts.doubts]
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, path.line),
+              *verdicts.doubts]
     return _study(name, text, case, verdicts, doubts=doubts, error=error)
 
 
@@ -199,6 +208,28 @@ def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
                   f"that the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is "
                   f"taken for all of it ({place_count} places)", "the largest chip is thicker by as much",
                   figure=float(spread[k]))]
+
+
+def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, line: np.ndarray) -> list[Doubt]:
+    """Return the doubt about vectors between which even rotary axes leave the plane that a control may keep (ORIVECT)."""
+    if rotary is None:
+        return []
+    vectors = program.directions.reshape(-1, 2, 2, 3)[:, :, 1]
+    rows = np.flatnonzero(program.is_controlled & ~np.isnan(vectors[:, 1, 0]))
+    if not rows.size:
+        return []
+    first, middle, last = (rotary.frames((1 - share) * ends[rows, 0] + share * ends[rows, 1])[:, :, 2]
+                           for share in (0.0, 0.5, 1.0))
+    straight = first + last
+    straight /= np.linalg.norm(straight, axis=1, keepdims=True)
+    beside = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
+    k = int(np.argmax(beside))
+    if beside[k] <= MAX_UNDOUBTED_WAY:
+        return []
+    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {beside[k]:.2g}° beside "
+                  "the straight turn, as rotary axes move evenly here; a control may turn it straight (ORIVECT, PATHCTRL "
+                  "VECTOR)",
+                  "post shorter blocks there", figure=float(beside[k]))]
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,

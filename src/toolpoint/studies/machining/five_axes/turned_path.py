@@ -24,7 +24,7 @@ class FiveAxisProgram(ParsedProgram, Protocol):
 
     @property
     def directions(self) -> FloatArray:
-        """What was programmed of the tool's direction at both ends of every segment, (n, 12)."""
+        """Programmed directions of the tool at both ends of every segment, (n, 12), see `io.program.centre_control`."""
         ...
 
     @property
