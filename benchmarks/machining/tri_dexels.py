@@ -1,9 +1,11 @@
-"""Tri-dexels of turned tools: volumes against booleans of manifold3d (Apache-2.0), arcs against closed forms, cost with spacing.
+"""Tri-dexels of turned tools: volumes against booleans of manifold3d (Apache-2.0), arcs against closed forms, cost with
+spacing.
 
-    python benchmarks/machining/tri_dexels.py [volumes|arcs|cost] [--cases 10] [--seed 1]
+    python benchmarks/machining/tri_dexels.py [volumes|stands|arcs|cost] [--cases 10] [--seed 1]
 
-`volumes`: random five-axis paths of cylinders, balls and bull noses. `arcs`: balls that lean anyhow on a plane, all slices.
-`cost`: one flank cut of 100 steps at five spacings. The last line is the figure.
+`volumes`: random five-axis paths of cylinders, balls and bull noses; hulls of two stands hold a little more than the tool
+sweeps. `stands`: the same paths against many stands of the tool, at random places. `arcs`: balls that lean anyhow on a plane,
+all slices. `cost`: one flank cut of 100 steps at five spacings. The last line is the figure.
 """
 
 from __future__ import annotations
@@ -20,10 +22,12 @@ import numpy as np
 from benchmarks.frame import CommandLine, needed_peer
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.material_removal import MillShape, RemovalSettings, Stock
+from toolpoint.material_removal.tri_dexels.presence import has_material
 from toolpoint.material_removal.tri_dexels.turned_moves import TurnedMoves
 from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval, remove_by_turned_tool
 
 MM = 1e-3
+PLACES, STANDS_OF_STEP = 40_000, 80  # random places; stands of the tool of a step
 RING, ARC_POINTS = 90, 10  # points of a circle, and of the corner of a bull nose, of the polyhedra of the boolean
 STOCK = Stock.box(np.array([0, 0, -15]) * MM, np.array([40, 30, 0]) * MM)
 
@@ -78,7 +82,7 @@ def volumes(cases: int, rng: np.random.Generator) -> str:
     for number in range(cases):
         radius = rng.uniform(2, 5) * MM
         shape = MillShape(2 * radius, (0.0, radius, 0.3 * radius)[number % 3], flute_length=40 * MM)
-        moves = steps_between(*random_path(rng), 24)
+        moves = steps_between(*random_path(rng), 72)
         exact = boolean_volume(moves, shape)
         errors = [removed(moves, shape, spacing).total_volume / exact - 1 for spacing in (radius / 10, radius / 5)]
         worst = np.maximum(worst, np.abs(errors))
@@ -87,11 +91,39 @@ def volumes(cases: int, rng: np.random.Generator) -> str:
     return f"{100 * worst[0]:.3f} % at most over {cases} paths at R/10 ({100 * worst[1]:.3f} % at R/5)"
 
 
+def stands(cases: int, rng: np.random.Generator) -> str:
+    """Return the share of random places of the stock that the lines and many stands of the tool judge otherwise."""
+    worst = [0.0, 0.0]
+    for number in range(cases):
+        radius = rng.uniform(2, 5) * MM
+        shape = MillShape(2 * radius, (0.0, radius, 0.3 * radius)[number % 3], flute_length=40 * MM)
+        moves = steps_between(*random_path(rng), 24)
+        result = removed(moves, shape, radius / 10, with_volume=False)
+        places = STOCK.lower + rng.uniform(0, 1, (PLACES, 3)) * (STOCK.upper - STOCK.lower)
+        is_left = np.array([has_material(result.lines, place) for place in places])
+        is_cut = np.zeros(PLACES, bool)
+        for tips, axes in zip(moves.tips, moves.axes, strict=True):
+            for share in (np.arange(STANDS_OF_STEP) + 0.5) / STANDS_OF_STEP:
+                axis = axes[0] + share * (axes[1] - axes[0])
+                away = places - tips[0] - share * (tips[1] - tips[0])
+                height = away @ (axis / np.linalg.norm(axis))
+                across = np.maximum(np.sqrt(np.maximum((away**2).sum(axis=1) - height**2, 0)) - shape.flat, 0)
+                corner = np.hypot(across, np.minimum(height - shape.corner_radius, 0)) <= shape.corner_radius
+                is_cut |= (height >= 0) & (height <= shape.flute_length) & (corner if shape.corner_radius else across == 0)
+        wrong = is_left == is_cut
+        errors = wrong.sum() / is_cut.sum(), abs(is_cut.sum() - (~is_left).sum()) / is_cut.sum()
+        worst = [max(a, float(b)) for a, b in zip(worst, errors, strict=True)]
+        print(f"{number}: {shape.kind}, {100 * is_cut.mean():.1f} % of the stock; of that {100 * errors[0]:.3f} % judged "
+              f"otherwise, volume {100 * errors[1]:.3f} %", flush=True)
+    return (f"{100 * worst[1]:.3f} % of the volume at most over {cases} paths ({100 * worst[0]:.3f} % of the places judged "
+            "otherwise)")
+
+
 def arcs(cases: int, rng: np.random.Generator) -> str:
     """Return the errors of the arcs of all slices of balls on the stock's top, against the closed form."""
     errors: dict[float, list[float]] = {0.05: [], 0.1: [], 0.2: []}
     for _ in range(cases):
-        radius, depth, azimuth, lean = rng.uniform(2, 5), rng.uniform(0.1, 0.5), rng.uniform(0, 2 * np.pi), rng.uniform(0, 0.8)
+        radius, depth, azimuth, lean = rng.uniform(2, 5), rng.uniform(0.1, 0.5), rng.uniform(0, 2 * np.pi), rng.uniform(0, 0.5)
         axis = np.array([np.sin(lean) * np.cos(azimuth), np.sin(lean) * np.sin(azimuth), np.cos(lean)])
         way, centre = rng.uniform(0, 2 * np.pi), np.array([20, 15, (1 - depth) * radius])
         ends = centre + np.outer([-6, 6], [np.cos(way), np.sin(way), 0]) - radius * axis
@@ -136,7 +168,7 @@ def cost(_: int, rng: np.random.Generator) -> str:
     return f"{rows[2][1]:.1f} ms a step at R/10, {rows[-1][1]:.1f} at R/20; spacing^-{np.polyfit(x, y, 1)[0]:.2f}"
 
 
-PARTS = {"volumes": volumes, "arcs": arcs, "cost": cost}
+PARTS = {"volumes": volumes, "stands": stands, "arcs": arcs, "cost": cost}
 
 
 def main() -> None:

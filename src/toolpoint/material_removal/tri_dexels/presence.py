@@ -77,8 +77,6 @@ def has_material(work, place):
                                 if sweeps(work.motions, work.shapes, owner, work.now[0], place):
                                     return False
                                 earlier_owner, last_owner = last_owner, owner
-    if inside == 0:
-        return False
-    if inside == lines and not has_end:
-        return True
+    if not has_end and inside in (0, lines):
+        return inside > 0
     return stock_has(work, place)
