@@ -287,11 +287,26 @@ def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, *, doubts: li
         judged=verdicts.judged)
 
 
+def _lean_words(case: _Case) -> list[str]:
+    """Return where the tool leans most while it cuts: a sign of a rotary axis that is wrong shows there."""
+    removed = case.removed
+    if removed.frame is None or not (removed.reach > 0).any():
+        return []
+    k = int(np.argmin(np.where(removed.reach > 0, removed.frame[:, 2, 2], np.inf)))
+    x, y, z = removed.frame[k, :, 2] + 0.0
+    return [f"The tool leans most in line {case.laid.path.line[case.laid.moves.block[removed.piece[k]]]}: along "
+            f"({x:.3f}, {y:.3f}, {z:.3f}) in the work, from the tip upwards; see that it does on the machine."]
+
+
 def _assumptions(case: _Case) -> list[str]:
     """Return what the result rests on."""
     settings = case.removed.settings
-    return [f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
+    has_holder = any(case.setup.holder_of(number).heights for number in case.laid.numbers)
+    unseen = [] if has_holder else ["No holder is given: contacts of shank, holder and head are not looked at."]
+    return [*_lean_words(case), *unseen,
+            f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
             f"slices of the tool, steps of at most {np.degrees(MAX_STEP_TURN):g}°: between them the axis goes along a great "
             f"circle, at most {np.degrees(MAX_STEP_TURN**2 / 8):.2g}° beside its way.",
+            "The removed volume is sampled, within about 0.1 %.",
             "Forces are those of a rigid tool without run-out; edges end at their length, and cut nothing above it.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]
