@@ -1,4 +1,4 @@
-"""Sensitivity of a machine to its elements: sums are those of its parameters, one element's slope is the difference it makes."""
+"""Sensitivity of a machine to its elements: sums are those of its parameters, each slope is the difference that it makes."""
 
 import numpy as np
 import pytest
