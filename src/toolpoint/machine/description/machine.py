@@ -30,7 +30,11 @@ ORIGIN_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class FrameDescription:
-    """Place and orientation of a frame in the machine frame: `at` in m, `rotation` as zyx Euler angles in rad."""
+    """Place and orientation of a frame in the machine frame: `at` in m, `rotation` as zyx Euler angles in rad.
+
+    >>> FrameDescription(at=(0.0, 0.0, 0.5))  # half a metre above the origin, not turned
+    FrameDescription(at=(0.0, 0.0, 0.5), rotation=(0.0, 0.0, 0.0))
+    """
 
     at: Vector = (0.0, 0.0, 0.0)
     rotation: Vector = (0.0, 0.0, 0.0)
@@ -38,7 +42,12 @@ class FrameDescription:
 
 @dataclass(frozen=True)
 class ShapeDescription:
-    """A uniform shape: ``box`` (size), ``cylinder`` (diameter, length, axis, bore) or ``sphere`` (diameter), in m."""
+    """A uniform shape: ``box`` (size), ``cylinder`` (diameter, length, axis, bore) or ``sphere`` (diameter), in m.
+
+    >>> ring = ShapeDescription("cylinder", diameter=0.2, length=0.5, bore=0.1)
+    >>> BodyDescription(density=7850.0, shape=ring).shape.axis  # lies along z where nothing else is said
+    'z'
+    """
 
     kind: str
     size: Vector | None = None
@@ -50,7 +59,12 @@ class ShapeDescription:
 
 @dataclass(frozen=True, eq=False)
 class MeshDescription:
-    """A closed triangle mesh: the STL file's name, and the triangle corners (t, 3, 3) in m that were read from it."""
+    """A closed triangle mesh: the STL file's name, and the triangle corners (t, 3, 3) in m that were read from it.
+
+    >>> triangle = MeshDescription("base.stl", np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]))
+    >>> triangle.corners.shape  # triangles, corners, coordinates
+    (1, 3, 3)
+    """
 
     file: str
     corners: FloatArray
@@ -58,7 +72,11 @@ class MeshDescription:
 
 @dataclass(frozen=True)
 class InertiaDescription:
-    """Inertia tensor about the centre of mass, kg m^2; products of inertia with their sign in the tensor."""
+    """Inertia tensor about the centre of mass, kg m^2; products of inertia with their sign in the tensor.
+
+    >>> InertiaDescription(2.0, 3.0, 4.0, xy=-0.5).tensor.tolist()
+    [[2.0, -0.5, 0.0], [-0.5, 3.0, 0.0], [0.0, 0.0, 4.0]]
+    """
 
     xx: float
     yy: float
@@ -75,7 +93,12 @@ class InertiaDescription:
 
 @dataclass(frozen=True)
 class SpinDescription:
-    """Steady spin of a body that is symmetric about its axis: `speed` in rad/s about `axis` (machine frame, reference pose)."""
+    """Steady spin of a body that is symmetric about its axis: `speed` in rad/s about `axis` (machine frame, reference pose).
+
+    >>> spindle = BodyDescription(20.0, inertia=InertiaDescription(0.1, 0.1, 0.02), spin=SpinDescription(speed=1256.6))
+    >>> round(spindle.spin.speed * 60 / (2 * np.pi))  # rev/min
+    12000
+    """
 
     speed: float
     axis: Vector = (0.0, 0.0, 1.0)
@@ -91,6 +114,10 @@ class BodyDescription:
 
     mass in kg, centre in m, inertia in kg m^2 about the centre; `shape` with `mass` gives the inertia of the
     uniform shape of that mass, `shape` or `mesh` with `density` (kg/m^3) gives all. `draw` is a box size in m.
+
+    >>> table = BodyDescription(300.0, centre=(0.0, 0.0, 0.1), inertia=InertiaDescription(20.0, 20.0, 35.0))
+    >>> table.is_elastic
+    False
     """
 
     mass: float | None = None
@@ -130,6 +157,10 @@ class JointDescription:
     `passive` (which may have springs), follow the loop at every pose, rotations in the order written; `limits` (m, rad) and
     `largest_tilt` (rad, between the z axes of both sides of a loop joint) say how far.
     `placed` is false where a file says nowhere where the joint is, so that 0, 0, 0 is assumed.
+
+    >>> guide = JointDescription("bed", "table", stiffness={"x": 2e8, "z": 1e9}, loss_factor=0.02)
+    >>> guide.stiffness.get("y") is None  # not named, so locked
+    True
     """
 
     parent: str
@@ -156,7 +187,12 @@ class JointDescription:
 
 @dataclass(frozen=True)
 class DrivenDirection:
-    """A joint direction that an axis drives, by `factor` m or rad for every m or rad of the axis."""
+    """A joint direction that an axis drives, by `factor` m or rad for every m or rad of the axis.
+
+    >>> gantry = AxisDescription("left rail", "y", drives=(DrivenDirection("right rail", "y"),))
+    >>> [part.joint for part in gantry.moved]
+    ['left rail', 'right rail']
+    """
 
     joint: str
     direction: str
@@ -168,6 +204,9 @@ class AxisDescription:
     """An axis: the joint and direction that it moves, or several in `drives`, and its limits in m or rad.
 
     `at_reference` is what the axis shows at the reference pose.
+
+    >>> AxisDescription("swivel", "rx", limits=(-2.0, 2.0)).is_rotary
+    True
     """
 
     joint: str = ""
@@ -189,7 +228,11 @@ class AxisDescription:
 
 @dataclass(frozen=True)
 class CoordinateDescription:
-    """A coordinate of the tool: ``x y z tilt azimuth torsion``, with limits in m or rad."""
+    """A coordinate of the tool: ``x y z tilt azimuth torsion``, with limits in m or rad.
+
+    >>> CoordinateDescription("tilt", limits=(0.0, 0.7)).limits  # rad
+    (0.0, 0.7)
+    """
 
     coordinate: str
     limits: tuple[float, float] = (float("-inf"), float("inf"))
@@ -197,7 +240,13 @@ class CoordinateDescription:
 
 @dataclass(frozen=True)
 class TaskDescription:
-    """Coordinates of a point and of the tool's direction, in which the machine may be posed in place of some of its axes."""
+    """Coordinates of a point and of the tool's direction, in which the machine may be posed in place of some of its axes.
+
+    >>> coordinates = {name: CoordinateDescription(name) for name in ("x", "y", "z")}
+    >>> legs = TaskDescription("tool", ("leg 1", "leg 2", "leg 3"), coordinates)
+    >>> len(legs.axes) == len(legs.coordinates)  # as many coordinates as axes that they replace
+    True
+    """
 
     point: str
     axes: tuple[str, ...]
@@ -206,7 +255,11 @@ class TaskDescription:
 
 @dataclass(frozen=True)
 class PointDescription:
-    """A named point on a body, in the body's frame, m; on an elastic body an interface instead."""
+    """A named point on a body, in the body's frame, m; on an elastic body an interface instead.
+
+    >>> PointDescription("head", at=(0.0, 0.0, -0.3)).interface is None  # a place on a rigid body
+    True
+    """
 
     body: str
     at: Vector = (0.0, 0.0, 0.0)
@@ -215,7 +268,12 @@ class PointDescription:
 
 @dataclass(frozen=True)
 class LoadDescription:
-    """A constant force (N, machine frame) and moment (N m) at a named point."""
+    """A constant force (N, machine frame) and moment (N m) at a named point.
+
+    >>> weight = LoadDescription("vice", force=(0.0, 0.0, -20.0 * 9.81))
+    >>> round(weight.force[2], 1)
+    -196.2
+    """
 
     point: str
     force: Vector = (0.0, 0.0, 0.0)
@@ -224,7 +282,11 @@ class LoadDescription:
 
 @dataclass(frozen=True)
 class ReferenceDescription:
-    """Natural frequencies (Hz) from a test or another model, to compare with; `damping_ratio` where known."""
+    """Natural frequencies (Hz) from a test or another model, to compare with; `damping_ratio` where known.
+
+    >>> ReferenceDescription("hammer test", (41.0, 63.5), source="measured 2026-03-02").is_measured
+    True
+    """
 
     name: str
     frequencies: tuple[float, ...]
@@ -240,7 +302,12 @@ class ReferenceDescription:
 @dataclass(frozen=True)
 class IdentifiedDescription:
     """Numbers of a machine that were identified together: their paths (``joints.guide.stiffness.x``), and their covariance
-    as the rows of its lower triangle, in the units of the numbers (SI)."""
+    as the rows of its lower triangle, in the units of the numbers (SI).
+
+    >>> pair = IdentifiedDescription(("joints.guide.stiffness.x", "joints.guide.stiffness.z"), ((4.0,), (1.0, 9.0)))
+    >>> pair.matrix.tolist()
+    [[4.0, 1.0], [1.0, 9.0]]
+    """
 
     parameters: tuple[str, ...]
     covariance: Matrix
@@ -266,6 +333,11 @@ class MachineDescription:
     `doubts` are those of the study that made the description: every result that rests on it repeats them. `up` is a unit
     direction of the machine frame, against which gravity acts where only its size is given (`gravity.gravity_of`).
     `reduction_error` is what condensed castings and solids may err by in frequencies, 0 keeps all their shapes (`condense`).
+
+    >>> slide = MachineDescription("slide", {"table": BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))},
+    ...                            {"guide": JointDescription("ground", "table", stiffness={"x": 1e7})})
+    >>> slide.with_values({"joints.guide.stiffness.x": 2e7}).value("joints.guide.stiffness.x")
+    20000000.0
     """
 
     name: str
@@ -323,7 +395,13 @@ class MachineDescription:
 
 
 def parameters(machine: MachineDescription) -> Iterator[str]:
-    """Yield the paths of all numbers of the bodies and joints, in file order."""
+    """Yield the paths of all numbers of the bodies and joints, in file order.
+
+    >>> slide = MachineDescription("slide", {"table": BodyDescription(100.0)},
+    ...                            {"guide": JointDescription("ground", "table", stiffness={"x": 1e7})})
+    >>> [path for path in parameters(slide) if "stiffness" in path or "mass" in path]
+    ['bodies.table.mass', 'joints.guide.stiffness.x']
+    """
     for room in ("bodies", "joints"):
         for name, part in getattr(machine, room).items():
             for path in _numbers(part):

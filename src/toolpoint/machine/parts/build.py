@@ -39,6 +39,12 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     ToolpointError
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
+
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
+    >>> build(MachineDescription("slide", {"table": table}, {"guide": guide})).name
+    'slide'
     """
     reduced = {name: within(f"bodies.{name}", partial(_reduced, (kept or {}).get(name)), body)
                for name, body in description.bodies.items()
