@@ -243,7 +243,8 @@ def add_part(folder: str | Path, place: str, value: str) -> tuple[str, ...]:
     >>> from toolpoint.project import write_folder
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     project = write_folder(Path(folder, "mill"))
-    ...     _ = add_part(project.parent, "cuts.steel", "{diameter: 12 mm, teeth: 2, direction: slot, tangential: 2 GPa, normal: 1 GPa}")
+    ...     cut = "{diameter: 12 mm, teeth: 2, direction: slot, tangential: 2 GPa, normal: 1 GPa}"
+    ...     _ = add_part(project.parent, "cuts.steel", cut)
     ...     _ = add_part(project.parent, "goals.rough", "{speed: 8000 rpm, depth: 3 mm}")
     ...     "rough: {speed: 8000 rpm, depth: 3 mm}" in project.read_text()
     True

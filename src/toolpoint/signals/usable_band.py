@@ -123,7 +123,7 @@ def _measure_windows(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArra
 
 
 def _noise_power(windows: np.ndarray) -> FloatArray:
-    """Return the noise power (n_windows, n_responses) from third differences of lines (1, -3, 3, -1: twenty times the power)."""
+    """Return the noise power (n_windows, n_responses) from third differences (1, -3, 3, -1: twenty times the power)."""
     return (np.abs(np.diff(windows, 3, axis=1)) ** 2).mean(axis=1) / 20
 
 

@@ -11,9 +11,10 @@ from toolpoint._check import ToolpointError, fail, suggestion, within
 from toolpoint.bodies import Body
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.body import BodyDescription
 from toolpoint.machine.description.faults import tree_faults
 from toolpoint.machine.description.frames import frame
-from toolpoint.machine.description.machine import GROUND, BodyDescription, MachineDescription
+from toolpoint.machine.description.machine import GROUND, MachineDescription
 from toolpoint.machine.parts.chain import build_chain, large_freedoms
 from toolpoint.machine.parts.laws import laws_of
 from toolpoint.machine.parts.mass import check_sources, mass_properties
