@@ -28,7 +28,17 @@ from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, cont
 
 
 def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability."""
+    """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability.
+
+    >>> from toolpoint.cutting import ZeroOrder
+    >>> from toolpoint.studies import chart_lobes, modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tip = Modes([900.0, 900.0], 0.02, 1.5 * np.eye(2), ("tip:+x", "tip:+y"))
+    >>> cut = {"diameter": 0.012, "teeth": 2, "direction": "slot", "tangential": 8e8, "normal": 3e8}
+    >>> page = lobes_page(chart_lobes(modal_dynamics(tip), cut, speeds=np.linspace(6e3, 9e3, 5), method=ZeroOrder()))
+    >>> page.title
+    'Stability of a milling cut'
+    """
     report = Report("Stability of a milling cut", _answer(result), subtitle=problem_words(result.problem))
     report = _with_chart(report, result)
     report = report.with_section("Cuts to make", *result.contradictions, Table(ADVICE, result.advice))
