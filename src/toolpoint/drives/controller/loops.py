@@ -217,14 +217,6 @@ def compute_loops(servo: Servo, friction_slope: FloatArray | None = None) -> Ser
     ----------
     friction_slope : (n_laws,) floats, optional
         dF/dv of every dry friction law at the working point (N s/m or N m s/rad), zero where left out.
-
-    >>> from toolpoint.drives import (Controller, DriveAxis, PositionLoop, Servo, TorqueMotor, VelocityLoop, build_plant,
-    ...                               rigid_axis)
-    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.005, 2e-3))])
-    >>> loops = compute_loops(Servo(plant, (Controller(PositionLoop(20.0), VelocityLoop(1.0, 0.05), lead=2e-3),)))
-    >>> gain = loops.position.closed_response([1e-3])[0]
-    >>> bool(abs(gain - 1) < 1e-3)  # at low frequencies the axis follows its set point
-    True
     """
     levels = _Levels(servo, friction_slope)
     return ServoLoops(levels.level(0), levels.level(1), levels.level(2))

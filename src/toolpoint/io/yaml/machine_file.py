@@ -341,16 +341,6 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     """Write a description as a machine file in SI numbers; reading it back gives an equal description.
 
     Mesh bodies are written with their mass properties' source file only, which must lie beside the new file.
-
-    >>> import tempfile
-    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
-    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
-    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
-    >>> slide = MachineDescription("slide", {"table": table}, {"guide": guide})
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write(slide, Path(folder, "slide.yaml"))
-    ...     read(Path(folder, "slide.yaml")).description == slide
-    True
     """
     data = {"toolpoint": FILE_VERSION, **_lowered(description)}
     for joint in data["joints"].values():
@@ -363,16 +353,7 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
 
 
 def write_cutting(cut: CuttingDescription, path: str | Path) -> None:
-    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file.
-
-    >>> import tempfile
-    >>> from toolpoint.cutting.description import CuttingDescription
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "cut.yaml")
-    ...     write_cutting(CuttingDescription.of(diameter=0.012, teeth=2, tangential=8e8, normal=3e8), file)
-    ...     file.read_text().splitlines()[0]
-    'cutting: {diameter: 0.012, teeth: 2, tangential: 800000000.0, normal: 300000000.0}'
-    """
+    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file."""
     _dump({"cutting": _lowered(cut)}, path)
 
 
