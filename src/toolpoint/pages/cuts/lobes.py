@@ -57,7 +57,9 @@ def _answer(result: LobesStudy) -> str:
     chart, best = result.chart, from_chart(result.chart)
     words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
+        # Limits are positive and scatter by factors: the interval is even in their logarithm.
         log_half_width = result.spread.factor * result.spread.lowest
+        # Rounded both ways alike: only a depth that is advised is rounded down.
         lower_end, upper_end = (1e3 * float(np.min(chart.limit)) * np.exp(sign * log_half_width) for sign in (-1, 1))
         words += f" Its 95 % interval from the machine's identified numbers: {number_text(lower_end, digits=3)} to " \
                  f"{number_text(upper_end, digits=3)} mm."
@@ -87,9 +89,11 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
                              max_depth=depth_top,
                              points=points)
+    # Without a best cut any charted speed will do: the field must begin with an answer.
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
                     "depth", _coefficient_field(result.problem, chart), _other_cuts(result))
+    # A field that answers with a depth recommends it, whatever stands beside it.
     looked_up = [] if result.withheld else [lookup]
     parts: list[Chart | ClickedSeries]
     if runs:
@@ -149,6 +153,7 @@ def _with_probability(report: Report, sampled: ProbabilityChart, uncertainty: Un
              + (f", weighed by the outcome of {len(cuts)} cuts." if cuts else ".")
              + (f" Not to be relied on: {CONTRADICTED}." if contradictions(sampled, uncertainty.cuts) else ""))
     report = report.with_section("Probability of stability", words, Chart(probability_chart(after, cuts), name="probability"))
+    # After the tried cuts: they may have settled what mattered most before.
     share = after.importance()
     first = next(iter(share))
     return report.with_section(

@@ -37,6 +37,7 @@ def turning_page(result: TurningStudy) -> Report:
     if limit is not None and np.isfinite(limit.width) and not result.withheld:
         always = np.full(chart.speeds.size, limit.width)
         curves.append(StabilityCurve(chart.speeds, always, "stable at every speed"))
+    # Without any limit the chart has no scale of its own: it ends where the search did.
     best, finite = from_chart(chart), np.isfinite(chart.limit).any()
     figure = stability_chart(curves, max_depth=None if finite else chart.depth_max, depth_name="Width of cut",
                              points=[] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")])
