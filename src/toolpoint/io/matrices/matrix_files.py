@@ -53,6 +53,17 @@ def read_matrices(
         and M (or hold STIF, MASS).
     units : str
         ``m-kg-s`` (SI), or ``mm-t-s`` (N/mm, t), in which many finite-element models are made.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from scipy.io import mmwrite
+    >>> from scipy.sparse import csc_array
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     stiffness, mass = Path(folder, "K.mtx"), Path(folder, "M.mtx")
+    ...     mmwrite(stiffness, csc_array([[2e6, -1e6], [-1e6, 1e6]]), symmetry="symmetric")
+    ...     mmwrite(mass, csc_array(np.eye(2)), symmetry="symmetric")
+    ...     read_matrices(stiffness, mass).stiffness.diagonal().tolist()
+    [2000000.0, 1000000.0]
     """
     if mass is None and bulk_model.holds_model(Path(stiffness)):
         return bulk_model.read(Path(stiffness), names, units=units)

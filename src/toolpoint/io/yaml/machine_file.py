@@ -56,6 +56,10 @@ def read(path: str | Path) -> Machine:
     -----
     FileDoubt
         For every doubt that the file states, and where the modes differ from its measured `reference`.
+
+    >>> from importlib.resources import files
+    >>> read(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").size  # six freedoms
+    6
     """
     if Path(path).suffix.lower() == ".urdf":
         from toolpoint.io import urdf  # loaded for this format only

@@ -25,7 +25,17 @@ from toolpoint.spatial.rotation import to_vector
 
 @dataclass(frozen=True)
 class FiniteRotation:
-    """Registration of matched points (Kabsch) at a finite displacement of `amplitude` times the component's size."""
+    """Registration of matched points (Kabsch) at a finite displacement of `amplitude` times the component's size.
+
+    >>> from toolpoint.joint_identification.motion.measured import component
+    >>> from toolpoint.vibration import Modes
+    >>> points = {1: (0.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0), 3: (0.0, 1.0, 0.0)}
+    >>> dofs = [f"{name}:+{axis}" for name in points for axis in "xyz"]
+    >>> turn = [np.cross((0.0, 0.0, 1.0), place) for place in points.values()]  # about z, through the origin
+    >>> part = component("head", Modes([50.0], [0.02], np.ravel(turn)[:, None], dofs), points, labels=list(points))
+    >>> FiniteRotation(amplitude=1e-4).twists(part)[5].round(6).tolist()
+    [1.0]
+    """
 
     amplitude: float = 0.01
 
