@@ -179,6 +179,18 @@ def program_in_tilted_planes() -> Report:
 
 
 @case
+def program_of_five_axes() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import machining_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_five_axes, stock_of
+
+    run = example("mill_with_a_leaning_tool")
+    values = {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")} | {"flute_length": 0.02}
+    setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.02, 0)), cuts_of_options(None, values), spacing=1e-3)
+    return machining_page(run_five_axes(parse(run.PROGRAM, start=(0, 0, 0.05)), setup, text=run.PROGRAM))
+
+
+@case
 def campbell() -> Report:
     from toolpoint.io import read_machine
     from toolpoint.pages import campbell_page

@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.machining.compare_record import compare_record, spindle_signal
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
+    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
@@ -226,6 +227,7 @@ __all__ = [
     "rank_tests",
     "response_dynamics",
     "run_drives",
+    "run_five_axes",
     "run_plan",
     "run_program",
     "run_robot_demo",
@@ -343,6 +345,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
+    "machining.five_axes.run_five_axes": ("run_five_axes",),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
     "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
