@@ -30,7 +30,7 @@ SETTLING_TIME = 2.5  # s after a view is there: charts, shapes and intervals fol
 def served(project: Path) -> Iterator[str]:
     """Serve a copy of a project in a process of its own; give its address."""
     with tempfile.TemporaryDirectory(prefix="toolpoint-pictures-") as place:
-        folder = Path(shutil.copytree(project, Path(place) / project.name))
+        folder = Path(shutil.copytree(project.resolve(), Path(place) / "project"))
         server = subprocess.Popen([sys.executable, "-m", "toolpoint", "serve", "."], cwd=folder, text=True,
                                   stdout=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
         try:

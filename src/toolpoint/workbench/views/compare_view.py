@@ -66,7 +66,7 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
                              "compare the two here.", commands=(command_line("modes", names[0]),), data=data)
     reads = [desk.machine(path_beneath(desk.folder, name)) for name in names]
     doubts = [doubt.within(name) for name, read in zip(names, reads, strict=True) for doubt in read.doubts]
-    content = _differences(project, reads[0].machine, reads[1].machine)
+    content = differences(project, reads[0].machine, reads[1].machine)
     return WorkbenchView("compare", _answer(names, content), (*_no_interval(), *doubts),
                          (command_line("compare", *names),),
                          (f"states = io.read_two_states({names[0]!r}, {names[1]!r})",
@@ -101,7 +101,7 @@ def _millimetres(depth: float) -> str:
     return f"{1e3 * depth:.3g} mm" if np.isfinite(depth) else "none in the searched depths"
 
 
-def _differences(project: Project, first: Machine, second: Machine) -> dict[str, Any]:
+def differences(project: Project, first: Machine, second: Machine) -> dict[str, Any]:
     """Return what differs between two machines and their answers as plain data."""
     lines = response_lines(first)
     states = [state_of(machine, MachineRequest(), None) for machine in (first, second)]

@@ -47,7 +47,7 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     options = ["--choice", choice_place(name)] if _kept_choice(desk, name) else []
     rows = [{"frequency_hz": f, "damping_ratio": z, "doubtful": bad} for f, z, bad in
             zip(data["frequency_hz"], data["damping_ratio"], data["doubtful"], strict=True)]
-    doubts = (*_doubts_of(entry), *map(Doubt.parsed, data["advice"]))
+    doubts = (*record_doubts(entry), *map(Doubt.parsed, data["advice"]))
     return WorkbenchView("modes", ("Of an earlier state: " if not entry.is_of_today else "") + answer, doubts,
                          (command_line("identify", responses, *options),),
                          (f"frf = io.read_frf([{responses!r}])", f"print(studies.identify_modes(frf{_choice_argument(options)}).table())"),
@@ -81,7 +81,8 @@ def _has_machine(project: Project) -> bool:
         return False
 
 
-def _doubts_of(entry: Any) -> tuple[Doubt, ...]:
+def record_doubts(entry: Any) -> tuple[Doubt, ...]:
+    """Return the doubts that arose in a step, after that of results that are not of today."""
     old = [] if entry.is_of_today else [Doubt(entry.step.name, entry.reason, "run the project")]
     record = entry.record
     return (*old, *([] if record is None else [doubt.doubt for doubt in record.doubts if doubt.step == entry.step.name]))
@@ -98,7 +99,7 @@ def view_blows(desk: Desk, test: str = "") -> WorkbenchView:
     answer = f"{name}: {len(hits) - len(refused)} of {len(hits)} blows are used. {data['status']}" if hits else (
         f"{name}: {data['status']}")
     file = project.description.tests[name].test
-    return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, _doubts_of(entry),
+    return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, record_doubts(entry),
                          (command_line("frf", file),) if file else (command_line("run", ".", f"responses/{name}"),),
                          _blow_calls(file, name), {"tests": list(tests), "test": name, "hits": hits, "notes": data["notes"],
                                                    "can_decide": file is not None, "file": file, "pages": [f"blows/{name}"]},
