@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from toolpoint._check import one_of
+from toolpoint.plot.page.markup import typeset
 from toolpoint.project.engine.outlook import StepOutlook
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.hammer_views import record_doubts
@@ -44,4 +45,4 @@ def _view_steps(desk: Desk, name: str, kind: str, part: str) -> WorkbenchView:
 
 
 def _words(entry: StepOutlook) -> str:
-    return "" if entry.record is None else entry.record.words.rstrip(".")
+    return "" if entry.record is None else typeset(entry.record.words.rstrip("."))
