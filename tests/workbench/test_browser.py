@@ -21,6 +21,7 @@ import tapping
 
 from toolpoint.project import Project, write_demo
 
+CONTRAST = Path(__file__).with_name("contrast.js")
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 
@@ -236,7 +237,7 @@ def test_no_view_asks_another_host_overflows_a_phone_or_fails(demo, serve, tab):
 def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
     page = tab(serve(demo).address)
     ready(page, "project")
-    for view in ("project", "machine", "lobes", "blows"):
+    for view in page.evaluate("window.Workbench.known"):
         page.evaluate(f"location.hash = '#/{view}'")
         ready(page, view)
         nameless = page.evaluate("""() => [...document.querySelectorAll('button, input, select, a[href], svg[role=img]')]
@@ -244,8 +245,39 @@ def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
             || node.labels?.[0]?.textContent)).map((node) => node.outerHTML.slice(0, 120))""")
         assert nameless == [], view
         assert page.evaluate("document.querySelectorAll('h1').length") == 1
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement !== document.body")
+        # Every control that can be pressed is on the way of the tabulator, and none holds it.
+        asked = page.evaluate("""() => [...document.querySelectorAll('#view button, #view input, #view select, #view summary')]
+          .filter((node) => !node.disabled && node.checkVisibility({ visibilityProperty: true })
+            && !node.closest('details:not([open]) > :not(summary)')).map((node, i) => { node.dataset.asked = i; return i; })""")
+        page.evaluate("""() => { window.reached = []; document.getElementById('view').focus();
+          document.addEventListener('focusin', (event) => window.reached.push(event.target.dataset.asked)); }""")
+        for _ in range(2 * len(asked) + 30):
+            page.keyboard.press("Tab")
+        assert {str(number) for number in asked} <= set(page.evaluate("window.reached")), view
+
+
+def test_every_text_has_the_contrast_of_wcag_aa_in_both_themes(demo, serve, tab):
+    """Also what is said to be of an earlier state, which is drawn fainter."""
+    page = tab(serve(demo).address)
+    script = CONTRAST.read_text(encoding="utf-8")
+
+    def faults(view: str) -> list[str]:
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+        found = []
+        for theme in ("light", "dark"):
+            page.emulate_media(color_scheme=theme)
+            found += [f"{view}, {theme}: {fault}" for fault in page.evaluate(script)]
+        return found
+
+    ready(page, "project")
+    assert [fault for view in page.evaluate("window.Workbench.known") for fault in faults(view)] == []
+    page.evaluate("location.hash = '#/project'")
+    ready(page, "project")
+    with (demo / "points.csv").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    wait(page, "document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
+    assert faults("project") == []
 
 
 def test_words_are_complete_in_english_and_german(demo, serve, tab):
