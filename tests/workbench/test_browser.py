@@ -199,6 +199,48 @@ def test_what_a_command_changes_is_seen_and_old_numbers_are_marked(demo, serve, 
     assert page.inner_text(".answer").startswith("Of an earlier state")
 
 
+def test_a_blow_a_change_a_test_a_joint_and_a_pole_show_what_they_change(demo, serve, tab, tmp_path):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+
+    def go(view: str) -> None:
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+
+    go("blows")
+    page.get_by_role("button", name="Accept P6.csv#2").click()  # the double hit: the response follows at once
+    wait(page, "document.getElementById('wb-followed')?.innerText.includes('from 131 of 131 hits')")
+    assert "the decision changes it by at most" in page.inner_text("#wb-followed")
+    go("advice")
+    page.get_by_role("button", name="Show the difference: wider guide of the head").click()
+    wait(page, "document.querySelectorAll('#wb-difference table').length === 3")
+    first, second = (float(text.split()[0]) for text in page.locator(
+        "#wb-difference tbody tr").first.locator("td").all_inner_texts()[2:])
+    assert second > 1.1 * first  # the limit of the goal, with springs 30 % stiffer
+    page.get_by_role("button", name="Show the difference: shapes at").first.click()
+    assert "this test narrows it by" in page.inner_text("#wb-narrowed")
+    go("machine")
+    for colour in ("soft", "sure"):
+        page.select_option("#wb-joints", colour)
+        wait(page, "document.querySelector('.wb-run [aria-live]').textContent.includes('column_head')")
+    go("modes")
+    page.get_by_role("button", name="Show the page").first.click()
+    frame = page.frame_locator("iframe.wb-page")
+    frame.locator(".tp-picker input").first.uncheck(timeout=120_000)
+    wait(page, "!document.getElementById('wb-choice').disabled")
+    page.click("#wb-choice")
+    wait(page, "document.getElementById('wb-chosen').innerText.includes('choices/structure.yaml')")
+    kept = (demo / "choices/structure.yaml").read_bytes()
+    assert b"remove:" in kept and b"21.3" in kept
+    (tmp_path / "choice.yaml").write_bytes(kept)
+    shutil.rmtree(demo / "choices")
+    command = shlex.split(page.inner_text("#wb-chosen").partition("The same: ")[2])[1:]
+    words = [word.replace("=choice", f"={tmp_path}/choice") for word in command]
+    done = subprocess.run([sys.executable, "-m", "toolpoint", *words], cwd=demo, capture_output=True, text=True)
+    assert done.returncode == 0 and (demo / "choices/structure.yaml").read_bytes() == kept, done.stderr
+    assert page.errors == []
+
+
 def test_two_hundred_files_are_handed_over_at_once(tmp_path, serve, tab):
     sources = tmp_path / "sources"
     sources.mkdir()

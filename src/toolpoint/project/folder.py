@@ -182,7 +182,7 @@ class Project:
         write_whole(place, text + ("" if text.endswith("\n") else "\n") + io.line_of_tried(cut))
 
     def choose_poles(self, test: str, text: str) -> str:
-        """Write a choice of poles for a test, the text of a choice file as the identification's page writes it; return its place.
+        """Write the poles that a person chose for a test, the text of a choice file; return its place.
 
         The next run identifies the test with it. An empty text takes the choice back. Raises ToolpointError for a test that the
         project lacks or that is given as modes, and for a text that is no choice file; nothing is written then.

@@ -39,8 +39,8 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
                                                     metavar="FILE=KIND")] = (),
               part: Annotated[tuple[str, ...], Help("A part of project.yaml; several times.",
                                                     metavar="'goals.rough: {speed: 8000 rpm, depth: 3 mm}'")] = (),
-              choice: Annotated[tuple[str, ...], Help("Poles chosen by hand for a test, as the page of its modes writes them; it "
-                                                      "takes the place of an earlier one.", metavar="TEST=FILE")] = ()) -> None:
+              choice: Annotated[tuple[str, ...], Help("Poles chosen by hand for a test, as the page of its modes writes "
+                                                      "them; it replaces another.", metavar="TEST=FILE")] = ()) -> None:
     """Add files to a project, each where it belongs and entered in project.yaml, and parts: cuts, goals, changes.
 
     Files are copied; what each is, is told by its content. Nothing is overwritten.

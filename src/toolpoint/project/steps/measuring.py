@@ -58,7 +58,9 @@ def find_modes(folder: Path, responses: Path, choice: Path | None = None, *, ban
         "status": result.status, "frequency_hz": result.modes.frequency, "damping_ratio": result.modes.damping_ratio,
         "doubtful": result.doubtful, "advice": list(result.advice), "band_hz": chosen})
     frequencies = ", ".join(f"{frequency:.4g}" for frequency in result.modes.frequency[:12])
-    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz", tuple(result.doubts))
+    by_hand = [] if result.choice is None or result.choice.is_empty else [
+        Doubt("modes", result.choice.remark, "toolpoint identify without --choice finds them anew")]
+    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz", (*result.doubts, *by_hand))
 
 
 def identify_responses(responses: Path, choice: Path | None = None, *, band: Sequence[float] | None = None,

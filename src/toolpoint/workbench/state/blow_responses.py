@@ -28,10 +28,10 @@ def response_beside(study: HammerStudy, outputs: tuple[Dof, ...], earlier: Frf |
             "quantity": frf.quantity, "output": str(frf.outputs[output]), "input": str(frf.inputs[0]), "earlier": None}
     is_alike = earlier is not None and np.array_equal(earlier.frequency, frf.frequency)
     if earlier is not None and is_alike and frf.outputs[output] in earlier.outputs and frf.inputs[0] in earlier.inputs:
-        before = earlier.values[:, earlier.outputs.index(frf.outputs[output]), earlier.inputs.index(frf.inputs[0])]
-        largest = float(np.abs(before[inside]).max())
-        data |= {"earlier": np.abs(before[drawn]), "change": float(np.abs(
-            frf.values[inside, output, 0] - before[inside]).max() / largest)}
+        last_run = earlier.values[:, earlier.outputs.index(frf.outputs[output]), earlier.inputs.index(frf.inputs[0])]
+        largest = float(np.abs(last_run[inside]).max())
+        data |= {"earlier": np.abs(last_run[drawn]), "change": float(np.abs(
+            frf.values[inside, output, 0] - last_run[inside]).max() / largest)}
     return data
 
 

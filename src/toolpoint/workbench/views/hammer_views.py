@@ -50,7 +50,8 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     doubts = (*record_doubts(entry), *map(Doubt.parsed, data["advice"]))
     return WorkbenchView("modes", ("Of an earlier state: " if not entry.is_of_today else "") + answer, doubts,
                          (command_line("identify", responses, *options),),
-                         (f"frf = io.read_frf([{responses!r}])", f"print(studies.identify_modes(frf{_choice_argument(options)}).table())"),
+                         (f"frf = io.read_frf([{responses!r}])",
+                          f"print(studies.identify_modes(frf{_choice_argument(options)}).table())"),
                          {"tests": list(tests), "test": name, "modes": rows, "choice": _kept_choice(desk, name),
                           "pages": [f"modes/{name}", *([f"correlate/{name}"] if _has_machine(project) else [])]},
                          not entry.is_of_today)

@@ -66,8 +66,8 @@ def _step(entry: StepOutlook) -> dict[str, Any]:
     step, record = entry.step, entry.record
     arisen = [] if record is None else [str(doubt.doubt) for doubt in record.doubts if doubt.step == step.name]
     return {"name": step.name, "does": step.words, "state": entry.state, "reason": entry.reason,
-            "words": "" if record is None else typeset(record.words), "doubts": [typeset(doubt) for doubt in arisen], "command": step.command or
-            command_line("run", ".", step.name),
+            "words": "" if record is None else typeset(record.words), "doubts": [typeset(doubt) for doubt in arisen],
+            "command": step.command or command_line("run", ".", step.name),
             "age_s": None if record is None else _age(record.started), "started": None if record is None else record.started,
             "seconds": None if record is None else record.seconds, "files": list(step.output_paths),
             "inputs": len(step.input_paths), "is_of_today": entry.is_of_today, "is_fresh": entry.state == FRESH}
