@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import re
@@ -12,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,84 +18,10 @@ import pytest
 import tapping
 
 from toolpoint.project import Project, write_demo
+from workbench_tabs import ready, wait
 
 CONTRAST = Path(__file__).with_name("contrast.js")
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
-
-
-class Server:
-    """`toolpoint serve` as a process of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        pytest.importorskip("uvicorn")
-        self.folder = folder
-        self.start()
-
-    def start(self) -> None:
-        self.process = subprocess.Popen([sys.executable, "-m", "toolpoint", "serve", "."], cwd=self.folder, text=True,
-                                        stdout=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().split()[-1]
-
-    def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
-
-    def hold_job(self) -> int:
-        """Halt the process of this folder's job as soon as there is one: what a page shows of it stays, on any machine."""
-        end = time.monotonic() + 60.0
-        while time.monotonic() < end:
-            for line in Path("/proc").glob("[0-9]*/cmdline"):
-                with contextlib.suppress(OSError):  # a process that ends meanwhile
-                    if b"state.job_process" in (words := line.read_bytes()) and str(self.folder).encode() in words:
-                        os.kill(number := int(line.parent.name), signal.SIGSTOP)
-                        return number
-            time.sleep(0.01)
-        raise AssertionError("no job was started")
-
-
-@pytest.fixture
-def serve() -> Iterator[Callable[[Path], Server]]:
-    servers: list[Server] = []
-
-    def start(folder: Path) -> Server:
-        servers.append(Server(folder))
-        return servers[-1]
-
-    yield start
-    for server in servers:
-        server.kill()
-
-
-@pytest.fixture
-def tab(browser: Any) -> Iterator[Callable[..., Any]]:
-    contexts: list[Any] = []
-
-    def open_tab(address: str, beside: Any = None, **options: Any) -> Any:
-        if beside is None:
-            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}, **options))
-        context = contexts[-1] if beside is None else beside.context
-        page = context.new_page()
-        page.errors, page.requests = [], []
-        page.on("pageerror", lambda error: page.errors.append(str(error)))
-        page.on("request", lambda request: page.requests.append(request.url))
-        page.goto(address)
-        return page
-
-    yield open_tab
-    for context in contexts:
-        context.close()
-
-
-def wait(page: Any, expression: str, seconds: float = 240.0) -> None:
-    end = time.monotonic() + seconds
-    while not page.evaluate(expression):
-        assert time.monotonic() < end, f"still false: {expression}; page: {page.inner_text('body')[:1500]}"
-        time.sleep(0.05)
-
-
-def ready(page: Any, view: str) -> None:
-    wait(page, f"document.body.dataset.ready === '{view}' && window.Workbench.current === '{view}'")
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What a person comes with, the commands that answer, and a line for each: the order of the help, of README and of the manual."""
+"""What a person comes with, the commands that answer, and a line for each: the order of the help and of the manual."""
 
 from __future__ import annotations
 
