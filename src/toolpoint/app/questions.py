@@ -1,4 +1,4 @@
-"""What a person comes with, the commands that answer, and a line for each: the order of the help and of the manual."""
+"""Commands by the question that they answer, with a line for each: the order of the help and of the manual."""
 
 from __future__ import annotations
 

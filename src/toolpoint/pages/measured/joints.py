@@ -8,6 +8,7 @@ from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.machines.joint_views import joint_views
+from toolpoint.plot.shape_view.hulls import HULL_WORDS, with_hulls
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import HEADER
@@ -25,7 +26,7 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
         joint_views(geometry.points, components.points, joints.joints),
-        "Crosses: joints; lines: their free directions; dots: measured points by component."),
+        "Crosses: joints; lines: their free directions; areas: hulls of the measured points (dots) of each component."),
         *([Notes(result.joints.notes, "note")] if result.joints.notes else []))
     rows = [row for steps in result.steps() for row in steps.rows()]
     report = report.with_section(
@@ -33,9 +34,9 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
                                     "axes by perpendicular bisectors"),
         "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
         "weigh every mode by its uncertainty.")
-    scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
+    scene = with_hulls(Scene.of_points(geometry.points, geometry.lines, components=components.points))
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
-    report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
+    report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured", caption=HULL_WORDS))
     report = report.with_assumptions(
         "Components are rigid and their points lie where the geometry says; joints are linear springs at one place each.",
         "Damping is by the law that the notes name.")

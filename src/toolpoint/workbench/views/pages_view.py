@@ -116,7 +116,14 @@ def _identification(project: Project, responses: Path, test: str) -> Any:
     result, _ = identify_responses(responses, choice if choice.is_file() else None, band=described.band,
                                    sensor_mass=described.sensor_mass, whole_band=bool(described.responses))
     place = responses.relative_to(project.folder).as_posix()
-    return pages.identification_page(result, shape, [responses.name], warnings=[], command=command_line("identify", place))
+    return pages.identification_page(result, shape, [responses.name], warnings=[], command=command_line("identify", place),
+                                     components=_components_of(project))
+
+
+def _components_of(project: Project) -> Any:
+    """Return the points by component, None where no file of the project says it."""
+    file = project.description.components
+    return None if file is None else io.read_components(project.folder / file).points
 
 
 def _blows(file: Path) -> Any:
