@@ -21,7 +21,7 @@ HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passe
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
     joints, components, geometry = result.joints, result.components, result.geometry
-    report = Report(f"Joints of {components.name}", f"{_answer(joints)}\n\n{result.status}", subtitle=components.order_text)
+    report = Report(f"Joints of {components.name}", f"{_answer(result)}\n\n{result.status}", subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
     report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
@@ -48,11 +48,16 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
                                ShapeView(drawn, moved, "model"))
 
 
-def _answer(joints: JointIdentification) -> str:
-    """Return what every joint leaves free and how stiff it is, in one sentence a joint."""
-    words = [f"{joint.parent} – {joint.child}: {joint.kind}" + (f", {joint.stiffness_text}" if joint.stiffness_text else "")
-             for joint in joints.joints]
-    return f"{len(words)} joint{'s' if len(words) != 1 else ''} (95 % intervals). " + "; ".join(words) + "."
+def _answer(result: JointStudy) -> str:
+    """Return which joint is soft, and the kind of every joint; their numbers stand in the table."""
+    words = [f"{joint.parent} – {joint.child} {joint.kind}" for joint in result.joints.joints]
+    kinds = f"{len(words)} joint{'s' if len(words) != 1 else ''}: {', '.join(words)}."
+    softest, checked = result.softest, result.checked
+    if softest is None or checked is None:
+        return f"{kinds} Which of them is soft is not said, as there is no machine: {result.no_machine_reason}"
+    share = "Most" if softest[1] > 1 / 2 else "The largest part"
+    return (f"{share} of the strain energy of the lowest mode ({checked.frequency[0]:.2f} Hz), {100 * softest[1]:.0f} %, "
+            f"lies in the joint {softest[0]}. {kinds}")
 
 
 def _joint_rows(joints: JointIdentification) -> list[list[str]]:
