@@ -1,5 +1,6 @@
 """What is published beside the package says what the package says: versions, dependencies, licence, supported Pythons."""
 
+import importlib.util
 import re
 import tomllib
 from pathlib import Path
@@ -43,3 +44,23 @@ def test_the_workflow_runs_every_python_that_the_package_names():
     listed = re.findall(r'"(3\.\d+)"', text.split("matrix:")[1].split("runs-on")[0])
     named = [line.rsplit(" ", 1)[1] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)]
     assert set(named) <= set(listed)
+
+
+def test_every_line_of_the_readme_is_run_by_the_ci():
+    """Lines that `.ci/readme_lines.py` leaves out are run by `.ci/run` itself, or by tests of the workbench."""
+    spec = importlib.util.spec_from_file_location("readme_lines", ROOT / ".ci/readme_lines.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = [line.strip() for block in re.findall(r"^```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+             for line in block.splitlines() if line.strip() and not line.startswith("#")]
+    run = "\n".join(module.blocks())
+    ci = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    names = re.search(r"for name in ([\w -]+);", ci)
+    assert "readme_lines.py" in ci and names is not None
+    for line in lines:
+        demo = re.match(r"toolpoint demo ([\w-]+)", line)
+        assert line in run or "venv" in line or "sphinx-build" in line or line.startswith("toolpoint serve") or (
+            demo is not None and demo[1] in names[1].split()), line
+    assert len(module.blocks()) >= 5
