@@ -10,6 +10,7 @@ from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.machines.joint_views import joint_views
+from toolpoint.plot.shape_view.hulls import HULL_WORDS, with_hulls
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.measured.bisector_steps import BisectorSteps
 from toolpoint.studies.measured.joint_study import JointStudy
@@ -24,14 +25,14 @@ HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passe
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
     joints, components, geometry = result.joints, result.components, result.geometry
-    report = Report(f"Joints of {components.name}", f"{_answer(joints)}\n\n{result.status}", subtitle=components.order_text)
+    report = Report(f"Joints of {components.name}", f"{_answer(result)}\n\n{result.status}", subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
     report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
         joint_views(geometry.points, components.points, joints.joints),
-        "Crosses: joints; lines: their free directions; dots: measured points by component."),
+        "Crosses: joints; lines: their free directions; areas: hulls of the measured points (dots) of each component."),
         *([Notes(result.joints.notes, "note")] if result.joints.notes else []))
-    scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
+    scene = with_hulls(Scene.of_points(geometry.points, geometry.lines, components=components.points))
     steps = result.steps()
     report = report.with_section(
         "The source's steps", Table(HEADER_OF_STEPS, [row for step in steps for row in step.rows()],
@@ -40,7 +41,7 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
         "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
         "weigh every mode by its uncertainty.", *_compensated_view(result, scene, steps))
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
-    report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
+    report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured", caption=HULL_WORDS))
     report = report.with_assumptions(
         "Components are rigid and their points lie where the geometry says; joints are linear springs at one place each.",
         "Damping is by the law that the notes name.")
@@ -67,11 +68,16 @@ def _compensated_view(result: JointStudy, scene: Scene, steps: Sequence[Bisector
     return [ShapeView(scene, shapes, "compensated", "each component without the motion of the one before it")]
 
 
-def _answer(joints: JointIdentification) -> str:
-    """Return what every joint leaves free and how stiff it is, in one sentence a joint."""
-    words = [f"{joint.parent} – {joint.child}: {joint.kind}" + (f", {joint.stiffness_text}" if joint.stiffness_text else "")
-             for joint in joints.joints]
-    return f"{len(words)} joint{'s' if len(words) != 1 else ''} (95 % intervals). " + "; ".join(words) + "."
+def _answer(result: JointStudy) -> str:
+    """Return which joint is soft, and the kind of every joint; their numbers stand in the table."""
+    words = [f"{joint.parent} – {joint.child} {joint.kind}" for joint in result.joints.joints]
+    kinds = f"{len(words)} joint{'s' if len(words) != 1 else ''}: {', '.join(words)}."
+    softest, checked = result.softest, result.checked
+    if softest is None or checked is None:
+        return f"{kinds} Which of them is soft is not said, as there is no machine: {result.no_machine_reason}"
+    share = "Most" if softest[1] > 1 / 2 else "The largest part"
+    return (f"{share} of the strain energy of the lowest mode ({checked.frequency[0]:.2f} Hz), {100 * softest[1]:.0f} %, "
+            f"lies in the joint {softest[0]}. {kinds}")
 
 
 def _joint_rows(joints: JointIdentification) -> list[list[str]]:
