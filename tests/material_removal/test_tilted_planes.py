@@ -36,7 +36,8 @@ def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str, spacin
     assert np.nanmax(study.stages[0].blocks.arc) == pytest.approx(2 * np.arcsin(width / 10), abs=np.radians(0.5))
 
 
-@pytest.mark.parametrize(("leg", "spacing"), [(2.3, 4e-4), pytest.param(3.0, 3.1e-4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("leg", "spacing"), [
+    pytest.param(2.3, 4e-4, marks=pytest.mark.slow), pytest.param(3.0, 3.1e-4, marks=pytest.mark.slow)])
 def test_prisms_whose_edges_lie_across_the_dexels_are_within_a_thousandth(leg: float, spacing: float) -> None:
     """Ridge and ends of the prism fall between the dexels: volumes taken and left by the closed form."""
     study = _run(_chamfer(leg), spacing=spacing)

@@ -319,6 +319,22 @@ def update() -> Report:
 
 
 @case
+def element_sensitivity() -> Report:
+    from toolpoint.machine import build
+    from toolpoint.machine.description import BodyDescription, JointDescription, MachineDescription
+    from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, PatchDescription
+    from toolpoint.pages import element_page
+    from toolpoint.studies import study_elements
+
+    foot = PatchDescription((0.1, 0.05, 0), (1, 0, 0), (0, -1, 0), 0.2, 0.1)
+    post = ElasticDescription((CastingBox((0, 0, 0), (0.2, 0.1, 0.5)),), {"foot": foot}, band=4000.0, mesh_size=0.06)
+    joint = JointDescription("ground", "post", stiffness=dict.fromkeys(("x", "y", "z"), 4e8) | dict.fromkeys(
+        ("rx", "ry", "rz"), 1e6), child_interface="foot")
+    machine = build(MachineDescription("post", {"post": BodyDescription(elastic=post)}, {"bolts": joint}))
+    return element_page(study_elements(machine, modes=4))
+
+
+@case
 def sensitivity() -> Report:
     from toolpoint.pages import sensitivity_page
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity

@@ -9,10 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
+import click
+
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint.app import console
 from toolpoint.app.interrupt import unbroken_writing
+from toolpoint.app.next_commands import next_commands
 from toolpoint.io.output_places import check_page_place
 
 if TYPE_CHECKING:
@@ -46,6 +49,7 @@ class Frame:
         self._show: Callable[..., None] | None = None
         self._pending_output, self._written, self._shown_lines = list[Callable[[], None]](), list[str](), list[str]()
         self._unwritten: list[Exception] = []
+        self._has_suggested = False
 
     def __enter__(self) -> Frame:
         if self.output is not None and self.output.suffix != ".h5":  # that of identify is a file of modes, and no page
@@ -59,10 +63,13 @@ class Frame:
         # The progress ends first: its bars would be drawn over what is printed.
         self._stack.__exit__(kind, error, trace)
         if not self.as_json:
+            # Doubts of files come before everything that rests on them; what a table repeats already is not said twice.
             for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown_lines)):
                 console.text(line)
         for show in self._pending_output:
             show()
+        if kind is None and not self.as_json and not self._has_suggested:
+            self._print_next()
         # An error of the computation is the one that counts; a file that was not written comes after it.
         if kind is None and self._unwritten:
             raise self._unwritten[0]
@@ -93,6 +100,7 @@ class Frame:
     def progress_of_parts(self) -> Callable[..., None]:
         """Return the `progress` function of a study that takes name, done and total."""
         if self._show is None:
+            # Begun with the first report: a command that refuses its input shows no bar.
             self._show = self._stack.enter_context(console.show_progress(self.as_json))
         return self._show
 
@@ -115,6 +123,7 @@ class Frame:
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
         if (place := to or self.output) is not None:
+            # Studies name arguments, a page of the command line must name options.
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
             try:
                 with unbroken_writing():
@@ -138,6 +147,7 @@ class Frame:
         if self.as_json:
             self.show_json(result.to_dict())
             return
+        # A note may come from several poses or parts: each sentence is said once.
         table, doubts = result.table(), doubts_among(dict.fromkeys(notes))
         self.show_text(*mark_notes(doubt for doubt in doubts if doubt not in table), table)
         self.show_rest(notes, first=doubts)
@@ -170,8 +180,16 @@ class Frame:
         if not self.as_json:
             self._pending_output.append(lambda: self._print_rest(tuple(notes), tuple(first)))
 
+    def _print_next(self) -> None:
+        """Print which commands come after this one, with its own files."""
+        context = click.get_current_context(silent=True)
+        commands = [] if context is None else next_commands(str(context.info_name), context.params)
+        if commands:
+            console.text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
+
     def suggest(self, *commands: str) -> None:
         """Say which commands come next."""
+        self._has_suggested = True
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
     def _print_rest(self, notes: Sequence[str], first: Sequence[str]) -> None:

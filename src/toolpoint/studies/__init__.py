@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
     from toolpoint.studies.machines.check.machine_check import check_machine
+    from toolpoint.studies.machines.element_sensitivity import study_elements
     from toolpoint.studies.machines.full_mesh_modes import compare_full_mesh
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -255,6 +256,7 @@ __all__ = [
     "study_drift",
     "study_driven_axis",
     "study_driven_responses",
+    "study_elements",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -327,6 +329,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
+    "machines.element_sensitivity": ("study_elements",),
     "machines.full_mesh_modes": ("compare_full_mesh",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
