@@ -54,8 +54,8 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
     block = laid.moves.block[piece[arcs.place]]
     # An arc within the group's may have a boundary that the group's lacks (an island): the member farthest from it is solved
     # too.
-    far = _farthest_members(arcs, classes)
-    second = execute(solver, _member_points(arcs, laid, block, pose, members=far), folder=None if folder is None else
+    farthest = _farthest_members(arcs, classes)
+    second = execute(solver, _member_points(arcs, laid, block, pose, members=farthest), folder=None if folder is None else
                      folder / "members", progress=progress).outcomes
     stable_beside, gap_beside = _judge_members(arcs.depth, classes.group, second)
     gap = np.where(stable != stable_beside, 0.0, np.minimum(gap, gap_beside))

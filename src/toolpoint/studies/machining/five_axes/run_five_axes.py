@@ -114,7 +114,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, path.line),
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, line=path.line),
               *verdicts.doubts]
     return _study(name, text, case, verdicts, doubts=doubts, error=error)
 
@@ -210,7 +210,7 @@ def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
                   figure=float(spread[k]))]
 
 
-def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, line: np.ndarray) -> list[Doubt]:
+def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, *, line: np.ndarray) -> list[Doubt]:
     """Return the doubt about vectors between which even rotary axes leave the plane that a control may keep (ORIVECT)."""
     if rotary is None:
         return []
@@ -222,14 +222,14 @@ def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | 
                            for share in (0.0, 0.5, 1.0))
     straight = first + last
     straight /= np.linalg.norm(straight, axis=1, keepdims=True)
-    beside = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
-    k = int(np.argmax(beside))
-    if beside[k] <= MAX_UNDOUBTED_WAY:
+    axis_deviation = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
+    k = int(np.argmax(axis_deviation))
+    if axis_deviation[k] <= MAX_UNDOUBTED_WAY:
         return []
-    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {beside[k]:.2g}° beside "
+    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {axis_deviation[k]:.2g}° beside "
                   "the straight turn, as rotary axes move evenly here; a control may turn it straight (ORIVECT, PATHCTRL "
                   "VECTOR)",
-                  "post shorter blocks there", figure=float(beside[k]))]
+                  "post shorter blocks there", figure=float(axis_deviation[k]))]
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,
