@@ -226,9 +226,9 @@ def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | 
     k = int(np.argmax(axis_deviation))
     if axis_deviation[k] <= MAX_UNDOUBTED_WAY:
         return []
-    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {axis_deviation[k]:.2g}° "
-                  "beside the straight turn, as rotary axes move evenly here; a control may turn it straight (ORIVECT, "
-                  "PATHCTRL VECTOR)",
+    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes "
+                  f"{axis_deviation[k]:.2g}° beside the straight turn, as rotary axes move evenly here; a control may "
+                  "turn it straight (ORIVECT, PATHCTRL VECTOR)",
                   "post shorter blocks there", figure=float(axis_deviation[k]))]
 
 
