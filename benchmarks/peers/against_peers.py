@@ -60,10 +60,12 @@ QUESTIONS = {
     "arm": ("Places of the flange of a six-axis arm at 1000 poses", {"toolpoint": False, "pinocchio": False}),
     "film": ("Motion of 30 windows in a film of 200 frames, 0.4 pixels at most, noise of 1 % of the range",
              {"toolpoint": False, "pyidi": False}),
+    "lobes": ("Depth limits at nine speeds, two teeth, one mode along the feed, half immersion",
+              {"toolpoint": False, "milling_analyzer": False}),
     "beam": ("First three bending frequencies of a steel cantilever, 20 elements", {"toolpoint": False, "scikit_fem": False}),
 }
 NAMES = {"toolpoint": "toolpoint", "sdypy_ema": "sdypy-EMA", "pyfbs": "pyFBS", "sdynpy": "SDynPy", "pyoma2": "pyOMA2",
-         "scikit_fem": "scikit-fem", "ross": "ROSS", "exudyn": "Exudyn", "pinocchio": "Pinocchio", "pyidi": "pyidi"}
+         "scikit_fem": "scikit-fem", "ross": "ROSS", "exudyn": "Exudyn", "milling_analyzer": "milling-analyzer", "pinocchio": "Pinocchio", "pyidi": "pyidi"}
 BETA = np.array([1.8751040687119611, 4.694091132974174, 7.854757438237613])  # cos b cosh b = -1
 
 
@@ -153,6 +155,42 @@ def film_data() -> dict[str, np.ndarray]:
             "true_x": np.repeat((motion - motion[:1])[:, None], len(corners), axis=1)}
 
 
+def lobes_data() -> dict[str, np.ndarray]:
+    """Return a cut with one mode along the feed, and its limits by the map of one tooth passing on 400 intervals, bisected."""
+    data = {"frequency": 922.0, "damping": 0.011, "mass": 0.03993, "kt": 6e8, "kn": 2e8, "immersion": 0.5, "deepest": 4e-3}
+    speeds, count = np.linspace(6000, 22000, 9), 400
+    steps = np.arange(count * 20)
+    angle = (steps + 0.5) * np.pi / steps.size  # of one tooth over its pitch of half a turn; the other is half a turn on
+    force = sum(np.where((phi > np.arccos(2 * data["immersion"] - 1)) & (phi < np.pi),
+                         (data["kt"] * np.cos(phi) + data["kn"] * np.sin(phi)) * np.sin(phi), 0.0) for phi in (
+                             angle, angle + np.pi)).reshape(count, 20).mean(axis=1)
+    limits = []
+    for speed in speeds:
+        depths = np.linspace(0, data["deepest"], 41)[1:]  # an island narrower than 0.1 mm would be missed
+        high = next(depth for depth in depths if _growth(depth, speed, force, data) > 1)
+        low = high - depths[0]
+        for _ in range(12):
+            middle = (low + high) / 2
+            low, high = (low, middle) if _growth(middle, speed, force, data) > 1 else (middle, high)
+        limits.append((low + high) / 2)
+    return {**{key: np.array(value) for key, value in data.items()}, "speeds": speeds, "true_x": np.array(limits)}
+
+
+def _growth(depth: float, speed: float, force: np.ndarray, data: dict[str, float]) -> float:
+    """Return the largest multiplier of the map of one tooth passing: constant force in each interval, a delay between two."""
+    from scipy.linalg import expm
+
+    count, step = force.size, 30 / speed / force.size  # s
+    state = np.eye(count + 2)
+    w, inertia = 2 * np.pi * data["frequency"], data["mass"]
+    for h in force * depth / inertia:
+        system = np.array([[0, 1, 0], [-w * w - h, -2 * data["damping"] * w, h], [0, 0, 0]])
+        p = expm(system * step)
+        moved = p[:2, :2] @ state[:2] + np.outer(p[:2, 2], (state[count] + state[count + 1]) / 2)
+        state = np.concatenate([moved, state[:1], state[2:-1]])
+    return float(np.abs(np.linalg.eigvals(state)).max())
+
+
 def main() -> None:
     parser = CommandLine(__doc__)
     parser.peers("interpreter that has the other programs")
@@ -162,7 +200,7 @@ def main() -> None:
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         makers = {"modes": modal_data, "work": work_data, "beam": beam_data, "rotor": rotor_data, "chain": chain_data,
-                  "arm": arm_data, "film": film_data}
+                  "arm": arm_data, "film": film_data, "lobes": lobes_data}
         for task, (words, programs) in QUESTIONS.items():
             if options.only not in (None, task):
                 continue
@@ -225,6 +263,8 @@ def _answer_of(command: list[str], environment: dict[str, str]) -> dict[str, Any
 def _error_of_places(task: str, found: list[float], truth: np.ndarray) -> tuple[str, str]:
     """Return the error of places (the largest, m) or of motions in a film (root mean square, pixels)."""
     error = np.array(found) - np.ravel(truth)
+    if task == "lobes":
+        return f"{100 * np.abs(error / np.ravel(truth)).max():.2g} % of a limit", "-"
     words = f"{np.sqrt(np.mean(error**2)):.2g} pixels rms" if task == "film" else f"{np.abs(error).max():.1g} m"
     return words, "-"
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _NOUNS = ("Dof", "Frf", "Modes", "Record", "SecondOrderSystem", "StateSpace")
 _REMARKS = ("ToolpointError", "ToolpointWarning")  # theirs brings NumPy, which a command takes Ctrl-C before

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -207,14 +208,27 @@ def test_matrices_of_other_names_and_units(tmp_path, capsys):
     assert run(["modes", MACHINE, "--units", "mm-t-s"]) == 2
 
 
-def test_help_answers_by_question_and_cuts_no_sentence(capsys):
-    from toolpoint.app.main import COMMANDS_OF_QUESTION, MODULE_OF_COMMAND
+def test_help_answers_by_question_one_full_line_a_command_on_one_page(capsys):
+    from toolpoint.app.main import MODULE_OF_COMMAND
+    from toolpoint.app.questions import COMMANDS_OF_QUESTION, GROUPED_COMMANDS, GROUPS
 
-    grouped = [name for names in COMMANDS_OF_QUESTION.values() for name in names]
+    grouped = [name for lines in COMMANDS_OF_QUESTION.values() for name in lines]
     assert sorted(grouped) == sorted(MODULE_OF_COMMAND)
     assert run(["--help"]) == 0
     printed = capsys.readouterr().out
-    assert "..." not in printed.split("Options:")[1] and all(f"{question}:" in printed for question in COMMANDS_OF_QUESTION)
+    lines = printed.splitlines()
+    assert "..." not in printed.split("Options:")[1] and max(map(len, lines)) <= 80 and len(lines) < 80
+    for question, entries in COMMANDS_OF_QUESTION.items():
+        assert f"{question}:" in lines
+        for name, words in entries.items():
+            assert any(re.fullmatch(rf"  {name} +{re.escape(words)}", line) for line in lines) == (name not in GROUPED_COMMANDS)
+    for group, (_, names) in GROUPS.items():  # a command of a group has its name beside it too
+        assert any(line.startswith(f"  {group} ") and line.endswith(", ".join(names)) for line in lines)
+        assert run([group, "--help"]) == 0
+        text = capsys.readouterr().out
+        assert all(f"  {name} " in text for name in names)
+    assert run(["files", "schema", "cut"]) == run(["schema", "cut"])
+    assert run(["files", "lobes"]) == 2
     page = (ROOT / "docs" / "how_to" / "commands_by_question.md").read_text(encoding="utf-8")
     positions = [page.index(f"**{question}**") for question in COMMANDS_OF_QUESTION]
     assert positions == sorted(positions)

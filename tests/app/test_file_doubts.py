@@ -57,7 +57,7 @@ def test_every_command_repeats_the_doubts_of_its_file_first(sound, tmp_path, arg
 
 def test_a_sound_file_states_none(sound, tmp_path):
     shown = CliRunner().invoke(cli, ["modes", str(written(sound, tmp_path))])
-    assert "doubt" not in shown.output
+    assert "doubt:" not in shown.output
 
 
 def test_a_measured_reference_is_compared_with_the_modes(sound, tmp_path):

@@ -1,15 +1,25 @@
 """What is published beside the package says what the package says: versions, dependencies, licence, supported Pythons."""
 
+import importlib.util
 import re
+import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import toolpoint
+from toolpoint import substructuring
+from toolpoint._deprecation import ToolpointDeprecationWarning
 from toolpoint.io.yaml.document import parse
+from toolpoint.vibration import Modes, frequency_response
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+
+from generate import public_names  # noqa: E402
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
@@ -43,3 +53,40 @@ def test_the_workflow_runs_every_python_that_the_package_names():
     listed = re.findall(r'"(3\.\d+)"', text.split("matrix:")[1].split("runs-on")[0])
     named = [line.rsplit(" ", 1)[1] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)]
     assert set(named) <= set(listed)
+
+
+def test_every_line_of_the_readme_is_run_by_the_ci():
+    """Lines that `.ci/readme_lines.py` leaves out are run by `.ci/run` itself, or by tests of the workbench."""
+    spec = importlib.util.spec_from_file_location("readme_lines", ROOT / ".ci/readme_lines.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = [line.strip() for block in re.findall(r"^```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+             for line in block.splitlines() if line.strip() and not line.startswith("#")]
+    run = "\n".join(module.blocks())
+    ci = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    names = re.search(r"for name in ([\w -]+);", ci)
+    assert "readme_lines.py" in ci and names is not None
+    for line in lines:
+        demo = re.match(r"toolpoint demo ([\w-]+)", line)
+        assert line in run or "venv" in line or "sphinx-build" in line or line.startswith("toolpoint serve") or (
+            demo is not None and demo[1] in names[1].split()), line
+    assert len(module.blocks()) >= 5
+
+
+def test_no_public_name_vanishes():
+    """New names are entered by `python docs/generate/public_names.py --write`; one that goes is told in the migration notes."""
+    gone = {*public_names.listed_names()} - {*public_names.public_names()}
+    assert gone == set(), "deprecate it (toolpoint._deprecation), and tell it in docs/how_to/from_0_1_to_0_2.md"
+
+
+def test_old_arguments_and_names_go_on_with_a_warning_that_says_the_new_ones():
+    modes = Modes([20.0], [0.02], np.ones((2, 1)), ("1:+x", "2:+x"))
+    frf = frequency_response.modal(modes, np.linspace(5, 80, 5), inputs=["1:+x"])
+    with pytest.warns(ToolpointDeprecationWarning, match="'whole' is called 'assembly' since 0.2"):
+        old = substructuring.decouple_responses(whole=frf, part=frf, shared=["1:+x"], internal_outputs=["2:+x"])
+    new = substructuring.decouple_responses(frf, frf, ["1:+x"], internal_outputs=["2:+x"])
+    assert np.array_equal(old.values, new.values, equal_nan=True)
+    with pytest.raises(TypeError, match="give one of them"):
+        substructuring.decouple_responses(frf, frf, ["1:+x"], beside=(), internal_outputs=())

@@ -81,9 +81,9 @@ def test_arcs_of_a_ball_on_a_face_at_tilt_are_closed(tilt: float) -> None:
 
 
 def test_words_that_turn_axes_are_refused_with_their_line() -> None:
-    program = parse("S9000\nG0 X-7 Y0\nG43.4 H1\nG1 X47 B30 F1800", start=(0, 0, 0.05))
+    program = parse("S9000\nG0 X-7 Y0\nG43 H1\nG1 X47 B30 F1800", start=(0, 0, 0.05))
     setup = studies.describe_machining(studies.stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), CuttingDescription.of(**CUT))
-    with pytest.raises(ToolpointError, match="line 4 turn A, B or C"):
+    with pytest.raises(ToolpointError, match="line 4 cut with A, B or C turned"):
         studies.run_program(program, setup)
 
 

@@ -8,7 +8,7 @@ import shutil
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import pytest
 
 from toolpoint.workbench.serving.server import Workbench
 from toolpoint.workbench.state.access import Access
+from workbench_tabs import Server
 
 ROOT = Path(__file__).resolve().parents[2]
 MACHINE = ROOT / "src/toolpoint/project/demo_mill.yaml"
@@ -116,3 +117,36 @@ def running(folder: Path) -> Iterator[Running]:
     server.should_exit = True
     thread.join(10)
     listener.close()
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[[Path], Server]]:
+    servers: list[Server] = []
+
+    def start(folder: Path) -> Server:
+        servers.append(Server(folder))
+        return servers[-1]
+
+    yield start
+    for server in servers:
+        server.kill()
+
+
+@pytest.fixture
+def tab(browser: Any) -> Iterator[Callable[..., Any]]:
+    contexts: list[Any] = []
+
+    def open_tab(address: str, beside: Any = None, **options: Any) -> Any:
+        if beside is None:
+            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}, **options))
+        context = contexts[-1] if beside is None else beside.context
+        page = context.new_page()
+        page.errors, page.requests = [], []
+        page.on("pageerror", lambda error: page.errors.append(str(error)))
+        page.on("request", lambda request: page.requests.append(request.url))
+        page.goto(address)
+        return page
+
+    yield open_tab
+    for context in contexts:
+        context.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import re
@@ -12,7 +11,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,83 +18,10 @@ import pytest
 import tapping
 
 from toolpoint.project import Project, write_demo
+from workbench_tabs import ready, wait
 
+CONTRAST = Path(__file__).with_name("contrast.js")
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
-
-
-class Server:
-    """`toolpoint serve` as a process of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        pytest.importorskip("uvicorn")
-        self.folder = folder
-        self.start()
-
-    def start(self) -> None:
-        self.process = subprocess.Popen([sys.executable, "-m", "toolpoint", "serve", "."], cwd=self.folder, text=True,
-                                        stdout=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().split()[-1]
-
-    def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
-
-    def hold_job(self) -> int:
-        """Halt the process of this folder's job as soon as there is one: what a page shows of it stays, on any machine."""
-        end = time.monotonic() + 60.0
-        while time.monotonic() < end:
-            for line in Path("/proc").glob("[0-9]*/cmdline"):
-                with contextlib.suppress(OSError):  # a process that ends meanwhile
-                    if b"state.job_process" in (words := line.read_bytes()) and str(self.folder).encode() in words:
-                        os.kill(number := int(line.parent.name), signal.SIGSTOP)
-                        return number
-            time.sleep(0.01)
-        raise AssertionError("no job was started")
-
-
-@pytest.fixture
-def serve() -> Iterator[Callable[[Path], Server]]:
-    servers: list[Server] = []
-
-    def start(folder: Path) -> Server:
-        servers.append(Server(folder))
-        return servers[-1]
-
-    yield start
-    for server in servers:
-        server.kill()
-
-
-@pytest.fixture
-def tab(browser: Any) -> Iterator[Callable[..., Any]]:
-    contexts: list[Any] = []
-
-    def open_tab(address: str, beside: Any = None, **options: Any) -> Any:
-        if beside is None:
-            contexts.append(browser.new_context(viewport={"width": 1400, "height": 900}, **options))
-        context = contexts[-1] if beside is None else beside.context
-        page = context.new_page()
-        page.errors, page.requests = [], []
-        page.on("pageerror", lambda error: page.errors.append(str(error)))
-        page.on("request", lambda request: page.requests.append(request.url))
-        page.goto(address)
-        return page
-
-    yield open_tab
-    for context in contexts:
-        context.close()
-
-
-def wait(page: Any, expression: str, seconds: float = 240.0) -> None:
-    end = time.monotonic() + seconds
-    while not page.evaluate(expression):
-        assert time.monotonic() < end, f"still false: {expression}; page: {page.inner_text('body')[:1500]}"
-        time.sleep(0.05)
-
-
-def ready(page: Any, view: str) -> None:
-    wait(page, f"document.body.dataset.ready === '{view}' && window.Workbench.current === '{view}'")
 
 
 @pytest.fixture(scope="module")
@@ -198,6 +123,48 @@ def test_what_a_command_changes_is_seen_and_old_numbers_are_marked(demo, serve, 
     assert page.inner_text(".answer").startswith("Of an earlier state")
 
 
+def test_a_blow_a_change_a_test_a_joint_and_a_pole_show_what_they_change(demo, serve, tab, tmp_path):
+    page = tab(serve(demo).address)
+    ready(page, "project")
+
+    def go(view: str) -> None:
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+
+    go("blows")
+    page.get_by_role("button", name="Accept P6.csv#2").click()  # the double hit: the response follows at once
+    wait(page, "document.getElementById('wb-followed')?.innerText.includes('from 131 of 131 hits')")
+    assert "the decision changes it by at most" in page.inner_text("#wb-followed")
+    go("advice")
+    page.get_by_role("button", name="Show the difference: wider guide of the head").click()
+    wait(page, "document.querySelectorAll('#wb-difference table').length === 3")
+    first, second = (float(text.split()[0]) for text in page.locator(
+        "#wb-difference tbody tr").first.locator("td").all_inner_texts()[2:])
+    assert second > 1.1 * first  # the limit of the goal, with springs 30 % stiffer
+    page.get_by_role("button", name="Show the difference: shapes at").first.click()
+    assert "this test narrows it by" in page.inner_text("#wb-narrowed")
+    go("machine")
+    for colour in ("soft", "sure"):
+        page.select_option("#wb-joints", colour)
+        wait(page, "document.querySelector('.wb-run [aria-live]').textContent.includes('column_head')")
+    go("modes")
+    page.get_by_role("button", name="Show the page").first.click()
+    frame = page.frame_locator("iframe.wb-page")
+    frame.locator(".tp-picker input").first.uncheck(timeout=120_000)
+    wait(page, "!document.getElementById('wb-choice').disabled")
+    page.click("#wb-choice")
+    wait(page, "document.getElementById('wb-chosen').innerText.includes('choices/structure.yaml')")
+    kept = (demo / "choices/structure.yaml").read_bytes()
+    assert b"remove:" in kept and b"21.3" in kept
+    (tmp_path / "choice.yaml").write_bytes(kept)
+    shutil.rmtree(demo / "choices")
+    command = shlex.split(page.inner_text("#wb-chosen").partition("The same: ")[2])[1:]
+    words = [word.replace("=choice", f"={tmp_path}/choice") for word in command]
+    done = subprocess.run([sys.executable, "-m", "toolpoint", *words], cwd=demo, capture_output=True, text=True)
+    assert done.returncode == 0 and (demo / "choices/structure.yaml").read_bytes() == kept, done.stderr
+    assert page.errors == []
+
+
 def test_two_hundred_files_are_handed_over_at_once(tmp_path, serve, tab):
     sources = tmp_path / "sources"
     sources.mkdir()
@@ -236,7 +203,7 @@ def test_no_view_asks_another_host_overflows_a_phone_or_fails(demo, serve, tab):
 def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
     page = tab(serve(demo).address)
     ready(page, "project")
-    for view in ("project", "machine", "lobes", "blows"):
+    for view in page.evaluate("window.Workbench.known"):
         page.evaluate(f"location.hash = '#/{view}'")
         ready(page, view)
         nameless = page.evaluate("""() => [...document.querySelectorAll('button, input, select, a[href], svg[role=img]')]
@@ -244,8 +211,39 @@ def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
             || node.labels?.[0]?.textContent)).map((node) => node.outerHTML.slice(0, 120))""")
         assert nameless == [], view
         assert page.evaluate("document.querySelectorAll('h1').length") == 1
-    page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement !== document.body")
+        # Every control that can be pressed is on the way of the tabulator, and none holds it.
+        asked = page.evaluate("""() => [...document.querySelectorAll('#view button, #view input, #view select, #view summary')]
+          .filter((node) => !node.disabled && node.checkVisibility({ visibilityProperty: true })
+            && !node.closest('details:not([open]) > :not(summary)')).map((node, i) => { node.dataset.asked = i; return i; })""")
+        page.evaluate("""() => { window.reached = []; document.getElementById('view').focus();
+          document.addEventListener('focusin', (event) => window.reached.push(event.target.dataset.asked)); }""")
+        for _ in range(2 * len(asked) + 30):
+            page.keyboard.press("Tab")
+        assert {str(number) for number in asked} <= set(page.evaluate("window.reached")), view
+
+
+def test_every_text_has_the_contrast_of_wcag_aa_in_both_themes(demo, serve, tab):
+    """Also what is said to be of an earlier state, which is drawn fainter."""
+    page = tab(serve(demo).address)
+    script = CONTRAST.read_text(encoding="utf-8")
+
+    def faults(view: str) -> list[str]:
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+        found = []
+        for theme in ("light", "dark"):
+            page.emulate_media(color_scheme=theme)
+            found += [f"{view}, {theme}: {fault}" for fault in page.evaluate(script)]
+        return found
+
+    ready(page, "project")
+    assert [fault for view in page.evaluate("window.Workbench.known") for fault in faults(view)] == []
+    page.evaluate("location.hash = '#/project'")
+    ready(page, "project")
+    with (demo / "points.csv").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    wait(page, "document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
+    assert faults("project") == []
 
 
 def test_words_are_complete_in_english_and_german(demo, serve, tab):

@@ -9,10 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
+import click
+
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint.app import console
 from toolpoint.app.interrupt import unbroken_writing
+from toolpoint.app.next_commands import next_commands
 from toolpoint.io.output_places import check_page_place
 
 if TYPE_CHECKING:
@@ -46,6 +49,7 @@ class Frame:
         self._show: Callable[..., None] | None = None
         self._pending_output, self._written, self._shown_lines = list[Callable[[], None]](), list[str](), list[str]()
         self._unwritten: list[Exception] = []
+        self._has_suggested = False
 
     def __enter__(self) -> Frame:
         if self.output is not None and self.output.suffix != ".h5":  # that of identify is a file of modes, and no page
@@ -64,6 +68,8 @@ class Frame:
                 console.text(line)
         for show in self._pending_output:
             show()
+        if kind is None and not self.as_json and not self._has_suggested:
+            self._print_next()
         # An error of the computation is the one that counts; a file that was not written comes after it.
         if kind is None and self._unwritten:
             raise self._unwritten[0]
@@ -174,8 +180,16 @@ class Frame:
         if not self.as_json:
             self._pending_output.append(lambda: self._print_rest(tuple(notes), tuple(first)))
 
+    def _print_next(self) -> None:
+        """Print which commands come after this one, with its own files."""
+        context = click.get_current_context(silent=True)
+        commands = [] if context is None else next_commands(str(context.info_name), context.params)
+        if commands:
+            console.text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
+
     def suggest(self, *commands: str) -> None:
         """Say which commands come next."""
+        self._has_suggested = True
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
     def _print_rest(self, notes: Sequence[str], first: Sequence[str]) -> None:

@@ -90,7 +90,8 @@ def _descendants(root: int) -> list[int]:
     for status in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError, ValueError, IndexError):
             # The name of a process may hold spaces and brackets: its numbers begin after the last bracket.
-            parents[int(status.parent.name)] = int(status.read_text().rpartition(")")[2].split()[1])
+            text = status.read_text(encoding="utf-8", errors="replace")
+            parents[int(status.parent.name)] = int(text.rpartition(")")[2].split()[1])
     if not parents:
         import multiprocessing
 

@@ -14,6 +14,7 @@ import toolpoint
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint._threads import hold_process
 from toolpoint.app.interrupt import INTERRUPT_EXIT_CODE
+from toolpoint.app.questions import COMMANDS_OF_QUESTION, GROUPED_COMMANDS, GROUPS, LINE_OF_COMMAND
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _COMMANDS_OF_MODULE = {
@@ -34,43 +35,49 @@ _COMMANDS_OF_MODULE = {
     "videos": ("video",),
     "workbench": ("serve", "add", "change"),
 }
-MAX_HELP_LETTERS = 300  # of a command's first sentence: none is cut
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
 # Where the command's name is a name of Python, or of the frame.
 _FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut", "change": "change_numbers",
                         "add": "add_parts"}
 
-# What a person comes with, and the commands that answer: the order of the help, and of the README.
-COMMANDS_OF_QUESTION = {
-    "Begin, and see what is there": ("demo", "new", "samples", "check", "report", "doctor", "convert", "schema", "completion"),
-    "All of it in one folder, from records to advice": ("add", "run", "tried", "serve"),
-    "A tool tip was struck, or a cut sounds wrong": ("tap", "lobes", "listen", "speeds", "turn", "mill", "rcsa", "calibrate"),
-    "A machine is measured: by hammer, or at work": ("plan", "devices", "frf", "identify", "operational", "traverse",
-                                                     "axis-test", "joints", "next-test", "drift"),
-    "A machine file: modes, responses and limits at any pose": ("modes", "map", "map-chatter", "campbell", "base", "change",
-                                                                "export"),
-    "A model and its test: where they differ, what to change": ("correlate", "compare", "sensitivity", "update", "screen",
-                                                               "improve"),
-    "A controller: contours, friction, loops": ("drive", "servo-data"),
-    "An NC program, block by block": ("machining",),
-    "A robot that mills": ("robot", "reach", "region", "accuracy"),
-    "A video of the machine": ("video",),
-}
+GROUP_QUESTION = "More commands, in groups: toolpoint GROUP --help"
+MAX_HELP_WIDTH = 120  # letters of a line of help, on a terminal that is so wide
+
+
+class _CommandGroup(click.Group):
+    """Group of rarely needed commands: the same commands as beside it."""
+
+    def __init__(self, name: str, words: str, commands: tuple[str, ...]) -> None:
+        super().__init__(name=name, help=words)
+        self.names = commands
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.names)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        return cli.get_command(ctx, name) if name in self.names else None
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each command with its line."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, LINE_OF_COMMAND[name]) for name in self.names])
 
 
 class _Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(MODULE_OF_COMMAND)
+        return sorted([*MODULE_OF_COMMAND, *GROUPS])
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by the question that they answer, each with the whole first sentence of its help."""
-        for question, names in COMMANDS_OF_QUESTION.items():
-            rows = [(name, command.get_short_help_str(MAX_HELP_LETTERS)) for name in names
-                    if (command := self.get_command(ctx, name)) is not None]
+        """Write the commands by the question that they answer, a line each, then the groups of the others."""
+        for question, lines in COMMANDS_OF_QUESTION.items():
             with formatter.section(question):
-                formatter.write_dl(rows)
+                formatter.write_dl([entry for entry in lines.items() if entry[0] not in GROUPED_COMMANDS])
+        with formatter.section(GROUP_QUESTION):
+            formatter.write_dl([(name, ", ".join(names)) for name, (_, names) in GROUPS.items()])
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name in GROUPS:
+            return _CommandGroup(name, *GROUPS[name])
         if name not in MODULE_OF_COMMAND:
             return None
         # One command's module alone: all of them would load half of the package before an option is read.
@@ -82,11 +89,11 @@ class _Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            hint = suggestion(args[0], MODULE_OF_COMMAND) if args else ""
+            hint = suggestion(args[0], [*MODULE_OF_COMMAND, *GROUPS]) if args else ""
             raise click.UsageError(f"{error.message} {hint}".strip(), ctx) from None
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": MAX_HELP_WIDTH})
 @click.version_option(toolpoint.__version__, prog_name="toolpoint")
 def cli() -> None:
     """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""

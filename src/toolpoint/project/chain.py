@@ -24,6 +24,7 @@ from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
 
 TRIED_FILE = "tried.yaml"
+CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
 STEP_VERSIONS = {"responses": 1, "modes": 1, "joints": 1, "drift": 1, "update": 3, "machine": 1, "tip": 1, "tried": 4,
                  "limits": 8, "changes": 2, "next": 1, "contour": 1, "program": 2}
@@ -79,8 +80,11 @@ class _ChainBuilder:
         if test.of != STRUCTURE:
             return None
         options = {"band": test.band, "sensor_mass": test.sensor_mass, "whole_band": bool(test.responses)}
-        return self._add("modes", f"modes/{name}", _late("measuring", "find_modes"), {"responses": responses}, options=options,
-                         outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=("identify", responses))
+        choice = choice_place(name)
+        inputs = {"responses": responses, **({"choice": choice} if (self.root / choice).is_file() else {})}
+        command = ["identify", responses, *(["--choice", choice] if "choice" in inputs else [])]
+        return self._add("modes", f"modes/{name}", _late("measuring", "find_modes"), inputs, options=options,
+                         outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=command)
 
     def _responses(self, name: str, test: ProjectTest) -> str:
         settings = {"struck": test.struck, "pattern": test.pattern}
@@ -321,6 +325,11 @@ class _ChainBuilder:
                                 "joint to stiffen")
         if sources and not (self.root / TRIED_FILE).is_file():
             self.absent_parts.append("a cut that was tried (toolpoint tried) narrows the intervals")
+
+
+def choice_place(test: str) -> str:
+    """Return the place of the poles that a person chose for a test, relative to the project."""
+    return f"{CHOICES_FOLDER}/{test.replace('/', ' ')}.yaml"
 
 
 def _program_source(sources: Mapping[str, Any]) -> str:

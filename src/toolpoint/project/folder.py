@@ -18,7 +18,7 @@ from toolpoint import io
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.cutting.description import flat_values
 from toolpoint.machine.description.project_plan import ProjectDescription, TriedCut
-from toolpoint.project.chain import TRIED_FILE, ProjectChain, build_chain
+from toolpoint.project.chain import TRIED_FILE, ProjectChain, build_chain, choice_place
 from toolpoint.project.engine.content import ContentCache
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.outlook import StepOutlook, foresee_steps, open_cache
@@ -180,6 +180,32 @@ class Project:
             io.read_tried(place)
         text = place.read_text(encoding="utf-8") if place.is_file() else TRIED_HEAD
         write_whole(place, text + ("" if text.endswith("\n") else "\n") + io.line_of_tried(cut))
+
+    def choose_poles(self, test: str, text: str) -> str:
+        """Write the poles that a person chose for a test, the text of a choice file; return its place.
+
+        The next run identifies the test with it. An empty text takes the choice back. Raises ToolpointError for a test that the
+        project lacks or that is given as modes, and for a text that is no choice file; nothing is written then.
+        """
+        tests = [name for name, entry in self.description.tests.items() if not entry.modes and entry.of == "structure"]
+        if test not in tests:
+            fail("test", repr(test), f"must be one whose modes are identified here: {', '.join(tests) or 'none'}")
+        place = choice_place(test)
+        target = self.folder / place
+        if not text.strip():
+            target.unlink(missing_ok=True)
+            return place
+        target.parent.mkdir(exist_ok=True)
+        draft = target.with_name(f".{target.name}.draft")
+        try:
+            draft.write_text(text, encoding="utf-8")
+            io.read_choice(draft)
+        except ToolpointError as error:
+            raise ToolpointError(f"{place}: not kept\n{str(error).replace(str(draft), place)}") from None
+        finally:
+            draft.unlink(missing_ok=True)
+        write_whole(target, text.rstrip("\n") + "\n")
+        return place
 
 
 def _versions() -> dict[str, str]:

@@ -321,7 +321,7 @@ class _Store:
 
 def _fingerprint_of(manifest: Path) -> str:
     try:
-        return str(json.loads(manifest.read_text())["fingerprint"])
+        return str(json.loads(manifest.read_text(encoding="utf-8"))["fingerprint"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ToolpointError(f"folder: {manifest} cannot be read ({error}); take an empty folder") from None
 

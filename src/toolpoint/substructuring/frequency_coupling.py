@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
+from toolpoint._deprecation import rename_argument
 from toolpoint.substructuring.parts import Link, label_of, link_rows, stack_responses
 from toolpoint.vibration import Dof, Frf
 from toolpoint.vibration.dof import dofs
@@ -63,6 +64,8 @@ def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, complia
     return replace(uncoupled, values=values, variance=variance, draws=None)
 
 
+@rename_argument("whole", "assembly", since="0.2")
+@rename_argument("beside", "internal_outputs", since="0.2")
 def decouple_responses(assembly: Frf, part: Frf, shared: Iterable[Dof | str], *,
                        internal_outputs: Iterable[Dof | str] = ()) -> Frf:
     """Take a part away from an assembly by its receptances: the part is joined once more, with its receptances negated.

@@ -38,7 +38,9 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
               kind: Annotated[tuple[str, ...], Help("What a file is, where its content does not say it; several times.",
                                                     metavar="FILE=KIND")] = (),
               part: Annotated[tuple[str, ...], Help("A part of project.yaml; several times.",
-                                                    metavar="'goals.rough: {speed: 8000 rpm, depth: 3 mm}'")] = ()) -> None:
+                                                    metavar="'goals.rough: {speed: 8000 rpm, depth: 3 mm}'")] = (),
+              choice: Annotated[tuple[str, ...], Help("Poles chosen by hand for a test, as the page of its modes writes "
+                                                      "them; it replaces another.", metavar="TEST=FILE")] = ()) -> None:
     """Add files to a project, each where it belongs and entered in project.yaml, and parts: cuts, goals, changes.
 
     Files are copied; what each is, is told by its content. Nothing is overwritten.
@@ -46,9 +48,12 @@ def add_parts(run: Frame, folder: Annotated[AnyPath, Argument()], files: Annotat
     kinds = dict(_pair(text, "=", "--kind") for text in kind)
     entered = project.add_files(folder, files, kinds) if files else None
     named = [line for text in part for line in project.add_part(folder, *_pair(text, ":", "--part"))]
+    chosen = [project.Project.open(folder).choose_poles(test, Path(file).read_text(encoding="utf-8"))
+              for test, file in (_pair(text, "=", "--choice") for text in choice)]
     lines = [f"Added: {place}" for place in (() if entered is None else entered.places)]
     lines += [f"Entered: {place}: {value}" for place, value in (() if entered is None else entered.parts)]
     doubts = () if entered is None else entered.doubts
+    lines += [f"Poles chosen by hand: {place}" for place in chosen]
     run.show_text(*mark_notes(doubts), *lines, *(f"Entered: {text}" for text in part),
                   *(f"Entered, as it meant the only cut so far: {line}" for line in named))
     run.suggest(f"run {folder}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats
+from toolpoint._deprecation import rename_argument
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.servo import Servo
@@ -40,6 +41,7 @@ class _Grid:
         return StepArrays(**{**self.reference.arrays._asdict(), **parts})
 
 
+@rename_argument("every", "record_interval", since="0.2")
 def simulate_moving_nut(
     servo_at: Callable[[Sequence[float]], Servo], start: Sequence[float], command: Command, *,
     moving: Sequence[bool] | None = None, positions: int = 17, substeps: int = 1, record_interval: int = 1,

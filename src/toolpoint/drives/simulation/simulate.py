@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
+from toolpoint._deprecation import rename_argument
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.axis.plant import Plant
@@ -95,6 +96,7 @@ class Excitation:
         object.__setattr__(self, "values", floats("Excitation.values", self.values, (None, None)))
 
 
+@rename_argument("every", "record_interval", since="0.2")
 def simulate(servo: Servo, command: Command, *, substeps: int = 1, record_interval: int = 1,
              excitation: Excitation | None = None,
              load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,

@@ -107,7 +107,7 @@ def _base_memory() -> int:
     global _base
     if not _base:
         try:
-            with open("/proc/self/statm") as file:
+            with open("/proc/self/statm", encoding="ascii") as file:
                 _base = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
         except OSError:
             _base = 8 << 30

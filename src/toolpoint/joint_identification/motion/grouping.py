@@ -17,6 +17,7 @@ from scipy import stats
 from scipy.spatial import cKDTree
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
+from toolpoint._deprecation import rename_argument
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.motion.measured import Point, columns, find_positions
@@ -58,6 +59,7 @@ class _PointMotions:
     count: FloatArray
 
 
+@rename_argument("least", "min_points", since="0.2")
 def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, min_points: int = 5,
             significance: float = 1e-3) -> Grouping:
     """Return the rigid clusters of the measured points.

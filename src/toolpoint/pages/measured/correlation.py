@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.machine import Machine
 from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.machines.point_views import point_pairs, point_values
 from toolpoint.plot.figures.measured.bands import frac_bands
 from toolpoint.plot.figures.measured.correlation import mac_matrix
 from toolpoint.plot.figures.measured.frf import bode
-from toolpoint.plot.shape_view.shape_pairs import turn_alike
+from toolpoint.plot.shape_view.hulls import HULL_WORDS, with_hulls
+from toolpoint.plot.shape_view.shape_pairs import difference_of, turn_alike
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured.measured_comparison import Comparison, MeasuredTest
 from toolpoint.studies.measured.model_correlation import ModelCorrelation
@@ -47,8 +49,9 @@ def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report
     model = point_positions(machine, result.pose)
     report = report.with_section("Modes", *_mode_parts(result))
     if now.coefficients is not None:
-        report = report.with_section("Where they differ", *_place_parts(now, model, test))
-        report = report.with_section("Shapes side by side", _shapes(now, model, test))
+        bodies = _bodies_of(machine, now.comac)
+        report = report.with_section("Where they differ", *_place_parts(now, model, test, bodies))
+        report = report.with_section("Shapes side by side", _shapes(now, model, test, bodies))
     if now.frac is not None:
         report = report.with_section("Responses", *_response_parts(result))
     report = report.with_section("Points", *_point_parts(now, model, test))
@@ -107,16 +110,18 @@ def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
     return [*parts, Notes(single, "warning", "Without partner")] if single else parts
 
 
-def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: MeasuredTest) -> list[Chart | Table]:
+def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: MeasuredTest,
+                 bodies: Mapping[str, Sequence[Point]]) -> list[Chart | Table]:
     positions = {point: model[point] for point in now.comac}
     lines = _lines(now, test)
     ecomac_top = max(0.05, max(now.ecomac.values()))
     worst_points = sorted(now.comac, key=lambda p: now.comac[p])[:8]
     comac_bottom = min(0.9, np.floor(10 * min(now.comac.values())) / 10)
-    return [Chart(point_values(positions, now.comac, quantity="COMAC", limits=(comac_bottom, 1.0), lines=lines),
+    return [Chart(point_values(positions, now.comac, quantity="COMAC", limits=(comac_bottom, 1.0), lines=lines,
+                               components=bodies),
                   "COMAC of every point: 1 where all paired modes agree."),
             Chart(point_values(positions, now.ecomac, quantity="ECOMAC", limits=(0.0, ecomac_top), good_is_high=False,
-                               lines=lines),
+                               lines=lines, components=bodies),
                   "ECOMAC: mean difference of the shapes over twice their largest entry. Where little moves, noise alone "
                   "lowers COMAC but does not raise ECOMAC."),
             Table(["point", "COMAC", "ECOMAC"], [[str(p), f"{now.comac[p]:.3f}", f"{now.ecomac[p]:.3f}"] for p in worst_points],
@@ -130,14 +135,25 @@ def _lines(now: ModelCorrelation, test: MeasuredTest) -> list[tuple[Point, Point
     return [(pairs[a], pairs[b]) for a, b in test_lines if a in pairs and b in pairs]
 
 
-def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: MeasuredTest) -> ShapeView:
+def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: MeasuredTest,
+            bodies: Mapping[str, Sequence[Point]]) -> ShapeView:
     positions = {point: places[point] for point in now.comac}
-    scene = Scene.of_points(positions, _lines(now, test))
+    scene = with_hulls(Scene.of_points(positions, _lines(now, test), components=bodies))
     first, second = now.pairs.pairs.T
     panes = [AnimatedShapes.from_modes(modes.selected(which), positions)
              for modes, which in ((now.measured, first), (now.predicted, second))]
     model = turn_alike(panes[1], panes[0])
-    return ShapeView(scene, panes[0], "pairs", "measured", "Paired modes; both panes move together.", (scene, model, "model"))
+    words = "Paired modes; the panes move together. The difference is drawn on the scale of the measured shape."
+    return ShapeView(scene, panes[0], "pairs", "measured", f"{words} {HULL_WORDS}", (scene, model, "model"),
+                     difference_of(panes[0], model))
+
+
+def _bodies_of(machine: Machine, points: Iterable[Point]) -> dict[str, list[Point]]:
+    """Return the points by the body of the machine that they ride on."""
+    bodies: dict[str, list[Point]] = {}
+    for point in points:
+        bodies.setdefault(machine.description.points[str(point)].body, []).append(point)
+    return bodies
 
 
 def _response_parts(result: Comparison) -> list[Chart]:

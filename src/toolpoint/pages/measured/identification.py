@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,21 +12,25 @@ from toolpoint._rounding import with_uncertainty
 from toolpoint.modal_identification import Identification, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
 from toolpoint.pages.measured.pole_shapes import pole_shapes
-from toolpoint.plot import AnimatedShapes, Cell, Chart, Notes, PolePicker, Report, Scene, ShapeView, Table
+from toolpoint.plot import AnimatedShapes, Cell, Chart, Notes, PolePicker, Report, ShapeView, Table
 from toolpoint.plot.figures.measured.identification import (
     fits_by_name,
     response_residuals,
     sums_and_indicators,
 )
 from toolpoint.plot.figures.measured.stabilization import stabilization
+from toolpoint.plot.shape_view.hulls import drawn_points
 from toolpoint.vibration.geometry import Geometry
 
 _MAX_ANSWER_MODES = 5  # modes in the answer
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
-                        *, warnings: Sequence[str] = (), command: str = "") -> Report:
-    """Return the page of an identification; `command` is the one that made it, without a choice of poles.
+                         *, warnings: Sequence[str] = (), command: str = "",
+                         components: Mapping[str, Sequence[str | int]] | None = None) -> Report:
+    """Return the page of an identification.
+
+    command : the one that made it, without a choice of poles; components : to the points on each, whose hulls are drawn.
 
     >>> import numpy as np
     >>> from toolpoint.modal_identification import identify
@@ -42,11 +46,11 @@ def identification_page(result: Identification, geometry: Geometry | None = None
     report = report.with_section("Modes", _table(result), Notes(mark_lines(result), "note", "What the marks say"),
                                  *([Notes(result.advice, "warning", "What to try next")] if result.advice else []))
     if geometry is not None:
-        scene = Scene.of_points(geometry.points, geometry.lines)
+        scene = drawn_points(geometry, components)
         report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(result.modes, geometry.points),
                                                               "modes", "Identified modes"))
     command = _with_band(command or f"toolpoint identify {' '.join(names)}", result.frf.frequency)
-    report = _with_choice(report, result, geometry, command)
+    report = _with_choice(report, result, geometry, command=command, components=components)
     report = report.with_section(
         "Sum of the responses, and mode indicators", Chart(
             sums_and_indicators(result, cmif(result.frf), mvmif(result.frf)),
@@ -126,11 +130,12 @@ def _with_band(command: str, lines: FloatArray) -> str:
     return f"{command} --band {band_start:.{digits}f}:{band_end:.{digits}f}"
 
 
-def _with_choice(report: Report, result: Identification, geometry: Geometry | None, command: str) -> Report:
+def _with_choice(report: Report, result: Identification, geometry: Geometry | None, *, command: str,
+                 components: Mapping[str, Sequence[str | int]] | None) -> Report:
     """Return the report with the diagram, the shapes of its poles, and the choice of poles."""
     if result.diagram is None:
         return report
-    shapes, view = (None, None) if geometry is None else pole_shapes(result, geometry)
+    shapes, view = (None, None) if geometry is None else pole_shapes(result, geometry, components)
     chosen = result.choice
     picker = PolePicker("stabilization", list(zip(result.modes.frequency.tolist(), result.modes.damping_ratio.tolist(),
                                                   strict=True)), command,

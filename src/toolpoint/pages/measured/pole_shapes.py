@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from toolpoint.modal_identification import Identification, residues
-from toolpoint.plot import AnimatedShapes, Scene, ShapeView
+from toolpoint.plot import AnimatedShapes, ShapeView
+from toolpoint.plot.shape_view.hulls import drawn_points
 from toolpoint.vibration import Modes
 from toolpoint.vibration.geometry import Geometry
 
 
-def pole_shapes(result: Identification, geometry: Geometry) -> tuple[list[int] | None, ShapeView | None]:
+def pole_shapes(result: Identification, geometry: Geometry, components: Mapping[str, Sequence[str | int]] | None = None
+                ) -> tuple[list[int] | None, ShapeView | None]:
     """Return for every pole of the diagram its place in a view of the stable poles' own shapes, and the view."""
     diagram = result.diagram
     if diagram is None or not (diagram.level == 3).any():
@@ -32,6 +36,6 @@ def pole_shapes(result: Identification, geometry: Geometry) -> tuple[list[int] |
             labels.append(f"order {order}")
     s = np.array(poles)
     modes = Modes(np.abs(s) / (2 * np.pi), -s.real / np.abs(s), np.stack(shapes, axis=1), result.frf.outputs, "unscaled")
-    scene = Scene.of_points(geometry.points, geometry.lines)
+    scene = drawn_points(geometry, components)
     view = ShapeView(scene, AnimatedShapes.from_modes(modes, geometry.points, labels), "poles", "Shape of the pole chosen")
     return numbers.tolist(), view

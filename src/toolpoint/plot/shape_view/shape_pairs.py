@@ -18,6 +18,14 @@ def partners(first: AnimatedShapes, second: AnimatedShapes) -> list[int]:
     return [int(j) for j in columns[np.argsort(rows)]]
 
 
+def difference_of(first: AnimatedShapes, second: AnimatedShapes) -> AnimatedShapes:
+    """Return what is left of the shapes of `first` after those of `second`, each scaled to leave the least sum of squares."""
+    product = (first.displacement * second.displacement.conj()).sum(axis=(1, 2))
+    size = (np.abs(second.displacement) ** 2).sum(axis=(1, 2))
+    scale = product / np.where(size > 0, size, 1.0)
+    return replace(first, displacement=first.displacement - scale[:, None, None] * second.displacement)
+
+
 def turn_alike(shapes: AnimatedShapes, like: AnimatedShapes) -> AnimatedShapes:
     """Return shapes with the sign that brings each nearest to the shape of `like` of the same place: a shape's sign is free."""
     product = np.real((like.displacement * shapes.displacement.conj()).sum(axis=(1, 2)))

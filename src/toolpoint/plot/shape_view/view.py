@@ -20,6 +20,7 @@ from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.scene import Scene
 
 SCRIPTS = ("shape_renderer.js", "shape_view.js", "shape_controls.js")
+DIFFERENCE_TITLE = "difference"
 _MAX_DOTTED_NODES = 3000  # nodes of a wire model that are drawn as dots too
 
 
@@ -44,6 +45,8 @@ class ShapeView:
     other : (Scene, AnimatedShapes, title), optional
         Second scene to the right, moved by the same controls; its mode i is shown beside mode i of the first
         (shape pairs of a test and a model).
+    difference : AnimatedShapes, optional
+        Shapes on the first scene that are drawn in a further pane on the scale of the first: what a test and a model differ by.
     static_range : (low, high, unit), optional
         Nothing moves: the size of the only shape is a value above `low` at each node, coloured from `low` to `high`.
 
@@ -65,6 +68,7 @@ class ShapeView:
     title: str = ""
     caption: str = ""
     other: tuple[Scene, AnimatedShapes, str] | None = None
+    difference: AnimatedShapes | None = None
     static_range: tuple[float, float, str] | None = None
 
     def __post_init__(self) -> None:
@@ -74,21 +78,26 @@ class ShapeView:
             if shapes.displacement.shape[1] != scene.nodes.shape[0]:
                 fail("ShapeView.shapes", f"{shapes.displacement.shape[1]} nodes for {title or 'the scene'}",
                      f"must be the {scene.nodes.shape[0]} nodes of its scene")
-        if self.other is not None and self.other[1].count != self.shapes.count:
-            fail("ShapeView.other", f"{self.other[1].count} modes beside {self.shapes.count}", "must be equally many",
-                 remedy="pair the modes first and take shapes.selected([...]) of both")
+        for _, shapes, _ in self.panes[1:]:
+            if shapes.count != self.shapes.count:
+                fail("ShapeView.other", f"{shapes.count} modes beside {self.shapes.count}", "must be equally many",
+                     remedy="pair the modes first and take shapes.selected([...]) of both")
 
     @property
     def panes(self) -> tuple[tuple[Scene, AnimatedShapes, str], ...]:
-        """The one or two scenes with their shapes and titles."""
-        first = (self.scene, self.shapes, self.title)
-        return (first,) if self.other is None else (first, self.other)
+        """The scenes with their shapes and titles: one, two side by side, and their difference."""
+        panes = [(self.scene, self.shapes, self.title)]
+        panes += [] if self.other is None else [self.other]
+        return (*panes, *([] if self.difference is None else [(self.scene, self.difference, DIFFERENCE_TITLE)]))
 
     def payload(self) -> dict[str, Any]:
         """Return what the page script reads: packed arrays (positions 32-bit, shapes 16-bit of the largest part)."""
         ends = None if self.static_range is None else [*map(number_text, self.static_range[:2]), self.static_range[2],
                                                        self.static_range[1] - self.static_range[0]]
-        return {"ramp": RAMP, "panes": [_pane_data(*pane) for pane in self.panes], "still": ends}
+        panes = [_pane_data(*pane) for pane in self.panes]
+        if self.difference is not None:
+            panes[-1]["like"] = 0  # the pane whose scale it has
+        return {"ramp": RAMP, "panes": panes, "still": ends}
 
     def fragment(self) -> str:
         """Return the HTML of the view without scripts: a figure and its data block."""

@@ -65,6 +65,8 @@
       if (this.added.length) lines.push("add:", ...this.added.map((p) => `  - {frequency: ${short(p.f)} Hz, damping_ratio: ${short(p.z)}}`));
       if (this.removed.length) lines.push("remove:", ...this.removed.map((f) => `  - ${short(f)} Hz`));
       this.file.textContent = options.length ? lines.join("\n") : "# nothing is changed yet";
+      // The workbench shows this page in a frame: it is told of a choice, and offers to keep it.
+      if (window.parent !== window) window.parent.postMessage({ toolpointChoice: options.length ? lines.join("\n") + "\n" : "" }, "*");
     }
   }
 

@@ -94,7 +94,7 @@
         tint[4 * i + 3] = known[i];
       }
       return { nodes, count, body, known, tint, triangles: index(pane.triangles), lines: index(pane.lines),
-        bodies: pane.bodies, dots: pane.dots, shapes: pane.shapes, loaded: [], title: pane.title };
+        bodies: pane.bodies, dots: pane.dots, shapes: pane.shapes, loaded: [], title: pane.title, like: pane.like };
     }
 
     build() {
@@ -112,7 +112,7 @@
       const list = make("div", { class: "tp-modes", role: "group", "aria-label": "Modes" });
       this.buttons = this.panes[0].shapes.map((shape, i) => {
         const button = make("button", { type: "button", "aria-pressed": "false" }, make("b", { text: String(i + 1) }));
-        for (const pane of this.panes) {
+        for (const pane of this.panes.filter((each) => each.like === undefined)) {
           const one = pane.shapes[i];
           button.append(make("span", { class: "tp-f", text: hertz(one.frequency) }),
             make("span", { class: "tp-z", text: percent(one.damping) }));
@@ -172,14 +172,14 @@
       this.buttons.forEach((button, j) => button.setAttribute("aria-pressed", String(i === j)));
       this.panes.forEach((pane, k) => {
         pane.loaded[i] = pane.loaded[i] || shapeOf(pane.shapes[i], pane.count);
-        this.load(k, pane.loaded[i], this.still ? pane.title : (this.panes.length > 1 && pane.title ? pane.title + ": " : "")
+        this.load(k, pane.loaded[i], pane.like !== undefined ? pane.title : this.still ? pane.title : (this.panes.length > 1 && pane.title ? pane.title + ": " : "")
           + "mode " + (i + 1) + ", " + hertz(pane.shapes[i].frequency) + ", " + percent(pane.shapes[i].damping));
       });
     }
 
     load(k, shape, text) {
       const pane = this.panes[k];
-      pane.shape = shape; pane.peak = this.still ? this.still[3] : amplitude(shape);
+      pane.shape = shape; pane.peak = this.still ? this.still[3] : pane.like !== undefined ? this.panes[pane.like].peak : amplitude(shape);
       if (this.renderer) this.renderer.setShape(k, shape.real, shape.imaginary, pane.peak);
       if (pane.caption) pane.caption.textContent = text;
       this.dirty = true;

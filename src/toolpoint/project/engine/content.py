@@ -63,7 +63,8 @@ class ContentCache:
 def _read_entries(file: Path) -> dict[str, tuple[Stamp, str]]:
     """Return the kept digests; a file that cannot be read costs time and nothing else."""
     try:
-        return {path: (list(stamp), str(digest)) for path, (stamp, digest) in json.loads(file.read_text()).items()}
+        entries = json.loads(file.read_text(encoding="utf-8"))
+        return {path: (list(stamp), str(digest)) for path, (stamp, digest) in entries.items()}
     except (OSError, ValueError, TypeError, AttributeError):
         return {}
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint import io, studies
 from toolpoint._doubt import Doubt, doubts_among
+from toolpoint.modal_identification import Identification
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 from toolpoint.studies.measured.hammer_study import HammerStudy
@@ -45,18 +46,31 @@ def gather_responses(folder: Path, responses: Sequence[Path], *, struck: str | N
     return StepOutcome(words, tuple(doubts_among(frf.notes)))
 
 
-def find_modes(folder: Path, responses: Path, *, band: Sequence[float] | None = None, sensor_mass: float | None = None,
-               whole_band: bool = False) -> StepOutcome:
-    """Write the modes of responses (modes.h5, modes.json); `whole_band` : all lines, where a tester has cut them already."""
-    frf = io.read_frf([responses])
-    chosen = (band[0], band[1]) if band else (float(frf.frequency[0]), float(frf.frequency[-1])) if whole_band else None
-    result = studies.identify_modes(frf, band=chosen, sensor_mass=sensor_mass)
+def find_modes(folder: Path, responses: Path, choice: Path | None = None, *, band: Sequence[float] | None = None,
+               sensor_mass: float | None = None, whole_band: bool = False) -> StepOutcome:
+    """Write the modes of responses (modes.h5, modes.json).
+
+    choice : file of poles added and modes removed by hand; whole_band : all lines, where a tester has cut them already.
+    """
+    result, chosen = identify_responses(responses, choice, band=band, sensor_mass=sensor_mass, whole_band=whole_band)
     io.write_nouns(result.modes, folder / "modes.h5")
     write_json(folder / "modes.json", {
         "status": result.status, "frequency_hz": result.modes.frequency, "damping_ratio": result.modes.damping_ratio,
         "doubtful": result.doubtful, "advice": list(result.advice), "band_hz": chosen})
     frequencies = ", ".join(f"{frequency:.4g}" for frequency in result.modes.frequency[:12])
-    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz", tuple(result.doubts))
+    by_hand = [] if result.choice is None or result.choice.is_empty else [
+        Doubt("modes", result.choice.remark, "toolpoint identify without --choice finds them anew")]
+    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz", (*result.doubts, *by_hand))
+
+
+def identify_responses(responses: Path, choice: Path | None = None, *, band: Sequence[float] | None = None,
+                       sensor_mass: float | None = None, whole_band: bool = False
+                       ) -> tuple[Identification, tuple[float, float] | None]:
+    """Return the modes of a file of responses as a project identifies them, and the band (Hz), None where it is found."""
+    frf = io.read_frf([responses])
+    chosen = (band[0], band[1]) if band else (float(frf.frequency[0]), float(frf.frequency[-1])) if whole_band else None
+    poles = None if choice is None else io.read_choice(choice)
+    return studies.identify_modes(frf, band=chosen, choice=poles, sensor_mass=sensor_mass), chosen
 
 
 def judge_tip(folder: Path, values: Mapping[str, Any], tests: Mapping[str, Any], **files: Any) -> StepOutcome:

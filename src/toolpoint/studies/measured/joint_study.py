@@ -66,6 +66,16 @@ class JointStudy(NotebookText):
         return replace(self, checked=checked, joints=_doubted_by_modes(self.joints, machine, checked))
 
     @property
+    def softest(self) -> tuple[str, float] | None:
+        """Joint with the largest share in the strain energy of the lowest mode, and that share; None without a machine."""
+        if self.machine is None:
+            return None
+        shares = _energy_shares(build(self.machine), 0)
+        body = max(shares, key=lambda name: shares[name])
+        words = next((f"{joint.parent} - {joint.child}" for joint in self.joints.joints if joint.child == body), body)
+        return words, shares[body]
+
+    @property
     def status(self) -> str:
         """Reliability of the result: established only without doubts about the joints and their machine."""
         if self.doubts and self.joints.certain:
@@ -158,6 +168,14 @@ def _with_rival_laws(machine: MachineDescription, joints: JointIdentification, c
     return covered, spread.doubts
 
 
+def _energy_shares(machine: Machine, mode: int) -> dict[str, float]:
+    """Return the share of the joint that carries each body in the strain energy of a mode, by the body's name."""
+    stiffness, vector = joint_matrices(place_machine(machine))[0][0], body_shapes(machine).vectors[:, mode]
+    work = vector * (stiffness @ vector)  # by coordinate: a joint's share is the sum over its own
+    return {name: float(work[list(columns)].sum() / work.sum())
+            for name, columns in zip(machine.body_names, machine.joint_columns, strict=True)}
+
+
 def _doubted_by_modes(joints: JointIdentification, machine: Machine, checked: MachineCheck) -> JointIdentification:
     """Return the joints with a doubt on those that hold most of the strain energy of modes which the test should have shown.
 
@@ -165,15 +183,10 @@ def _doubted_by_modes(joints: JointIdentification, machine: Machine, checked: Ma
     """
     if not len(checked.unseen):
         return joints
-    place = place_machine(machine)
-    stiffness, shapes = joint_matrices(place)[0][0], body_shapes(machine)
     held: dict[str, list[str]] = {}
     for mode in checked.unseen:
-        vector = shapes.vectors[:, mode]
-        # Strain energy by coordinate: a joint's share is the sum over its own.
-        work = vector * (stiffness @ vector)
-        for name, columns in zip(machine.body_names, machine.joint_columns, strict=True):
-            if work[list(columns)].sum() > _MIN_ENERGY_FRACTION * work.sum():
+        for name, share in _energy_shares(machine, mode).items():
+            if share > _MIN_ENERGY_FRACTION:
                 held.setdefault(name, []).append(f"{checked.frequency[mode]:.4g} Hz")
     changed = []
     for joint in joints.joints:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail
+from toolpoint._deprecation import rename_argument
 from toolpoint.vision.displacement.reference import Reference
 from toolpoint.vision.displacement.survey import MAX_SATURATED_FRACTION, Survey
 
@@ -77,6 +78,7 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped_share)
 
 
+@rename_argument("coarsest", "max_deviation", since="0.2")
 def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4,
                  max_deviation: float = MAX_POINT_DEVIATION) -> Windows:
     """Return windows side by side over the whole picture.

@@ -11,7 +11,7 @@ from toolpoint import project
 from toolpoint._check import fail
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of, write_answer
 from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
-from toolpoint.workbench.views.hammer_views import decide_hit
+from toolpoint.workbench.views.hammer_views import decide_hit, keep_choice
 from toolpoint.workbench.views.intake import INCOMING_FOLDER, enter_files, list_incoming
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def intake_entries(bench: Workbench) -> list[tuple[str, Callable[..., Any], str]
     api = _Intake(bench)
     return [("/api/begin", api.begin, "POST"), ("/api/file/{name:path}", api.file, "PUT"), ("/api/intake", api.listing, "GET"),
             ("/api/intake", api.enter, "POST"), ("/api/part", api.part, "POST"), ("/api/tried", api.tried, "POST"),
-            ("/api/hit", api.hit, "POST")]
+            ("/api/hit", api.hit, "POST"), ("/api/choice", api.choice, "POST")]
 
 
 class _Intake:
@@ -112,3 +112,8 @@ class _Intake:
                 fail("accept", repr(accept), "must be true, false or null")
             return decide_hit(self.bench.desk, text_of(data, "test"), text_of(data, "hit"), accept=accept)
         return await write_answer(work, self.bench.desk.lock)
+
+    async def choice(self, request: Request) -> Response:
+        data = await json_of(request)
+        return await write_answer(lambda: keep_choice(self.bench.desk, text_of(data, "test"), text_of(data, "text")),
+                                  self.bench.desk.lock)

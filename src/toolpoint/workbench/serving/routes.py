@@ -14,6 +14,7 @@
 | GET, POST /api/intake | ``{kinds}`` | what the files there seem to be; enters them |
 | POST /api/part | ``{place, value}`` | writes a part of project.yaml |
 | POST /api/hit | ``{test, hit, accept}`` | writes a decision about a blow into its test file |
+| POST /api/choice | ``{test, text}`` | writes poles chosen by clicks for a test |
 | POST /api/tried | ``{speed_rpm, depth_m, stable, frequency_hz, cut}`` | reports a cut that was tried |
 | GET, POST, DELETE /api/recording | `RecordingSettings` | blows that are recorded now; begins, ends |
 | POST /api/recording/decision | ``{blow, accept}`` | writes a decision about a recorded blow into its test file |

@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from toolpoint._doubt import Doubt
+from toolpoint.project.changed_machine import change_machine
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.desk import Desk
+from toolpoint.workbench.state.machine_request import MachineRequest
+from toolpoint.workbench.views.compare_view import differences
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
 SHOWN_TESTS = 10  # candidates of the next test
@@ -35,6 +38,24 @@ def view_advice(desk: Desk) -> WorkbenchView:
                           "next": {**following, "candidates": following.get("candidates", [])[:SHOWN_TESTS]},
                           "machine": project.machine_file.relative_to(desk.folder).as_posix(),
                           "digest": desk.machine(project.machine_file).digest}, is_stale)
+
+
+def difference_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
+    """Return what a machine with changed numbers does otherwise than the saved one: modes, responses, limits at the goals."""
+    project = desk.project()
+    file = project.machine_file
+    saved = desk.machine(file).machine
+    relative = file.relative_to(desk.folder).as_posix()
+    changed = change_machine(saved, request.values)
+    numbers = [f"{path}={value:.9g}" for path, value in request.values.items()]
+    return {**differences(project, saved, changed), "doubts": [
+        str(Doubt("the difference", "is that of the likeliest machine, without an interval",
+                  "the table above gives the interval of the least limit"))],
+            "commands": [command_line("change", relative, *numbers, "-o", "changed.yaml"),
+                         command_line("compare", relative, "changed.yaml")],
+            "calls": [f"saved = io.read_machine({relative!r})",
+                      f"changed = project.change_machine(saved, {dict(request.values)!r})",
+                      "print(studies.solve_modes(saved).table(), studies.solve_modes(changed).table())"]}
 
 
 def _read(desk: Desk, place: str) -> Any:

@@ -17,12 +17,13 @@ from toolpoint.workbench.views.view import WorkbenchView
 VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view", "view_machine"),
          "lobes": ("lobes_view", "view_lobes"), "modes": ("hammer_views", "view_modes"),
          "blows": ("hammer_views", "view_blows"), "record": ("recording_view", "view_record"),
+         "servo": ("motion_views", "view_servo"), "program": ("motion_views", "view_program"),
          "advice": ("advice_view", "view_advice"), "compare": ("compare_view", "view_compare"),
          "report": ("pages_view", "view_report")}
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
                  "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed"),
                  "band": ("lobes_view", "band_deed"), "map": ("workspace_map", "map_deed"),
-                 "sound": ("cut_sound", "sound_deed")}
+                 "sound": ("cut_sound", "sound_deed"), "difference": ("advice_view", "difference_deed")}
 
 # Rooms load their modules on first use. Two threads that do so at once may each see a half-loaded module of the other, so the
 # first call of every function is made alone; later ones are not held.
@@ -53,7 +54,7 @@ def _has(name: str, project: Project) -> bool:
         return True
     if name == "blows":
         return any(path.name == "hits.json" for paths in files.values() for path in paths)
-    first = {"modes": "modes/", "advice": "changes"}.get(name)
+    first = {"modes": "modes/", "advice": "changes", "servo": "contour/", "program": "program/"}.get(name)
     return bool(files) if first is None else any(step.startswith(first) for step in files)
 
 

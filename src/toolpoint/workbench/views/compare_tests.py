@@ -28,13 +28,13 @@ def test_files(desk: Desk, project: Project) -> dict[str, str]:
         if not step.name.startswith("modes/") or not (desk.folder / place).is_file():
             continue
         records = responses[name].inputs.get("records", ()) if name in responses else ()
-        entries[place] = f"test {name}, {_date(desk.folder, records or (place,))}"
+        entries[place] = f"test {name}, {date_of(desk.folder, records or (place,))}"
     for path in sorted(desk.folder.glob("*.h5")):
-        entries[path.name] = f"{path.name}, {_date(desk.folder, (path.name,))}"
+        entries[path.name] = f"{path.name}, {date_of(desk.folder, (path.name,))}"
     return entries
 
 
-def _date(folder: Path, places: Any) -> str:
+def date_of(folder: Path, places: Any) -> str:
     """Return the day on which the first of the files was last written."""
     places = (places,) if isinstance(places, str) else places
     times = [(folder / place).stat().st_mtime for place in places if (folder / place).is_file()]

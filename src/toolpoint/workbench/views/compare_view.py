@@ -16,7 +16,7 @@ from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.access import path_beneath
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
-from toolpoint.workbench.views.compare_tests import test_files, view_two_tests
+from toolpoint.workbench.views.compare_tests import date_of, test_files, view_two_tests
 from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, state_of
 from toolpoint.workbench.views.machine_view import cuts_of
 from toolpoint.workbench.views.view import WorkbenchView, command_line
@@ -51,7 +51,7 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
         if name not in files:
             fail("file", repr(name), f"must be one of {', '.join(files)}")
     data: dict[str, Any] = {"files": files, "first": names[0], "second": names[1],
-                            "labels": {name: tests.get(name, name) for name in files}}
+                            "labels": {name: tests.get(name, f"{name}, {date_of(desk.folder, name)}") for name in files}}
     if names[0] in tests and names[1] in tests and names[0] != names[1]:
         return view_two_tests(desk, names, data)
     if (names[0] in tests) != (names[1] in tests):
@@ -66,7 +66,7 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
                              "compare the two here.", commands=(command_line("modes", names[0]),), data=data)
     reads = [desk.machine(path_beneath(desk.folder, name)) for name in names]
     doubts = [doubt.within(name) for name, read in zip(names, reads, strict=True) for doubt in read.doubts]
-    content = _differences(project, reads[0].machine, reads[1].machine)
+    content = differences(project, reads[0].machine, reads[1].machine)
     return WorkbenchView("compare", _answer(names, content), (*_no_interval(), *doubts),
                          (command_line("compare", *names),),
                          (f"states = io.read_two_states({names[0]!r}, {names[1]!r})",
@@ -101,7 +101,7 @@ def _millimetres(depth: float) -> str:
     return f"{1e3 * depth:.3g} mm" if np.isfinite(depth) else "none in the searched depths"
 
 
-def _differences(project: Project, first: Machine, second: Machine) -> dict[str, Any]:
+def differences(project: Project, first: Machine, second: Machine) -> dict[str, Any]:
     """Return what differs between two machines and their answers as plain data."""
     lines = response_lines(first)
     states = [state_of(machine, MachineRequest(), None) for machine in (first, second)]

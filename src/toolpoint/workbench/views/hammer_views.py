@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from toolpoint import io
+from toolpoint import io, studies
 from toolpoint._check import ToolpointError, one_of
 from toolpoint._doubt import Doubt
 from toolpoint.project import Project
+from toolpoint.project.chain import choice_place
 from toolpoint.project.steps.plain_files import read_json
+from toolpoint.studies.measured.hammer_study import HammerStudy
+from toolpoint.vibration import Dof, Record
+from toolpoint.workbench.state.blow_responses import response_beside
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
@@ -39,15 +44,35 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     answer = f"{name}: {len(frequencies)} modes, {', '.join(frequencies[:MAX_ANSWERED_MODES])}{further_words} Hz"
     answer += f"; doubtful: {', '.join(doubtful)} Hz." if doubtful else "."
     responses = f"results/responses/{name}/responses.h5"
+    options = ["--choice", choice_place(name)] if _kept_choice(desk, name) else []
     rows = [{"frequency_hz": f, "damping_ratio": z, "doubtful": bad} for f, z, bad in
             zip(data["frequency_hz"], data["damping_ratio"], data["doubtful"], strict=True)]
-    doubts = (*_doubts_of(entry), *map(Doubt.parsed, data["advice"]))
+    doubts = (*record_doubts(entry), *map(Doubt.parsed, data["advice"]))
     return WorkbenchView("modes", ("Of an earlier state: " if not entry.is_of_today else "") + answer, doubts,
-                         (command_line("identify", responses),),
-                         (f"frf = io.read_frf([{responses!r}])", "print(studies.identify_modes(frf).table())"),
-                         {"tests": list(tests), "test": name, "modes": rows,
+                         (command_line("identify", responses, *options),),
+                         (f"frf = io.read_frf([{responses!r}])",
+                          f"print(studies.identify_modes(frf{_choice_argument(options)}).table())"),
+                         {"tests": list(tests), "test": name, "modes": rows, "choice": _kept_choice(desk, name),
                           "pages": [f"modes/{name}", *([f"correlate/{name}"] if _has_machine(project) else [])]},
                          not entry.is_of_today)
+
+
+def _choice_argument(options: list[str]) -> str:
+    return f", choice=io.read_choice({options[1]!r})" if options else ""
+
+
+def _kept_choice(desk: Desk, test: str) -> str:
+    """Return the text of the poles that a person chose for a test, empty where there are none."""
+    place = desk.folder / choice_place(test)
+    return place.read_text(encoding="utf-8") if place.is_file() else ""
+
+
+def keep_choice(desk: Desk, test: str, text: str) -> dict[str, Any]:
+    """Write poles chosen by clicks for a test, an empty text takes them back; say the command that does the same."""
+    place = desk.project().choose_poles(test, text)
+    if not text.strip():
+        return {"place": place, "command": f"rm {place}"}
+    return {"place": place, "command": command_line("add", ".", "--choice", f"{test}=choice.yaml")}
 
 
 def _has_machine(project: Project) -> bool:
@@ -57,7 +82,8 @@ def _has_machine(project: Project) -> bool:
         return False
 
 
-def _doubts_of(entry: Any) -> tuple[Doubt, ...]:
+def record_doubts(entry: Any) -> tuple[Doubt, ...]:
+    """Return the doubts that arose in a step, after that of results that are not of today."""
     old = [] if entry.is_of_today else [Doubt(entry.step.name, entry.reason, "run the project")]
     record = entry.record
     return (*old, *([] if record is None else [doubt.doubt for doubt in record.doubts if doubt.step == entry.step.name]))
@@ -74,7 +100,7 @@ def view_blows(desk: Desk, test: str = "") -> WorkbenchView:
     answer = f"{name}: {len(hits) - len(refused)} of {len(hits)} blows are used. {data['status']}" if hits else (
         f"{name}: {data['status']}")
     file = project.description.tests[name].test
-    return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, _doubts_of(entry),
+    return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, record_doubts(entry),
                          (command_line("frf", file),) if file else (command_line("run", ".", f"responses/{name}"),),
                          _blow_calls(file, name), {"tests": list(tests), "test": name, "hits": hits, "notes": data["notes"],
                                                    "can_decide": file is not None, "file": file, "pages": [f"blows/{name}"]},
@@ -109,7 +135,27 @@ def decide_hit(desk: Desk, test: str, hit: str, *, accept: bool | None) -> dict[
     io.write_test(description.with_decisions(decisions), place, replace=True)
     option = "--accept" if accept else "--refuse"
     return {"command": command_line("frf", file, option, hit, "--test", file, "--replace") if accept is not None else
-            f"{file}: the line {hit} under hits was removed", "decisions": _words(decisions)}
+            f"{file}: the line {hit} under hits was removed", "decisions": _words(decisions),
+            "response": _response_after(desk, test, place, hit)}
+
+
+def _response_after(desk: Desk, test: str, file: Path, hit: str) -> dict[str, Any] | None:
+    """Return the response that a decided blow contributes to, beside that of the last run; None where no good blow is left."""
+    records, description = io.read_hammer_test(file)
+    names = [name for name in records.names if hit == name or hit.startswith(f"{name}#")]
+    outputs = tuple(dof for name in names for dof, quantity in _channels(records.records[records.names.index(name)])
+                    if quantity != "force")
+    kept = desk.folder / "results" / "responses" / test / "responses.h5"
+    try:
+        study = studies.study_described_records(records, description)
+        earlier = io.read_frf([kept]) if kept.is_file() else None
+    except ToolpointError:
+        return None
+    return response_beside(study, outputs, earlier) if isinstance(study, HammerStudy) else None
+
+
+def _channels(record: Record) -> list[tuple[Dof, str]]:
+    return list(zip(record.channels, record.quantities, strict=True))
 
 
 def _words(decisions: Mapping[str, bool]) -> dict[str, str]:

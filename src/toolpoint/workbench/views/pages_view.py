@@ -14,6 +14,8 @@ import numpy as np
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint.project import Project
+from toolpoint.project.chain import choice_place
+from toolpoint.project.steps.measuring import identify_responses
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk, collect_doubts
 from toolpoint.workbench.state.kept_files import keep_file
@@ -86,10 +88,12 @@ def _pages_of_test(desk: Desk, project: Project, name: str) -> dict[str, KnownPa
     responses, test = desk.folder / "results" / "responses" / name / "responses.h5", project.description.tests[name]
     entries = {}
     if (desk.folder / "results" / "modes" / name / "modes.json").is_file():
-        place = responses.relative_to(desk.folder).as_posix()
-        entries[f"modes/{name}"] = KnownPage(f"Modes of {name}: stabilization, synthesis, shapes", (responses,),
-                                           command_line("identify", place),
-                                           partial(_identification, project, responses, place))
+        place, choice = responses.relative_to(desk.folder).as_posix(), desk.folder / choice_place(name)
+        options = ["--choice", choice_place(name)] if choice.is_file() else []
+        entries[f"modes/{name}"] = KnownPage(f"Modes of {name}: stabilization, synthesis, shapes",
+                                           (responses, *([choice] if options else [])),
+                                           command_line("identify", place, *options),
+                                           partial(_identification, project, responses, name))
     if test.test is not None:
         file = desk.folder / test.test
         entries[f"blows/{name}"] = KnownPage(f"Blows of {name}: pulses, spectra, responses", (file, responses),
@@ -105,11 +109,21 @@ def _pages_of_test(desk: Desk, project: Project, name: str) -> dict[str, KnownPa
     return entries
 
 
-def _identification(project: Project, responses: Path, place: str) -> Any:
-    geometry = project.description.geometry
+def _identification(project: Project, responses: Path, test: str) -> Any:
+    geometry, choice = project.description.geometry, project.folder / choice_place(test)
     shape = None if geometry is None else io.read_geometry(project.folder / geometry)
-    result = studies.identify_modes(io.read_frf([responses]))
-    return pages.identification_page(result, shape, [responses.name], warnings=[], command=command_line("identify", place))
+    described = project.description.tests[test]
+    result, _ = identify_responses(responses, choice if choice.is_file() else None, band=described.band,
+                                   sensor_mass=described.sensor_mass, whole_band=bool(described.responses))
+    place = responses.relative_to(project.folder).as_posix()
+    return pages.identification_page(result, shape, [responses.name], warnings=[], command=command_line("identify", place),
+                                     components=_components_of(project))
+
+
+def _components_of(project: Project) -> Any:
+    """Return the points by component, None where no file of the project says it."""
+    file = project.description.components
+    return None if file is None else io.read_components(project.folder / file).points
 
 
 def _blows(file: Path) -> Any:

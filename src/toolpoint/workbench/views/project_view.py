@@ -9,6 +9,7 @@ from typing import Any
 
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
+from toolpoint.plot.page.markup import typeset
 from toolpoint.project import Project
 from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
 from toolpoint.project.engine.plan import plan_steps
@@ -30,7 +31,7 @@ def view_project(desk: Desk) -> WorkbenchView:
     outlooks = desk.outlook(project)
     results = _kept_results(project)
     is_stale = any(not entry.is_of_today for entry in outlooks)
-    answers = [] if results is None else list(results["answers"])
+    answers = [] if results is None else [typeset(answer) for answer in results["answers"]]
     doubts = [STALE_DOUBT] if answers and is_stale else []
     doubts += [] if results is None else _traced_doubts(results)
     data = {"is_empty": False, "name": project.description.name, "answers": answers,
@@ -65,8 +66,8 @@ def _step(entry: StepOutlook) -> dict[str, Any]:
     step, record = entry.step, entry.record
     arisen = [] if record is None else [str(doubt.doubt) for doubt in record.doubts if doubt.step == step.name]
     return {"name": step.name, "does": step.words, "state": entry.state, "reason": entry.reason,
-            "words": "" if record is None else record.words, "doubts": arisen, "command": step.command or
-            command_line("run", ".", step.name),
+            "words": "" if record is None else typeset(record.words), "doubts": [typeset(doubt) for doubt in arisen],
+            "command": step.command or command_line("run", ".", step.name),
             "age_s": None if record is None else _age(record.started), "started": None if record is None else record.started,
             "seconds": None if record is None else record.seconds, "files": list(step.output_paths),
             "inputs": len(step.input_paths), "is_of_today": entry.is_of_today, "is_fresh": entry.state == FRESH}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from toolpoint._doubt import Doubt
+from toolpoint.plot.page.markup import typeset
 from toolpoint.project.steps.plain_files import plain
 
 
@@ -30,9 +31,9 @@ class WorkbenchView:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; numbers that JSON lacks become null."""
-        doubts = [{"text": str(doubt), "what": doubt.what, "why": doubt.why, "remedy": doubt.remedy, "grave": doubt.grave}
+        doubts = [{"text": typeset(doubt), "what": doubt.what, "why": doubt.why, "remedy": doubt.remedy, "grave": doubt.grave}
                   for doubt in dict.fromkeys(self.doubts)]
-        return {"name": self.name, "answer": self.answer, "doubts": doubts, "commands": list(self.commands),
+        return {"name": self.name, "answer": typeset(self.answer), "doubts": doubts, "commands": list(self.commands),
                 "calls": list(self.calls), "is_stale": self.is_stale, "data": plain(dict(self.data))}
 
 

@@ -10,7 +10,7 @@ from toolpoint._check import fail
 SHARED_ASSETS = ("page.css", "shape_view.css", "packed_data.js", "shape_renderer.js", "shape_view.js", "shape_controls.js")
 SCRIPTS = ("words.js", "parts.js", "redraw.js", "connection.js", "line_chart.js", "chain_picture.js", "machine_scene.js",
            "project_view.js", "intake_view.js", "machine_view.js", "machine_page.js", "workspace_map.js", "lobes_view.js",
-           "test_views.js", "recording_view.js", "advice_view.js", "main.js")
+           "test_views.js", "motion_views.js", "recording_view.js", "advice_view.js", "main.js")
 STYLES = ("workbench.css",)
 SCRIPT_BUNDLE, STYLE_BUNDLE = "bundle.js", "bundle.css"
 LANGUAGES = ("en", "de", "fr")

@@ -15,13 +15,24 @@ window.Workbench = window.Workbench || { views: {} };
     return chart;
   }
 
+  // Joints coloured by how soft they are (share of the tool's yielding) or by how sure (half width of their widest spring).
   function jointColours(data, scene) {
-    const box = W.make("input", { type: "checkbox", id: "wb-joints" });
-    box.addEventListener("change", () => scene.colourJoints(data.marks, data.springs, box.checked));
-    const shares = {};
-    for (const spring of data.springs) shares[spring.joint] = (shares[spring.joint] || 0) + Math.max(0, spring.share || 0);
-    const words = Object.entries(shares).sort((a, b) => b[1] - a[1]).map(([joint, share]) => `${joint} ${Math.round(100 * share)} %`).join(", ");
-    return W.make("p", { class: "key" }, box, " ", W.make("label", { for: "wb-joints", text: W.word("colour.joints") }), " ", words);
+    const joints = {};
+    for (const spring of data.springs) {
+      const joint = joints[spring.joint] = joints[spring.joint] || { share: 0, width: null };
+      joint.share += Math.max(0, spring.share || 0);
+      if (spring.half_width !== null) joint.width = Math.max(joint.width || 0, spring.half_width);
+    }
+    const entries = Object.entries(joints), percent = (v) => `${W.number(100 * v, 2)} %`;
+    const words = W.make("span", { "aria-live": "polite" });
+    const choice = W.make("select", { id: "wb-joints", onchange: () => {
+      const isSure = choice.value === "sure";
+      const values = Object.fromEntries(entries.map(([name, joint]) => [name, isSure ? joint.width : joint.share > 0 || joint.width !== null ? joint.share : null]));
+      scene.colourJoints(data.marks, choice.value === "none" ? null : values);
+      words.textContent = choice.value === "none" ? "" : W.word("colour." + choice.value) + " " + Object.entries(values).sort((a, b) => (b[1] ?? -1) - (a[1] ?? -1))
+        .map(([name, value]) => `${name} ${value === null ? W.word("sure.not") : (isSure ? "± " : "") + percent(value)}`).join(", ");
+    } }, ["none", "soft", "sure"].map((value) => W.make("option", { value, text: W.word("colour.by." + value) })));
+    return W.make("div", { class: "wb-run" }, W.make("label", { for: "wb-joints", text: W.word("colour.joints") }), choice, W.make("span", { class: "key" }, words));
   }
 
   function limitWords(limit, isChanged) {

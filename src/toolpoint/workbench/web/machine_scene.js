@@ -17,25 +17,21 @@ window.Workbench = window.Workbench || { views: {} };
       };
     }
 
-    // Joints as boxes, coloured by how soft they are (the share of the tool's yielding; grey where neither soft nor known).
+    // Joints as boxes, coloured by a number each from zero to the largest; grey where it is null. No values: as it was.
     // Bodies are outlines meanwhile: joints lie inside them.
-    colourJoints(marks, springs, isOn) {
-      const view = this.view, pane = view.panes[0], gl = view.renderer && view.renderer.gl;
+    colourJoints(marks, values) {
+      const view = this.view, pane = view.panes[0], gl = view.renderer && view.renderer.gl, isOn = values !== null;
       if (!gl) return;
       const tint = Float32Array.from(pane.tint), ramp = this.scene.ramp;
-      const shares = {}, sure = {};
-      for (const spring of springs) {
-        shares[spring.joint] = (shares[spring.joint] || 0) + Math.max(0, spring.share || 0);
-        if (spring.half_width !== null) sure[spring.joint] = true;
-      }
-      const most = Math.max(...Object.values(shares), 1e-9);
+      const most = isOn ? Math.max(...Object.values(values).filter((value) => value !== null), 1e-9) : 1;
       view.elements(0);
       if (isOn) {
         const first = Math.min(pane.count, ...Object.values(marks)), faces = [];
         for (let i = 0; i < pane.triangles.length; i += 3) if (pane.triangles[i] >= first) faces.push(...pane.triangles.subarray(i, i + 3));
-        view.renderer.setElements(0, Uint32Array.from(faces), pane.lines, new Uint32Array(0));
+        view.renderer.setElements(0, Uint32Array.from(faces), pane.lines, new Uint32Array(0), new Uint32Array(0));
         for (const [joint, start] of Object.entries(marks)) {
-          const colour = sure[joint] || shares[joint] ? ramp[Math.round((ramp.length - 1) * (shares[joint] || 0) / most)] : [0.4, 0.4, 0.4];
+          const value = values[joint] ?? null;
+          const colour = value === null ? [0.4, 0.4, 0.4] : ramp[Math.round((ramp.length - 1) * value / most)];
           for (let i = start; i < start + 8; i++) colour.forEach((c, j) => { tint[4 * i + j] = c; });
         }
       }

@@ -115,5 +115,5 @@ window.Workbench = window.Workbench || { views: {} };
   }
 
   W.Draft = Draft;
-  W.machineParts = { springRow, axisRow, changes, saver, sliderRow };
+  W.machineParts = { withUnit, springRow, axisRow, changes, saver, sliderRow };
 })(window.Workbench);

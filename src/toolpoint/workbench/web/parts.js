@@ -87,13 +87,15 @@ window.Workbench = window.Workbench || { views: {} };
     } });
   };
 
+  const STACKED = 5; // columns from which a row is a block of lines on a phone: nothing of it lies beyond the edge
+  // The roles say what the table is where its style makes blocks of the rows.
   W.table = function (head, rows, caption) {
-    return W.make("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption || head.join(", ") },
-      W.make("table", {}, caption ? W.make("caption", { text: caption }) : null,
-        W.make("thead", {}, W.make("tr", {}, head.map((text) => W.make("th", { scope: "col", text })))),
-        W.make("tbody", {}, rows.map((row) => W.make("tr", {}, row.map((cell) => cell instanceof Node
-          ? W.make("td", {}, cell) : W.make("td", { class: typeof cell === "number" ? "n" : null,
-            text: typeof cell === "number" ? W.number(cell) : cell })))))));
+    const cell = (value, i) => W.make("td", { role: "cell", "data-label": head[i] || null, class: typeof value === "number" ? "n" : null,
+      ...(value instanceof Node ? {} : { text: typeof value === "number" ? W.number(value) : value }) }, ...(value instanceof Node ? [value] : []));
+    return W.make("div", { class: "table" + (head.length >= STACKED ? " wb-stack" : ""), tabindex: "0", role: "region", "aria-label": caption || head.join(", ") },
+      W.make("table", { role: "table" }, caption ? W.make("caption", { text: caption }) : null,
+        W.make("thead", { role: "rowgroup" }, W.make("tr", { role: "row" }, head.map((text) => W.make("th", { scope: "col", role: "columnheader", text })))),
+        W.make("tbody", { role: "rowgroup" }, rows.map((row) => W.make("tr", { role: "row" }, row.map(cell))))));
   };
 
   // Samples between -1 and 1, played once; another sound ends the one before.

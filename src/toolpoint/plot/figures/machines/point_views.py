@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 from plotly.subplots import make_subplots
+from scipy.spatial import ConvexHull, QhullError
 
 from toolpoint._check import FloatArray, fail, floats
-from toolpoint.plot.figures.theme import COLOURS, TEMPLATE, needs_width, plain
+from toolpoint.plot.figures.theme import COLOURS, TEMPLATE, needs_width, plain, with_alpha
 
 Point = str | int
 # Title, horizontal and vertical axis of every view.
@@ -50,7 +51,7 @@ def point_pairs(
 def point_values(
     points: Mapping[Point, ArrayLike], values: Mapping[Point, float], *, quantity: str,
     limits: tuple[float, float] = (0.0, 1.0), good_is_high: bool = True, lines: Iterable[tuple[Point, Point]] = (),
-    title: str = "",
+    components: Mapping[str, Sequence[Point]] | None = None, title: str = "",
 ) -> go.Figure:
     """Return points coloured by a value in three views; points without a value are grey.
 
@@ -65,6 +66,7 @@ def point_values(
     good_is_high : bool
         Whether the high end is the one that agrees (drawn cool); otherwise the low end.
     lines : pairs of points joined by a line
+    components : name to its points, whose outline is drawn; none where left out
     """
     places = {name: floats(f"points[{name!r}]", xyz, (3,)) for name, xyz in points.items()}
     unknown = [name for name in values if name not in places]
@@ -73,6 +75,10 @@ def point_values(
              remedy="give its position")
     chart = views(title)
     valued_places = {name: places[name] for name in values}
+    for number, (name, members) in enumerate((components or {}).items()):
+        for view in range(3):
+            outline(chart, view, [places[p] for p in members if p in places], name=name,
+                    colour=COLOURS[number % len(COLOURS)])
     scale = "RdYlBu" if good_is_high else "RdYlBu_r"
     for view in range(3):
         segments(chart, view, [(places[p], places[q]) for p, q in lines if p in places and q in places], colour=_GREY)
@@ -111,6 +117,22 @@ def dots(chart: go.Figure, view: int, places: Mapping[Point, FloatArray], *, nam
     chart.add_scatter(x=xyz[:, i], y=xyz[:, j], mode="markers", marker=mark, name=plain(name), legendgroup=name,
                      showlegend=legend and view == 0, text=words or [plain(point) for point in places],
                      hovertemplate="%{text}<extra></extra>", row=1, col=view + 1)
+
+
+def outline(chart: go.Figure, view: int, places: Sequence[FloatArray], *, name: str, colour: str, legend: bool = True) -> None:
+    """Add the hull of a component's points to a view, filled thinly; nothing where they lie on a line."""
+    _, i, j = VIEWS[view]
+    if len(places) < 3:
+        return
+    flat = np.array(places)[:, [i, j]]
+    try:
+        ring = ConvexHull(flat).vertices
+    except QhullError:
+        return
+    corners = flat[[*ring, ring[0]]]
+    chart.add_scatter(x=corners[:, 0], y=corners[:, 1], mode="lines", line={"color": colour, "width": 1.5}, fill="toself",
+                     fillcolor=with_alpha(colour, 0.12), hoverinfo="skip", name=plain(name), legendgroup=name,
+                     showlegend=legend and view == 0, row=1, col=view + 1)
 
 
 def segments(chart: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], *, colour: str) -> None:

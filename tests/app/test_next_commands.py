@@ -1,0 +1,45 @@
+"""What comes next: every command says it, by commands and options that exist, with its own files."""
+
+import shlex
+
+import click
+import pytest
+
+from toolpoint.app.main import MODULE_OF_COMMAND, cli, main
+from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, next_commands
+
+
+def command_of(name):
+    return cli.get_command(click.Context(cli), name)
+
+
+def test_every_command_says_what_comes_next_or_is_an_end():
+    assert set(NEXT_COMMANDS) | ENDS == set(MODULE_OF_COMMAND) and not set(NEXT_COMMANDS) & ENDS
+
+
+@pytest.mark.parametrize("name", list(NEXT_COMMANDS))
+def test_what_is_named_exists(name):
+    names = {parameter.name for parameter in command_of(name).params}
+    for template in NEXT_COMMANDS[name]:
+        asked = {part.partition("}")[0] for part in template.split("{")[1:]}
+        assert asked <= names, (template, asked - names)
+        words = shlex.split(template)
+        following = command_of(words[0])
+        options = {text for parameter in following.params if isinstance(parameter, click.Option) for text in parameter.opts}
+        assert {word for word in words if word.startswith("-")} <= options, template
+        has_arguments = any(isinstance(parameter, click.Argument) and parameter.required for parameter in following.params)
+        assert not has_arguments or (len(words) > 1 and not words[1].startswith("-")), template
+
+
+def test_only_what_was_given_is_named_and_names_are_quoted_for_a_shell():
+    assert next_commands("lobes", {"machine": None, "modes": "my modes.h5", "cut_teeth": 4}) == [
+        "mill --modes 'my modes.h5' --teeth 4 --speed SPEED --depth DEPTH", "listen CUT.wav --teeth 4 --speed SPEED"]
+    assert next_commands("drift", {"files": [f"{i}.h5" for i in range(9)], "machine": None}) == []
+
+
+def test_it_is_the_last_line_and_no_part_of_json(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main(["speeds", "--chatter", "850", "--teeth", "4", "--highest", "18000"])
+    assert capsys.readouterr().out.splitlines()[-1].startswith("Next: toolpoint listen CUT.wav --teeth 4 --speed SPEED")
+    main(["speeds", "--chatter", "850", "--teeth", "4", "--highest", "18000", "--json"])
+    assert "Next:" not in capsys.readouterr().out
