@@ -140,6 +140,15 @@ def test_rapids_and_holders_are_named_with_line_and_place() -> None:
     assert any(doubt.what == "cut below the stock" for doubt in deep.doubts)
 
 
+def test_each_tool_has_its_own_stick_out() -> None:
+    setup = studies.describe_machining(Stock.box((0, 0, -0.02), (0.05, 0.03, 0)), CuttingDescription.of(
+        diameter=0.01, teeth=4, tangential=8e8, normal=3e8), stick_out=0.04, stick_outs={3: 0.055}, holder_diameter=0.05)
+    assert setup.holder_of(3).heights == (0.055,) and setup.holder_of(1).heights == (0.04,)
+    with pytest.raises(ToolpointError, match="stick_out: 10 mm"):
+        studies.describe_machining(setup.stock, setup.cut, cuts={3: CuttingDescription.of(
+            diameter=0.01, teeth=4, tangential=8e8, normal=3e8, flute_length=0.02)}, stick_out=0.04, stick_outs={3: 0.01})
+
+
 def test_a_gouge_is_named_with_its_line() -> None:
     c = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * [0.05, 0.06, 0.0175] + [0, -0.03, -0.02]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

@@ -14,7 +14,7 @@ from toolpoint.app.dynamics import Dynamics
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_stock
+from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_numbered_length, read_stock
 from toolpoint.project.limits.line_draws import read_tip_file
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
     read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
+NumberedLength = Annotated[tuple[int, float], Reading(read_numbered_length, "NUMBER=MM, for example 3=45")]
 NumberedTool = Annotated[tuple[int, Path], Reading(read_numbered_file, "NUMBER=FILE, for example 3=ball.yaml")]
 
 
@@ -78,6 +79,8 @@ class ToolAbove:
     """Bodies above the edges, and limits of spindle and tool."""
 
     stick_out: Annotated[float, Help("From the tip to the holder, mm; bending is taken there.", scale=1e-3, minimum=0)] = 0.0
+    stick_outs: Annotated[tuple[NumberedLength, ...], Help("Stick-out of a tool's number, in place of --stick-out; several "
+                                                           "times.", name="--stick-out-of", metavar="NUMBER=MM")] = ()
     holder: Annotated[float, Help("Diameter of the holder, mm: it must not meet the work.", scale=1e-3, minimum=0)] = 0.0
     taper: Annotated[float, Help("Half angle of a tapered mill, degrees.", scale=0.017453292519943295, minimum=0)] = 0.0
     spindle_power: Annotated[float, Help("Power of the spindle, kW.", scale=1e3, above=0)] = float("inf")
@@ -157,7 +160,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
                                    above.spindle_curve)
     setup = studies.describe_machining(
-        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out, holder_diameter=above.holder,
+        material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out,
+        stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo)
     if parsed.is_tilted:

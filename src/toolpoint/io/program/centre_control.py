@@ -99,8 +99,8 @@ def begin_control(state: ControlModes, number: int, word: str, *, takes_vector_w
                             "computed")
         return
     state.centre.word, state.centre.takes_vector_words = word, takes_vector_words
-    state.remarks.note(number, f"tool centre control ({word}): X, Y and Z are places of the tool's tip in the work, which they "
-                       "follow where it turns; the tip goes straight and rotary axes evenly between blocks")
+    state.remarks.note(number, f"tool centre control ({word}): X, Y and Z are places of the tool's tip, of a ball too, in the "
+                       "work, which they follow where it turns; the tip goes straight and rotary axes evenly between blocks")
 
 
 def end_control(state: ControlModes) -> None:

@@ -14,7 +14,7 @@ CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]
 # Speed (rev/min) of a turned part near its axis where the program holds no limit of its own.
 _TOP_SPEED = 3000.0
-_CHORD_TOLERANCE = 1e-6  # m, of arcs under tool centre control
+_ARC_CHORD_ERROR = 1e-6  # m, of arcs under tool centre control
 
 
 @dataclass
@@ -214,7 +214,7 @@ class ControlModes:
         start, directions = list(self.position), self.centre.arrive()
         u, v = start[a] - center[a], start[b] - center[b]
         radius = math.hypot(u, v)
-        count = max(1, math.ceil(abs(sweep) / (2 * math.acos(max(1 - _CHORD_TOLERANCE / radius, 0.0)))))
+        count = max(1, math.ceil(abs(sweep) / (2 * math.acos(max(1 - _ARC_CHORD_ERROR / radius, 0.0)))))
         if any(math.isnan(x) != math.isnan(y) for x, y in zip(directions[3:6], directions[9:], strict=True)):
             self.remarks.fault(number, 1, "an arc whose ends have a vector and angles of the tool is not computed")
         for k in range(1, count + 1):

@@ -327,6 +327,15 @@ def read_stock(text: str) -> tuple[str, tuple[float, ...]]:
     return kind.strip(), tuple(1e-3 * number for number in read_numbers(numbers))
 
 
+def read_numbered_length(text: str) -> tuple[int, float]:
+    """Return number and length (m) of ``3=45``, mm."""
+    number, _, length = text.partition("=")
+    value = float(length)
+    if not 0 < value < 1e4:
+        raise ValueError
+    return int(number), 1e-3 * value
+
+
 def read_numbered_file(text: str) -> tuple[int, Path]:
     """Return number and file of ``3=ball.yaml``."""
     number, _, path = text.partition("=")

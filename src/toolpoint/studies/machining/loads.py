@@ -49,7 +49,7 @@ def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSet
         feed = rate * 60 / (speed * tool.teeth)
         way = removed.feed[places]
         direction = np.stack([np.hypot(way[:, 0], way[:, 1]), way[:, 2]], axis=1)
-        lever = setup.stick_out or cut.tool.flute_length or 3 * tool.diameter
+        lever = setup.stick_out_of(number) or cut.tool.flute_length or 3 * tool.diameter
         forces = arc_forces(tool, coefficients_of(cut), removed.arcs[places], edges=slice_edges(shape, removed.reach[places],
                             removed.arcs.shape[1]), feed=feed, direction=direction, lever=lever)
         _put(columns, places, forces, speed, feed)

@@ -51,13 +51,18 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
     groups = execute(solver, points.tolist(), folder=None if folder is None else folder / "groups", progress=progress).outcomes
     values = np.array([_numbers(outcome) for outcome in groups])[classes.group]
     stable, gap = _judge_members(arcs.depth, classes.group, groups)
+    block = laid.moves.block[piece[arcs.place]]
+    # An arc within the group's may have a boundary that the group's lacks (an island): the member farthest from it is solved
+    # too.
+    farthest = _farthest_members(arcs, classes)
+    second = execute(solver, _member_points(arcs, laid, block, pose, members=farthest), folder=None if folder is None else
+                     folder / "members", progress=progress).outcomes
+    stable_beside, gap_beside = _judge_members(arcs.depth, classes.group, second)
+    gap = np.where(stable != stable_beside, 0.0, np.minimum(gap, gap_beside))
     # The nearest to a boundary first.
     doubtful = np.flatnonzero(gap < NEAR_RATIO)
     chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
-    block = laid.moves.block[piece[arcs.place[chosen]]]
-    near_points = np.stack([laid.tool[block], pose[arcs.place[chosen]], arcs.entry[chosen], arcs.exit[chosen],
-                           arcs.angle[chosen],
-                           laid.speed[block], arcs.depth[chosen]], axis=1).tolist()
+    near_points = _member_points(arcs, laid, block, pose, members=chosen)
     near_solutions: Sequence[Outcome] = ()
     if near_points:
         near_solutions = execute(solver, near_points, folder=None if folder is None else folder / "near",
@@ -71,9 +76,27 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
         if np.isfinite(values[m, 0]) and np.isfinite(group_limit) and group_limit > 0:
             grouping = max(grouping, abs(float(values[m, 0] / group_limit) - 1))
     failures = dict.fromkeys(outcome.failure for outcome in groups if outcome.values is None)
-    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, len(groups) + len(near_solutions),
-                        tuple(failures),
+    count = len(groups) + len(second) + len(near_solutions)
+    return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, count, tuple(failures),
                         int(doubtful.size - chosen.size))
+
+
+def _farthest_members(arcs: PlaceArcs, classes: EngagementClasses) -> np.ndarray:
+    """Return the member of each group whose own arc differs most from the group's."""
+    difference = np.abs(arcs.entry - classes.entry[classes.group]) + np.abs(arcs.exit - classes.exit[classes.group])
+    order = np.argsort(difference, kind="stable")
+    members = np.zeros(classes.count, int)
+    members[classes.group[order]] = order  # written last is the largest
+    return members
+
+
+def _member_points(arcs: PlaceArcs, laid: ProgramPath, block: np.ndarray, pose: np.ndarray, *, members: np.ndarray
+                   ) -> list[list[float]]:
+    """Return the points of `StabilitySolver` of places with their own arcs."""
+    segment = block[members]
+    columns = [laid.tool[segment], pose[arcs.place[members]], arcs.entry[members], arcs.exit[members], arcs.angle[members],
+               laid.speed[segment], arcs.depth[members]]
+    return [[float(value) for value in row] for row in zip(*columns, strict=True)]
 
 
 def limit_over_depth(margins: PlaceMargins, arcs: PlaceArcs) -> FloatArray:

@@ -81,6 +81,8 @@ class MachiningSetup:
         Half angle of a tapered mill, rad.
     stick_out, holder_diameter : float
         m; 0 where not known: then no holder is looked at, and bending is taken at the top of the edges.
+    stick_outs : mapping of tool number to stick-out
+        m, of tools with one of their own.
     zero : mapping of axis name to position
         Axis positions of the machine at the program's zero, m.
     speed : float
@@ -108,6 +110,7 @@ class MachiningSetup:
     cuts: Mapping[int, CuttingDescription] = field(default_factory=dict)
     taper: float = 0.0
     stick_out: float = 0.0
+    stick_outs: Mapping[int, float] = field(default_factory=dict)
     holder_diameter: float = 0.0
     zero: Mapping[str, float] = field(default_factory=dict)
     speed: float = 0.0
@@ -127,10 +130,15 @@ class MachiningSetup:
         for number, cut in {0: self.cut, **self.cuts}.items():
             tool_of(cut), coefficients_of(cut)  # faults of a cut are told before any work
             flute = cut.tool.flute_length
-            if self.stick_out and flute and self.stick_out < flute:
-                fail("stick_out", f"{1e3 * self.stick_out:g} mm", f"must be at least the {1e3 * flute:g} mm of the edges "
+            stick_out = self.stick_out_of(number)
+            if stick_out and flute and stick_out < flute:
+                fail("stick_out", f"{1e3 * stick_out:g} mm", f"must be at least the {1e3 * flute:g} mm of the edges "
                                                                   f"of tool "
                      f"{number}", remedy="it is measured from the tip to the holder")
+
+    def stick_out_of(self, number: int) -> float:
+        """Return the length from the tip of a tool to its holder, m; 0 where not known."""
+        return self.stick_outs.get(number, self.stick_out)
 
     def cut_of(self, number: int) -> CuttingDescription:
         """Return the cut of a tool number."""
@@ -144,9 +152,10 @@ class MachiningSetup:
     def holder_of(self, number: int) -> Holder:
         """Return what is above the edges of a tool: shank and holder as far as they are known."""
         tool = self.cut_of(number).tool
-        if not self.stick_out or not self.holder_diameter:
+        stick_out = self.stick_out_of(number)
+        if not stick_out or not self.holder_diameter:
             return Holder()
-        return Holder.of(stick_out=self.stick_out, shank=tool.diameter * 0.999, flute_length=tool.flute_length or float("inf"),
+        return Holder.of(stick_out=stick_out, shank=tool.diameter * 0.999, flute_length=tool.flute_length or float("inf"),
                          diameter=self.holder_diameter)
 
     def spacing_for(self, shapes: list[MillShape]) -> float:

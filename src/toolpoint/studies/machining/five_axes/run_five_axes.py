@@ -114,7 +114,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, path.line),
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, line=path.line),
               *verdicts.doubts]
     return _study(name, text, case, verdicts, doubts=doubts, error=error)
 
@@ -210,7 +210,7 @@ def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
                   figure=float(spread[k]))]
 
 
-def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, line: np.ndarray) -> list[Doubt]:
+def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, *, line: np.ndarray) -> list[Doubt]:
     """Return the doubt about vectors between which even rotary axes leave the plane that a control may keep (ORIVECT)."""
     if rotary is None:
         return []
@@ -222,14 +222,14 @@ def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | 
                            for share in (0.0, 0.5, 1.0))
     straight = first + last
     straight /= np.linalg.norm(straight, axis=1, keepdims=True)
-    beside = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
-    k = int(np.argmax(beside))
-    if beside[k] <= MAX_UNDOUBTED_WAY:
+    axis_deviation = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
+    k = int(np.argmax(axis_deviation))
+    if axis_deviation[k] <= MAX_UNDOUBTED_WAY:
         return []
-    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {beside[k]:.2g}° beside "
-                  "the straight turn, as rotary axes move evenly here; a control may turn it straight (ORIVECT, PATHCTRL "
-                  "VECTOR)",
-                  "post shorter blocks there", figure=float(beside[k]))]
+    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes "
+                  f"{axis_deviation[k]:.2g}° beside the straight turn, as rotary axes move evenly here; a control may "
+                  "turn it straight (ORIVECT, PATHCTRL VECTOR)",
+                  "post shorter blocks there", figure=float(axis_deviation[k]))]
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,
@@ -287,11 +287,26 @@ def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, *, doubts: li
         judged=verdicts.judged)
 
 
+def _lean_words(case: _Case) -> list[str]:
+    """Return where the tool leans most while it cuts: a sign of a rotary axis that is wrong shows there."""
+    removed = case.removed
+    if removed.frame is None or not (removed.reach > 0).any():
+        return []
+    k = int(np.argmin(np.where(removed.reach > 0, removed.frame[:, 2, 2], np.inf)))
+    x, y, z = removed.frame[k, :, 2] + 0.0
+    return [f"The tool leans most in line {case.laid.path.line[case.laid.moves.block[removed.piece[k]]]}: along "
+            f"({x:.3f}, {y:.3f}, {z:.3f}) in the work, from the tip upwards; see that it does on the machine."]
+
+
 def _assumptions(case: _Case) -> list[str]:
     """Return what the result rests on."""
     settings = case.removed.settings
-    return [f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
+    has_holder = any(case.setup.holder_of(number).heights for number in case.laid.numbers)
+    unseen = [] if has_holder else ["No holder is given: contacts of shank, holder and head are not looked at."]
+    return [*_lean_words(case), *unseen,
+            f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
             f"slices of the tool, steps of at most {np.degrees(MAX_STEP_TURN):g}°: between them the axis goes along a great "
             f"circle, at most {np.degrees(MAX_STEP_TURN**2 / 8):.2g}° beside its way.",
+            "The removed volume is sampled, within about 0.1 %.",
             "Forces are those of a rigid tool without run-out; edges end at their length, and cut nothing above it.",
             "The work itself is rigid: thin walls and clamping are not in the dynamics."]
