@@ -62,7 +62,8 @@ def test_text_is_read_and_written_in_a_named_encoding():
 def test_modules_and_names_that_windows_lacks_stand_behind_a_guard():
     faults = []
     names = "|".join(sorted({name.partition(".")[2] for name in POSIX_NAMES}))
-    for path, tree in trees(rf"(?m)(import|from) +({'|'.join(sorted(POSIX_MODULES))})\b|^ *import .*,|\b(os|signal)\.({names})\b"):
+    modules_named = "|".join(sorted(POSIX_MODULES))
+    for path, tree in trees(rf"(?m)(import|from) +({modules_named})\b|^ *import .*,|\b(os|signal)\.({names})\b"):
         guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, (ast.If, ast.Try, ast.FunctionDef, ast.With))
                    for inner in ast.walk(node)}
         for node in ast.walk(tree):
