@@ -114,6 +114,12 @@ def measured():
 
 
 @pytest.fixture
+def without_other_cuts(monkeypatch):
+    """Lobes of the command line make no table of other cuts unasked: eighteen charts more, which have tests of their own."""
+    monkeypatch.setattr("toolpoint.studies.cuts.lobes_study.MAX_QUICK_MODES", -1)
+
+
+@pytest.fixture
 def interpreted(monkeypatch):
     """Return a function that lets the kernels of modules run as plain Python.
 

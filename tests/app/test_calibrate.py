@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("forces")
     rng = np.random.default_rng(5)
     for i, feed in enumerate(FEEDS):
-        record_table.write(as_record(dynamometer(feed, rng, phase=rng.uniform(0, 2 * np.pi), turns=8)), folder / f"f{i}.csv")
+        record_table.write(as_record(dynamometer(feed, rng, phase=rng.uniform(0, 2 * np.pi))), folder / f"f{i}.csv")
     return folder
 
 

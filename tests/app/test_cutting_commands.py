@@ -223,9 +223,8 @@ def test_a_band_that_ends_below_the_resonance_leaves_rough_limits_first_in_the_n
     assert places == sorted(places)
 
 
-@pytest.mark.parametrize(("direction", "wall"), [
-    pytest.param("up", "teeth enter the cut", marks=pytest.mark.slow), ("down", "teeth leave the cut"),
-    pytest.param("centred", None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("direction", "wall"), [("up", "teeth enter the cut"), ("down", "teeth leave the cut"),
+                                                 ("centred", None)])
 def test_the_location_error_is_that_of_the_wall_that_is_left(folder, tmp_path, direction, wall):
     main(["lobes", "--modes", str(folder / "modes.h5"), *CUT, "--direction", direction, "--immersion", "0.1", "--speeds",
           "5000:25000:3", "--feed", "0.1", "-o", str(tmp_path)])

@@ -80,7 +80,8 @@ def tabulate_limits(dynamics: ToolDynamics, values: Mapping[str, Any], cut: Cutt
         return None
     immersions = np.unique([*TABLE_IMMERSIONS, immersion])
     teeth = tuple(sorted({max(cut.tool.teeth + step, MIN_TABLE_TEETH) for step in TOOTH_STEPS}))
-    speeds = np.linspace(chart.speeds[0], chart.speeds[-1], TABLE_SPEEDS)
+    # A chart of one speed has a table of one: the same limit forty times took half a minute with a helix.
+    speeds = np.unique(np.linspace(chart.speeds[0], chart.speeds[-1], TABLE_SPEEDS))
     limit, depth_max = np.full((len(immersions), len(teeth), len(speeds)), np.inf), np.zeros((len(immersions), len(teeth)))
     for place, (i, k) in enumerate(np.ndindex(len(immersions), len(teeth))):
         progress(place, depth_max.size)
