@@ -25,8 +25,8 @@ from typing import Any
 
 PLACE = Path(__file__).resolve().parents[1] / "workbench"
 WIDTHS = {1400: 1300, 390: 1200}  # pixels of a window: its height
-STORED_WIDTH = 1000  # pixels of a stored picture of the wide window
-QUALITY = 45  # of WebP, of 100: words of 12 pixels can still be read
+STORED_WIDTHS = {1400: 860, 390: 300}  # pixels of a stored picture by the width of its window
+QUALITY = 28  # of WebP, of 100: words of 12 pixels can still be read
 SETTLING_TIME = 2.0  # s after a view is there: charts and shapes follow
 WAITING_LIMIT = 120.0  # s for an interval, or a page in a frame
 BROWSER_ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
@@ -56,6 +56,7 @@ def settle(page: Any, view: str) -> None:
     if view in FRAMED_VIEWS:
         page.get_by_role("button", name="Show the page").first.click()
         page.frame_locator("iframe.wb-page").locator("h1").wait_for(timeout=1e3 * WAITING_LIMIT)
+    page.wait_for_timeout(1e3 * SETTLING_TIME)
     end = time.monotonic() + WAITING_LIMIT
     while page.evaluate("(document.getElementById('wb-interval')?.textContent || '').includes('…')") and time.monotonic() < end:
         time.sleep(0.1)
@@ -63,12 +64,12 @@ def settle(page: Any, view: str) -> None:
 
 
 def store(png: bytes, target: Path) -> int:
-    """Write a picture as WebP, a wide one made smaller; return its size in bytes."""
+    """Write a picture as WebP, made smaller; return its size in bytes."""
     from PIL import Image
 
     picture = Image.open(io.BytesIO(png)).convert("RGB")
-    if picture.width > STORED_WIDTH:
-        picture = picture.resize((STORED_WIDTH, round(picture.height * STORED_WIDTH / picture.width)), Image.Resampling.LANCZOS)
+    width = STORED_WIDTHS[picture.width]
+    picture = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
     picture.save(target, "WEBP", quality=QUALITY, method=6)
     return target.stat().st_size
 

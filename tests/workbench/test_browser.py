@@ -267,6 +267,13 @@ def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):
                      s.value = 1; s.dispatchEvent(new Event('input')); }""")
     wait(page, "window.Workbench.moves > 0")
     assert "nearest state that was computed" in page.inner_text("main")
+    page.evaluate("location.hash = '#/lobes'")
+    ready(page, "lobes")
+    wait(page, "document.querySelector('.wb-limit').innerText.includes('7.95 mm')")
+    page.evaluate("""() => { const s = document.getElementById('cut-tangential'); s.value = s.max;
+                     s.dispatchEvent(new Event('input')); }""")
+    wait(page, "document.querySelector('main').innerText.includes('tangential = 7600 MPa')")  # four times K_t
+    assert float(page.inner_text(".wb-limit").split(": ")[1].split(" mm")[0]) < 4
     assert page.errors == [] and all(url.startswith(("file:", "data:", "blob:")) for url in page.requests)
 
 
