@@ -30,11 +30,14 @@ def main(draws: int = 2) -> dict[str, Any]:
     boxes = {name: BodyDescription(mass=mass, centre=centre, shape=ShapeDescription("box", size=size))
              for name, (mass, centre, size) in BOXES.items()}
     modes = true_modes(machine, points, 0.03)
-    found = study_joints(modes, Geometry(points.coordinates, []), Components("test", ("ground", *PARTS), owner, boxes)).joints
-    for joint in found.joints:
+    study = study_joints(modes, Geometry(points.coordinates, []), Components("test", ("ground", *PARTS), owner, boxes))
+    for joint in study.joints.joints:
         away = np.array(joint.position) - PLACES[joint.child]
         numbers[f"away_{joint.child}"] = 1e3 * np.linalg.norm(away - joint.undetermined.T @ (joint.undetermined @ away))
         numbers |= {f"{joint.child}_{way}": k / 1e6 for way, k in zip(joint.freedoms, joint.stiffness, strict=True)}
+    for steps in study.steps():
+        name = steps.joint.split(" - ")[1]
+        numbers |= {f"passes_{name}": 1e3 * steps.passes().max(), f"plain_passes_{name}": 1e3 * steps.plain_passes().max()}
     parts = {name: component(name, modes, points.coordinates, labels=owner[name]) for name in PARTS}
     for before, name in ((None, "base"), ("base", "column"), ("column", "magazine")):
         for size, amplitude in (("small", 1e-4), ("large", 0.02)):

@@ -28,6 +28,12 @@ class ToolpointError(ValueError):
     """A wrong input: the message names the argument, the value, the limit and the remedy.
 
     `argument` is the argument's name as data (``"Tool.pitch"``), empty where the fault is not one argument's.
+
+    >>> try:
+    ...     positive("Tool.diameter", -0.01)
+    ... except ToolpointError as error:
+    ...     error.argument
+    'Tool.diameter'
     """
 
     def __init__(self, message: str = "", *, argument: str = "") -> None:
@@ -36,7 +42,15 @@ class ToolpointError(ValueError):
 
 
 class ToolpointWarning(UserWarning):
-    """A doubtful input or result; what it marks is also written in the result."""
+    """A doubtful input or result; what it marks is also written in the result.
+
+    >>> import warnings
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always", ToolpointWarning)
+    ...     warnings.warn("Frf: 3 lines are missing", ToolpointWarning)
+    >>> str(caught[0].message)
+    'Frf: 3 lines are missing'
+    """
 
 
 class FileDoubt(ToolpointWarning):

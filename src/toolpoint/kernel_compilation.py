@@ -178,6 +178,19 @@ def _programs() -> None:
     run_program(program, MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), cut, spacing=2e-3))
 
 
+def _five_axes() -> None:
+    """Directions of a leaning tool over tri-dexels."""
+    from toolpoint.cutting.description import CuttingDescription
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.material_removal import Stock
+    from toolpoint.studies.machining.described_setup import describe_machining
+    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
+
+    cut = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8, flute_length=0.02)
+    program = parse("S9000\nG43.5 H1\nG0 X-8 Y0 Z-3 J-1 K1\nG1 X48 J-1 K1.1 F1800\nG49", start=(0, 0, 0.05))
+    run_five_axes(program, describe_machining(Stock.box((0, 0, -0.01), (0.04, 0.02, 0)), cut, spacing=2e-3))
+
+
 def _tilted_planes() -> None:
     """Planes that see the work of others, and a stock by a mesh: kernels of their own."""
     from toolpoint.cutting.description import CuttingDescription
@@ -286,6 +299,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "simulated cut": _simulated_cut,
     "programs on a machine": _programs,
     "programs in tilted planes": _tilted_planes,
+    "programs of five axes": _five_axes,
     "drives": _drives,
     "castings": _castings,
     "coupling of tools": _tool_coupling,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.cut_options import CutOptions
+from toolpoint.app.main import main
 from toolpoint.cutting import Engagement
 from toolpoint.cutting.build import coefficients_of, engagement_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
@@ -38,3 +39,10 @@ def test_a_material_replaces_given_coefficients_and_an_arc_replaces_the_other():
     arc = FULL.with_values({"entry": 0.1, "exit": 0.6})
     assert engagement_of(arc) == Engagement(0.1, 0.6)
     assert engagement_of(arc.with_values({"immersion": 0.3})) == Engagement.up(0.3)
+
+
+def test_an_unknown_material_is_refused_before_a_file_is_read(tmp_path, capsys):
+    (tmp_path / "no_response.csv").write_text("this is no response\n")
+    with pytest.raises(SystemExit):
+        main(["tap", str(tmp_path / "no_response.csv"), "--material", "al 7065"])
+    assert "did you mean 'Al 7075'" in capsys.readouterr().err

@@ -19,7 +19,7 @@ def begun(arguments, folder, **environment):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise there")
-@pytest.mark.parametrize("moment", [0.6, 1.5])
+@pytest.mark.parametrize("moment", [0.6, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_ctrl_c_ends_a_command_with_130_and_no_traceback(moment, tmp_path):
     process = begun(["map-chatter", str(MACHINE), "--axis", "X=-300mm:300mm:40", "--axis", "Y=-200mm:200mm:40"], tmp_path)
     time.sleep(moment)

@@ -26,6 +26,7 @@ def loose(machine):
     return condense_bodies(machine, error=5e-3, band=2000.0)
 
 
+@pytest.mark.slow
 def test_every_position_is_within_the_error_and_above_the_whole_reduction(machine, loose):
     tight = condense_bodies(machine, error=1e-4, band=2000.0)
     assert loose.machine.size < tight.machine.size < machine.size

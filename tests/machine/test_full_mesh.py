@@ -66,19 +66,19 @@ def test_a_stated_error_that_is_too_small_is_doubted(machine):
 
 
 def test_a_spring_much_stiffer_than_the_body_is_a_lock(tmp_path):
-    locked = link_full_meshes(read_machine(pair(tmp_path))).modes(6, shift=1e6)
+    locked = link_full_meshes(read_machine(pair(tmp_path))).linked.modes(6, shift=1e6)
     words = ", stiffness: {" + ", ".join(f"{way}: 1e14" for way in WAYS) + "}"
-    held = link_full_meshes(read_machine(pair(tmp_path, words))).modes(6, shift=1e6)
+    held = link_full_meshes(read_machine(pair(tmp_path, words))).linked.modes(6, shift=1e6)
     assert held.frequency == pytest.approx(locked.frequency, rel=1e-6)
 
 
 def test_a_machine_left_free_has_six_motions_at_zero(tmp_path):
-    free = link_full_meshes(read_machine(pair(tmp_path, ", free: [x, y, z, rx, ry, rz]"))).modes(9, shift=1e6)
+    free = link_full_meshes(read_machine(pair(tmp_path, ", free: [x, y, z, rx, ry, rz]"))).linked.modes(9, shift=1e6)
     assert free.rigid_count == 6 and free.frequency[6] > 10
 
 
 def test_the_count_knows_a_mode_that_is_missing(machine):
-    linked = link_full_meshes(machine)
+    linked = link_full_meshes(machine).linked
     squares = linked.modes(6, shift=1e6).squares
     assert [linked.count_below(1.0001 * square) for square in squares[[0, 2, 5]]] == [1, 3, 6]
 

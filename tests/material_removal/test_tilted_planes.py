@@ -36,7 +36,8 @@ def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str, spacin
     assert np.nanmax(study.stages[0].blocks.arc) == pytest.approx(2 * np.arcsin(width / 10), abs=np.radians(0.5))
 
 
-@pytest.mark.parametrize(("leg", "spacing"), [(2.3, 4e-4), pytest.param(3.0, 3.1e-4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("leg", "spacing"), [
+    pytest.param(2.3, 4e-4, marks=pytest.mark.slow), pytest.param(3.0, 3.1e-4, marks=pytest.mark.slow)])
 def test_prisms_whose_edges_lie_across_the_dexels_are_within_a_thousandth(leg: float, spacing: float) -> None:
     """Ridge and ends of the prism fall between the dexels: volumes taken and left by the closed form."""
     study = _run(_chamfer(leg), spacing=spacing)
@@ -80,9 +81,9 @@ def test_arcs_of_a_ball_on_a_face_at_tilt_are_closed(tilt: float) -> None:
 
 
 def test_words_that_turn_axes_are_refused_with_their_line() -> None:
-    program = parse("S9000\nG0 X-7 Y0\nG43.4 H1\nG1 X47 B30 F1800", start=(0, 0, 0.05))
+    program = parse("S9000\nG0 X-7 Y0\nG43 H1\nG1 X47 B30 F1800", start=(0, 0, 0.05))
     setup = studies.describe_machining(studies.stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), CuttingDescription.of(**CUT))
-    with pytest.raises(ToolpointError, match="line 4 turn A, B or C"):
+    with pytest.raises(ToolpointError, match="line 4 cut with A, B or C turned"):
         studies.run_program(program, setup)
 
 

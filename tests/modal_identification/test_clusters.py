@@ -10,7 +10,7 @@ from toolpoint.modal_identification import identify
 from toolpoint.modal_identification.fit import estimate
 from toolpoint.vibration import Frf
 
-POINTS, SEEDS = 30, 5
+POINTS, SEEDS = 20, 4
 
 
 def shared_noise(frf: Frf, part: float, rng: np.random.Generator, over: int = 20) -> Frf:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from modal_identification.modal_case import BAND, DAMPING, IN_BAND, benchmark, labels, responses, structure, with_noise
-from toolpoint import Dof, Frf, Modes, SecondOrderSystem, ToolpointError
+from toolpoint import Frf, Modes, SecondOrderSystem, ToolpointError
 from toolpoint.modal_identification import PolyReference, identify
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.eigen import solve_damped
@@ -306,20 +306,6 @@ def test_pure_noise_gives_no_modes():
     else:
         message = "no mode" if found.fit < 0.2 and found.advice else found.status
     assert "no mode" in message
-
-
-@pytest.mark.slow
-def test_measured_tool_holder():
-    folder = DATA / "tool_holder_frf"
-    if not folder.exists():
-        pytest.skip("the measured data are not beside this project")
-    tables = [np.loadtxt(folder / f"Point_{i}_Channel_1_CH1.txt") for i in range(1, 6)]
-    values = np.stack([table[:, 1] + 1j * table[:, 2] for table in tables], axis=1)[:, None, :]
-    frf = Frf(tables[0][:, 0], values, ["1:x"], [Dof(i, "x") for i in range(1, 6)])
-    found = identify(frf, band=(600, 3200))
-    assert found.fit > 0.97
-    for picked, near in ((1074.0, 0.02), (1961.0, 0.03), (2617.0, 0.02)):  # by hand by the author of the data
-        assert np.abs(found.modes.frequency / picked - 1).min() < near
 
 
 def test_from_hammer_blows_with_imperfections_to_modes():

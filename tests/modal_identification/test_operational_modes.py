@@ -300,11 +300,11 @@ def test_channels_that_are_no_motion_are_left_out_and_named() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["ssi-cov", "ssi-data"])
-def test_intervals_hold_over_many_records(method: str) -> None:
+@pytest.mark.parametrize(("method", "count"), [("ssi-cov", 40), ("ssi-data", 20)])  # the data's own way errs by the same law
+def test_intervals_hold_over_many_records(method: str, count: int) -> None:
     shapes = np.random.default_rng(1).standard_normal((4, 3))
     inside = []
-    for seed in range(40):
+    for seed in range(count):
         record = Record(ringing(POLES, shapes, 200.0, 100 + seed), RATE, [f"{k}:+x" for k in range(4)], "acceleration")
         modes = identify_operational(record, method, band=(5.0, 39.0)).modes
         assert modes.count == 3

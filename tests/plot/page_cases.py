@@ -179,6 +179,18 @@ def program_in_tilted_planes() -> Report:
 
 
 @case
+def program_of_five_axes() -> Report:
+    from toolpoint.io.program.gcode import parse
+    from toolpoint.pages import machining_page
+    from toolpoint.studies import cuts_of_options, describe_machining, run_five_axes, stock_of
+
+    run = example("mill_with_a_leaning_tool")
+    values = {key: CUT[key] for key in ("diameter", "teeth", "tangential", "normal")} | {"flute_length": 0.02}
+    setup = describe_machining(stock_of("box", (0, 0, -0.01, 0.04, 0.02, 0)), cuts_of_options(None, values), spacing=1e-3)
+    return machining_page(run_five_axes(parse(run.PROGRAM, start=(0, 0, 0.05)), setup, text=run.PROGRAM))
+
+
+@case
 def campbell() -> Report:
     from toolpoint.io import read_machine
     from toolpoint.pages import campbell_page
@@ -304,6 +316,22 @@ def update() -> Report:
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     wrong = mill.with_values({path: 0.5 * mill.value(path)})
     return update_page(update_machine(wrong, [Measurement(modes, frf)], [path, "joints.column_housing.stiffness.y"]))
+
+
+@case
+def element_sensitivity() -> Report:
+    from toolpoint.machine import build
+    from toolpoint.machine.description import BodyDescription, JointDescription, MachineDescription
+    from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, PatchDescription
+    from toolpoint.pages import element_page
+    from toolpoint.studies import study_elements
+
+    foot = PatchDescription((0.1, 0.05, 0), (1, 0, 0), (0, -1, 0), 0.2, 0.1)
+    post = ElasticDescription((CastingBox((0, 0, 0), (0.2, 0.1, 0.5)),), {"foot": foot}, band=4000.0, mesh_size=0.06)
+    joint = JointDescription("ground", "post", stiffness=dict.fromkeys(("x", "y", "z"), 4e8) | dict.fromkeys(
+        ("rx", "ry", "rz"), 1e6), child_interface="foot")
+    machine = build(MachineDescription("post", {"post": BodyDescription(elastic=post)}, {"bolts": joint}))
+    return element_page(study_elements(machine, modes=4))
 
 
 @case

@@ -11,7 +11,7 @@ from test_mesh_files import write_inp
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import robot_file
 from toolpoint.machine import build
-from toolpoint.machine.description import machine as d
+from toolpoint.machine import description as d
 from toolpoint.machine.description.elastic import CastingBox, ElasticDescription
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.robot.datasheet import RobotMember

@@ -46,3 +46,19 @@ def test_points_that_are_not_measured_in_three_directions_have_a_reason(case):
     steps = steps_of(case, seen)
     assert any("is not measured in three directions" in entry.reason for entry in steps)
     assert all(len(entry.rows()) == 1 for entry in steps if entry.reason)
+
+
+def test_compensated_shapes_turn_about_the_joint_and_the_uncompensated_axes_miss_it(case, true_steps):
+    for steps in true_steps:
+        at = np.array([case.points[point] for point in steps.points])
+        for k, axis in enumerate(steps.axes):
+            # A turn about the axis moves every point across it: omega x r, with the turn that the shape has.
+            arm = at - axis.point
+            across = np.cross(axis.direction, arm)
+            turn = (across * steps.shape[:, :, k]).sum() / (across**2).sum()
+            rest = steps.shape[:, :, k] - turn * across
+            assert np.linalg.norm(rest) < 2e-3 * np.linalg.norm(steps.shape[:, :, k])
+        if not steps.joint.startswith("ground"):
+            assert steps.plain_passes().max() > 10 * steps.passes().max()
+        else:
+            np.testing.assert_allclose(steps.plain_passes(), steps.passes())

@@ -84,9 +84,9 @@ def test_turning_states_the_interval_of_the_draws(tip: Frf, filed: ToolDynamics)
 
 def test_a_simulated_cut_is_doubted_where_the_draws_do_not_agree(filed: ToolDynamics, by_file: LobesStudy) -> None:
     limit = float(min(by_file.chart.limit[1], by_file.chart.depth_max))
-    near = simulate_cut(filed, CUT, speed=8000.0, depth=limit, revolutions=20)
+    near = simulate_cut(filed, CUT, speed=8000.0, depth=limit, revolutions=12)
     assert near.drawn is not None and 0.1 < near.drawn.stable_share < 0.9
     assert any("equally likely responses" in note and note.startswith("verdict") for note in near.notes)
-    far = simulate_cut(filed, CUT, speed=8000.0, depth=0.3 * limit, revolutions=20)
+    far = simulate_cut(filed, CUT, speed=8000.0, depth=0.3 * limit, revolutions=12)
     assert far.drawn is not None and far.drawn.stable_share > 0.95
     assert far.to_dict()["probability_stable"] > 0.95

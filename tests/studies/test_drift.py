@@ -65,8 +65,8 @@ def test_directions_of_a_joint_in_a_loop_add_up_to_it(name):
         assert np.allclose(parts, stiffness_of_joint(place, joint), atol=1e-9)
 
 
-@pytest.mark.parametrize("joint", ["feet", "bearings", *(pytest.param(name, marks=pytest.mark.slow) for name in (
-    "guide_y", "guide_x", "column_foot", "guide_z"))])
+@pytest.mark.parametrize("joint", ["feet", *(pytest.param(name, marks=pytest.mark.slow) for name in (
+    "bearings", "guide_y", "guide_x", "column_foot", "guide_z"))])
 def test_a_softer_joint_is_named_with_its_factor(mill, joint):
     study = study_of(mill, joint)
     assert study.has_changed and study.parts[0][0] == f"joint {joint}"

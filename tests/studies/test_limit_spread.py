@@ -62,7 +62,7 @@ def test_the_spread_is_that_of_exact_charts_of_the_same_machines() -> None:
 
 def test_a_work_that_gives_way_takes_its_part_of_the_spread() -> None:
     """Limits beside a work that yields far more do not depend on the machine's numbers; beside a stiff one as before."""
-    machine, speeds = machine_dynamics(identified_machine()), SPEEDS[1:3]
+    machine, speeds = machine_dynamics(identified_machine()), SPEEDS[1:2]
     spreads = {}
     for name, size in (("stiff", 1e-6), ("soft", 0.3)):
         wall = modal_dynamics(Modes([95.0, 110.0], [0.02, 0.02], size * np.eye(2), ["wall:+x", "wall:+y"]))

@@ -57,7 +57,7 @@ def _compared(time: FloatArray, values: FloatArray, unit: str = "W") -> RecordCo
     return record
 
 
-@pytest.mark.parametrize("pace", [1.0, 0.8])
+@pytest.mark.parametrize("pace", [pytest.param(1.0, marks=pytest.mark.slow), 0.8])
 def test_the_hidden_coefficient_start_and_pace_are_told(pace: float) -> None:
     """Start within 0.02 s, pace within 0.1 %, K_t within its interval and that within 5 %."""
     record = _compared(*_record(1.27, pace=pace))

@@ -32,7 +32,7 @@ from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
 SPRINGS = {"x": 2e8, "y": 3e8, "z": 2.5e8, "rx": 1e6, "ry": 2e6, "rz": 8e5}
-SPEEDS = np.linspace(2000.0, 9000.0, 12)
+SPEEDS = np.linspace(2000.0, 9000.0, 7)
 POOR, GOOD = {"band": 900.0, "size": 3}, {"band": 4000.0}
 CUT = {"diameter": 0.05, "teeth": 4, "immersion": 0.5, "direction": "down", "tangential": 2e9, "normal": 7e8}
 
@@ -66,6 +66,7 @@ def assert_held(difference, error, limit) -> None:
     assert (difference <= error).all()
 
 
+@pytest.mark.slow
 def test_limits_of_a_poorly_reduced_body_hold_those_of_a_good_one(post) -> None:
     poor, good = lobes_of(post, **POOR), lobes_of(post, **GOOD)
     both = np.isfinite(poor.chart.limit) & np.isfinite(good.chart.limit)
@@ -108,6 +109,7 @@ def test_doubts_stay_doubts_through_kept_maps_and_merged_remarks() -> None:
     assert [isinstance(note, Doubt) for note in merged] == [True, False] and merged[0].remedy == "write a larger band"
 
 
+@pytest.mark.slow
 def test_limits_of_the_blocks_of_a_program_hold_those_of_a_good_reduction(post) -> None:
     setup = MachiningSetup(Stock.box((0, 0, -0.01), (0.04, 0.05, 0)), CuttingDescription.of(**CUT))
     poor, good = (StabilitySolver(setup, [machine_dynamics(machine_of(post, **reduction))]).chart(

@@ -102,7 +102,7 @@ def test_what_does_not_fit_is_told():
         studies.with_work(low, high)
 
 
-@pytest.mark.parametrize("kind", ["modes", "lines"])
+@pytest.mark.parametrize("kind", [pytest.param("modes", marks=pytest.mark.slow), "lines"])
 def test_the_command_takes_the_work_beside_every_source(tmp_path, capsys, kind):
     tool_file, work_file = tmp_path / "tip.h5", tmp_path / "wall.h5"
     write_frf(frequency_response.modal(TIP, LINES), tool_file)

@@ -41,6 +41,10 @@ class CutOptions:
             if (value := values.pop(option)) is not None:
                 cut[key] = _NESTED[key](*value) if key in _NESTED else PARAMETERS[key].in_si(value)
         check_values(cut, {key: f"--{PARAMETERS[key].option}" for key in cut})
+        if "material" in cut:  # an unknown one would else be named after minutes of reading and identifying
+            from toolpoint.cutting.build import find_material
+
+            find_material(cut["material"])
         return cut
 
 

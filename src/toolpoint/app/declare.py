@@ -28,6 +28,7 @@ from toolpoint.app.frame import Frame
 REPLACE_KEY = "toolpoint.replace"
 
 if TYPE_CHECKING:
+    # Only for the type checker: click 8.1 to 8.2 cannot index these classes.
     _ParameterType = click.ParamType[Any]
     _WordsType = click.Choice[str]
 else:  # generic from click 8.3 on only
@@ -118,6 +119,7 @@ class Reading(_ParameterType):
             return self.read(value)
         except ToolpointError as error:
             self.fail(str(error), param, ctx)
+        # What a short reader raises of its own names neither option nor form: the form is said in its place.
         except (ValueError, KeyError, IndexError):
             self.fail(f"{value!r}: write {self.form}", param, ctx)
 
@@ -130,6 +132,7 @@ class _Number(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return a number within the limits, in SI; nan lies in none."""
+        # Every comparison with NaN is false, so that click would let it through any limits.
         if self._describe_range() and str(value).strip().lower() == "nan":
             self.fail(f"{value} is not in the range {self._describe_range()}", param, ctx)
         # Click's own message names the type alone; the help says which quantity and unit are asked for.
@@ -157,6 +160,7 @@ class DeclaredCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Keep the words, read them, and refuse options that contradict each other."""
+        # Before click takes them: a page says the command as it was typed.
         self.words = tuple(args)
         remaining = super().parse_args(ctx, args)
         # Only what was typed contradicts: a default beside an option that excludes it is no wish of the user.

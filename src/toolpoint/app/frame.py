@@ -63,6 +63,7 @@ class Frame:
         # The progress ends first: its bars would be drawn over what is printed.
         self._stack.__exit__(kind, error, trace)
         if not self.as_json:
+            # Doubts of files come before everything that rests on them; what a table repeats already is not said twice.
             for line in mark_notes(doubt for doubt in self.file_doubts if not any(doubt in text for text in self._shown_lines)):
                 console.text(line)
         for show in self._pending_output:
@@ -99,6 +100,7 @@ class Frame:
     def progress_of_parts(self) -> Callable[..., None]:
         """Return the `progress` function of a study that takes name, done and total."""
         if self._show is None:
+            # Begun with the first report: a command that refuses its input shows no bar.
             self._show = self._stack.enter_context(console.show_progress(self.as_json))
         return self._show
 
@@ -121,6 +123,7 @@ class Frame:
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
         if (place := to or self.output) is not None:
+            # Studies name arguments, a page of the command line must name options.
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
             try:
                 with unbroken_writing():
@@ -144,6 +147,7 @@ class Frame:
         if self.as_json:
             self.show_json(result.to_dict())
             return
+        # A note may come from several poses or parts: each sentence is said once.
         table, doubts = result.table(), doubts_among(dict.fromkeys(notes))
         self.show_text(*mark_notes(doubt for doubt in doubts if doubt not in table), table)
         self.show_rest(notes, first=doubts)

@@ -47,4 +47,5 @@ ERROR_CONSOLE = _Lines(stderr=True, highlight=False, emoji=False)
 def progress_bars() -> Progress:
     """Return the bars of a command's steps, or of a study's parts."""
     return Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
+                    # On the error stream, and gone at the end: what is piped elsewhere holds the result alone.
                     TimeElapsedColumn(), _FirstUse(), console=ERROR_CONSOLE, transient=True)

@@ -22,6 +22,14 @@ _MIN_TOP_FREQUENCY = 0.01  # Hz, of the stiffest row alone: below, stiffness and
 
 
 @dataclass(frozen=True, eq=False)
+class TiedRows:
+    """Coordinates that follow those of a body: their labels, and their motion per row of its matrices, (n_tied, n)."""
+
+    dofs: tuple[Dof, ...]
+    motion: csc_array
+
+
+@dataclass(frozen=True, eq=False)
 class ImportedMatrices(NotebookText):
     """Stiffness and mass of a body, symmetric, both triangles stored, in SI units.
 
@@ -37,6 +45,8 @@ class ImportedMatrices(NotebookText):
         Parts of the file left out, and doubts.
     is_labelled : bool
         Whether the file says which direction each row is; where not, no mass is stated.
+    tied : TiedRows, optional
+        Coordinates that ties make follow the rows; interfaces may stand on them.
 
     Raises ToolpointError for matrices that are not square, of one size, finite and symmetric.
     """
@@ -47,6 +57,7 @@ class ImportedMatrices(NotebookText):
     coordinates: Mapping[str | int, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     is_labelled: bool = True
+    tied: TiedRows | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -70,9 +81,11 @@ class ImportedMatrices(NotebookText):
             doubts.append(Doubt("mass differs by direction", ", ".join(f"{m:.6g}" for m in total) + " kg along x, y, z: held "
                                 "rows were left out, or rows are labelled wrongly",
                                 figure=float(np.ptp(present) / present.max())))
-        massless = int((self.mass.diagonal() <= 0).sum())
+        is_turn = np.array([dof.is_rotation and self.is_labelled for dof in self.dofs], dtype=bool)
+        # Rotations without mass are common (masses lumped at points); translations are not.
+        massless = int((self.mass.diagonal()[~is_turn] <= 0).sum())
         if massless:
-            doubts.append(Doubt("mass", f"{massless} of {len(self.dofs)} rows have no mass"))
+            doubts.append(Doubt("mass", f"{massless} of {len(self.dofs)} rows have no mass, rotations aside"))
         springs, inertias = self.stiffness.diagonal(), self.mass.diagonal()
         top_frequency = float(np.sqrt(np.abs(springs[inertias > 0] / inertias[inertias > 0]).max(initial=0.0))) / (2 * np.pi)
         if 0 < top_frequency < _MIN_TOP_FREQUENCY:

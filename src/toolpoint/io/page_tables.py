@@ -92,9 +92,16 @@ def read_tables(path: str | Path) -> list[PageTable]:
 
 
 def write_tables(page: str | Path, folder: str | Path, kind: str) -> list[Path]:
-    """Write every table of a page to a folder as ``csv`` or ``tex``, named by its section; return the files.
+    r"""Write every table of a page to a folder as ``csv`` or ``tex``, named by its section; return the files.
 
     Raises ToolpointError where the page has no table, or a file is there already: then nothing is written.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = Path(folder, "index.html")
+    ...     _ = page.write_text("<h2>Modes</h2><table><tr><th>Hz</th></tr><tr><td>80.5</td></tr></table>")
+    ...     write_tables(page, folder, "csv")[0].read_text()
+    'Hz\n80.5\n'
     """
     tables, folder = read_tables(page), Path(folder)
     if not tables:

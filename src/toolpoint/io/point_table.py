@@ -85,11 +85,18 @@ def is_number(text: str) -> bool:
 
 
 def read_places(path: str | Path) -> FloatArray:
-    """Return places (n, 3), m, of a CSV with lines x,y,z.
+    r"""Return places (n, 3), m, of a CSV with lines x,y,z.
 
     A first line of the names x, y, z may state their unit: ``x mm, y mm, z mm``, ``x [mm]`` or ``x (mm)``; m where none does.
 
     Raises ToolpointError where the file holds anything else, or names in another order.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "places.csv")
+    ...     _ = file.write_text("x mm, y mm, z mm\n100, 0, 250\n")
+    ...     read_places(file).tolist()
+    [[0.1, 0.0, 0.25]]
     """
     path = Path(path)
     lines = [line for line in read_text(path, "expected lines of x,y,z").splitlines() if line.strip()]

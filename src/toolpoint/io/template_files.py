@@ -13,6 +13,9 @@ def list_templates(kind: str = "machine") -> dict[str, str]:
     """Return the templates of a kind of file (machine, servo, components, cut) by name, each with its first sentence.
 
     Raises ToolpointError for a kind that has none.
+
+    >>> "lathe" in list_templates("machine")
+    True
     """
     kinds = sorted({path.stem for path in FOLDER.glob("*.yaml")} | {path.name for path in FOLDER.iterdir() if path.is_dir()})
     one_of("kind", kind, kinds)
@@ -35,6 +38,11 @@ def write_template(path: str | Path, kind: str = "machine", name: str = "") -> P
     """Write a template to a file that is not there yet, and return its path.
 
     Raises ToolpointError for a file that exists (nothing is overwritten), a folder that does not, and an unknown template.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_template(Path(folder, "mill.yaml"), "machine", "lathe").name
+    'mill.yaml'
     """
     text, target = read_template(kind, name), Path(path)
     if not target.parent.is_dir():

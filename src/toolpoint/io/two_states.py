@@ -22,6 +22,17 @@ def read_two_states(older: Path, newer: Path, *, pose: Mapping[str, float] | Non
     """Return both states with their names: machines at a pose that they can take, or tests as saved modes or responses.
 
     Raises ToolpointError where one is a machine file and the other a test, and for the faults of either.
+
+    >>> import tempfile
+    >>> from toolpoint.io import write_noun
+    >>> from toolpoint.vibration import Modes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     files = [Path(folder, f"{name}.h5") for name in ("spring", "autumn")]
+    ...     for file, frequency in zip(files, (80.0, 78.0)):
+    ...         write_noun(Modes([frequency], [0.02], [[1.0]], ["tip:+x"]), file)
+    ...     older, newer = read_two_states(*files)
+    >>> [name for name, _ in (older, newer)], newer[1][0].frequency.tolist()
+    (['spring', 'autumn'], [78.0])
     """
     kinds = [path.suffix.lower() in _MACHINE_SUFFIXES for path in (older, newer)]
     if kinds[0] != kinds[1]:

@@ -12,14 +12,9 @@ from toolpoint._check import FloatArray, fail, suggestion
 from toolpoint._doubt import Doubt
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.description.beam import BeamDescription, BeamSegment
+from toolpoint.machine.description.body import BodyDescription, FrameDescription
 from toolpoint.machine.description.frames import describe_frame
-from toolpoint.machine.description.machine import (
-    BodyDescription,
-    FrameDescription,
-    JointDescription,
-    MachineDescription,
-    PointDescription,
-)
+from toolpoint.machine.description.machine import JointDescription, MachineDescription, PointDescription
 from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 from toolpoint.substructuring.shaft import SegmentDescription, ShaftDescription

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from toolpoint.machine.description.machine import BodyDescription, FrameDescription, PointDescription, Vector
+from toolpoint.machine.description.body import BodyDescription, FrameDescription, Vector
+from toolpoint.machine.description.machine import PointDescription
 
 if TYPE_CHECKING:  # as in the description of a machine
     from toolpoint.cutting.description import CuttingDescription

@@ -26,7 +26,8 @@ from toolpoint.machine.assembly.gyroscopics import elastic_spins
 from toolpoint.machine.assembly.joint_terms import loop_motion
 from toolpoint.machine.assembly.preload import geometric_stiffness
 from toolpoint.machine.assembly.system import loop_basis
-from toolpoint.machine.description.machine import SCALING_KEYS, MachineDescription, parameters
+from toolpoint.machine.description.body import SCALING_KEYS
+from toolpoint.machine.description.machine import MachineDescription, parameters
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.laws import law_in
 from toolpoint.machine.parts.model import Machine

@@ -20,6 +20,10 @@ class Moves:
 
     rows : (n, 13) m and rad, see `envelope`; block : (n,) index of the segment that each is of; first, last : (n, 3) unit
     directions of feed at its ends; rapid : (n,) bools; length : (n,) m.
+
+    >>> moves = split_moves([[0, 0, 0.0]], [[0.01, 0, 0.0]], step=0.004)
+    >>> moves.first.tolist()[0], moves.block.tolist()  # three pieces of one segment, fed along x
+    ([1.0, 0.0, 0.0], [0, 0, 0])
     """
 
     rows: FloatArray

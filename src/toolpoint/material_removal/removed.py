@@ -79,6 +79,13 @@ class RemovedMaterial(NotebookText):
         Height of the work, m, and the piece that cut there last (-1 none).
     work : Work
         Arrays of the work as it is left, for the kernels.
+
+    >>> from toolpoint.material_removal import MillShape, RemovalSettings, Stock, remove_material, split_moves
+    >>> pieces = split_moves([[-0.01, 0.01, -0.002]], [[0.05, 0.01, -0.002]], step=0.02)
+    >>> removed = remove_material(pieces, Stock.box((0, 0, -0.01), (0.04, 0.02, 0)), [MillShape(0.01)],
+    ...                           settings=RemovalSettings(1e-3))
+    >>> round(1e9 * (removed.total_volume + removed.left_volume))  # the block of 40 x 20 x 10 mm, mm^3
+    8000
     """
 
     moves: Moves

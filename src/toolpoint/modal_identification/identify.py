@@ -119,6 +119,13 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     ToolpointError
         For responses without measurement, a band without lines or outside the data, no mode found, or modes that the lines
         cannot tell apart.
+
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([60.0, 100.0], [0.01, 0.02], [[0.1, 0.05]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(30.0, 150.0, 0.25), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> result = identify(frf)
+    >>> result.modes.frequency.round(3).tolist(), result.modes.damping_ratio.round(5).tolist()
+    ([60.0, 100.0], [0.01, 0.02])
     """
     pole_method = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     inside, dead_notes = _select_live_channels(cut(frf, band))

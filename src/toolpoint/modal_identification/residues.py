@@ -18,7 +18,14 @@ from toolpoint.vibration.frf import Frf
 
 @dataclass(frozen=True, eq=False)
 class Residues:
-    """Residues (n_outputs, n_inputs, n_modes), lower and upper residual (n_outputs, n_inputs), share of energy explained."""
+    """Residues (n_outputs, n_inputs, n_modes), lower and upper residual (n_outputs, n_inputs), share of energy explained.
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> residues(frf, modes.poles).values.shape  # outputs, inputs, modes
+    (1, 1, 1)
+    """
 
     values: ComplexArray
     lower: FloatArray
@@ -30,6 +37,13 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     """Return the residues of all responses for common poles (rad/s, free of the window's decay), each on its own.
 
     Poles that coincide cannot be told apart by residues alone; a method with participation factors is needed for them.
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> residue = residues(frf, modes.poles).values[0, 0, 0]
+    >>> bool(np.isclose(residue, 0.1**2 / (2j * modes.poles[0].imag)))  # phi^2 / (2 i w_d)
+    True
     """
     size = np.abs(poles)
     distance = np.abs(poles[:, None] - poles) + np.eye(poles.size) * size.max(initial=1.0)

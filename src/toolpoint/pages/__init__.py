@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.campbell import campbell_page
     from toolpoint.pages.machines.demo import demo_page, head_source_page, workspace_page
     from toolpoint.pages.machines.driven_responses import driven_responses_page
+    from toolpoint.pages.machines.element_sensitivity import element_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
     from toolpoint.pages.machines.frequency_map import map_page
     from toolpoint.pages.machines.machine import machine_page
@@ -61,6 +62,7 @@ __all__ = [
     "drive_page",
     "driven_axis_page",
     "driven_responses_page",
+    "element_page",
     "finite_element_page",
     "first_look_page",
     "hammer_page",
@@ -116,6 +118,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.frequency_map": ("map_page",),
     "machines.machine": ("machine_page",),
     "machines.machine_responses": ("responses_page",),
+    "machines.element_sensitivity": ("element_page",),
     "machines.sensitivity": ("sensitivity_page",),
     "machining.program": ("machining_page", "stages_page"),
     "measured.correlation": ("correlation_page",),

@@ -21,6 +21,15 @@ def change_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
     machine carries a doubt that names them: an interval of its answers no longer holds what was changed.
 
     Raises ToolpointError for a path that the machine lacks, and for a value that no machine can have.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
+    >>> machine = build(MachineDescription("slide", {"table": table}, {"guide": guide}))
+    >>> changed = change_machine(machine, {"joints.guide.stiffness.x": 2e7})
+    >>> changed.value("joints.guide.stiffness.x"), len(changed.description.doubts)  # what rests on it says so
+    (20000000.0, 1)
     """
     changed = {path: value for path, value in values.items() if value != machine.value(path)}
     if not changed:

@@ -61,7 +61,15 @@ class EnteredFiles:
 
 
 def guess_kind(file: Path) -> FileGuess:
-    """Return what a file seems to be, by its ending and the beginning of its content."""
+    r"""Return what a file seems to be, by its ending and the beginning of its content.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "part.nc")
+    ...     _ = file.write_text("G0 X0 Y0\nG1 X30 F600\n")
+    ...     guess_kind(file).kind
+    'program'
+    """
     kind, is_sure = _kind_of(file)
     return FileGuess(file, kind, FILE_KINDS[kind][1], is_sure)
 
@@ -120,7 +128,7 @@ def _table_kind(text: str) -> tuple[str, bool]:
 
 def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[str, str] | None = None, *, move: bool = False
               ) -> EnteredFiles:
-    """Put files into a project where they belong, and enter them in project.yaml.
+    r"""Put files into a project where they belong, and enter them in project.yaml.
 
     Parameters
     ----------
@@ -131,6 +139,14 @@ def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[st
         Whether the files are moved, not copied.
 
     Raises ToolpointError where a file of the name is there with another content: nothing is overwritten.
+
+    >>> import tempfile
+    >>> from toolpoint.project import write_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     project, file = write_folder(Path(folder, "mill")), Path(folder, "part.nc")
+    ...     _ = file.write_text("G0 X0 Y0\nG1 X30 F600\n")
+    ...     add_files(project.parent, [file]).places
+    ('programs/part.nc',)
     """
     root, placed = Path(folder), list[tuple[str, str]]()
     _check_project(root)
@@ -222,6 +238,16 @@ def add_part(folder: str | Path, place: str, value: str) -> tuple[str, ...]:
     named is returned.
 
     Raises ToolpointError, and writes nothing, where the project file would have a fault with it.
+
+    >>> import tempfile
+    >>> from toolpoint.project import write_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     project = write_folder(Path(folder, "mill"))
+    ...     cut = "{diameter: 12 mm, teeth: 2, direction: slot, tangential: 2 GPa, normal: 1 GPa}"
+    ...     _ = add_part(project.parent, "cuts.steel", cut)
+    ...     _ = add_part(project.parent, "goals.rough", "{speed: 8000 rpm, depth: 3 mm}")
+    ...     "rough: {speed: 8000 rpm, depth: 3 mm}" in project.read_text()
+    True
     """
     root = Path(folder)
     _check_project(root)

@@ -34,6 +34,9 @@ class ProjectResults(NotebookText):
     """Results of a project as its JSON holds them.
 
     data : plain data, SI: answers, goals, programs, contours, changes, next, steps, doubts, missing, assumptions, methods.
+
+    >>> ProjectResults({"goals": {"rough": {"limit_m": 3e-3}}}).goal("rough")["limit_m"]
+    0.003
     """
 
     data: Mapping[str, Any]

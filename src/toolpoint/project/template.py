@@ -14,6 +14,11 @@ def write_folder(folder: str | Path) -> Path:
     """Make the folder of a project and return its project file.
 
     Raises ToolpointError for a folder that holds a project already, and for a name that is a file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_folder(Path(folder, "mill")).name
+    'project.yaml'
     """
     place = Path(folder)
     if place.exists() and not place.is_dir():

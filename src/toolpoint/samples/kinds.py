@@ -34,6 +34,13 @@ class SampleSet(NotebookText):
 
     kind; folder; files : names in the folder; truth : what was put in, in sentences; commands : that run on the files as they
     stand, in the folder.
+
+    >>> import tempfile
+    >>> from toolpoint.samples import write_samples
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     servo = write_samples("servo", Path(folder, "servo"))
+    >>> servo.kind, "trace.csv" in servo.files
+    ('servo', True)
     """
 
     kind: str

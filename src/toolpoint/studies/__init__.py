@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.file_check import question_part
     from toolpoint.studies.machines.check.machine_check import check_machine
+    from toolpoint.studies.machines.element_sensitivity import study_elements
     from toolpoint.studies.machines.full_mesh_modes import compare_full_mesh
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.machining.compare_record import compare_record, spindle_signal
     from toolpoint.studies.machining.described_setup import cuts_of_options, describe_machining, limits_of_drives, stock_of
+    from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
@@ -225,6 +227,7 @@ __all__ = [
     "rank_tests",
     "response_dynamics",
     "run_drives",
+    "run_five_axes",
     "run_plan",
     "run_program",
     "run_robot_demo",
@@ -253,6 +256,7 @@ __all__ = [
     "study_drift",
     "study_driven_axis",
     "study_driven_responses",
+    "study_elements",
     "study_example_mill",
     "study_finite_elements",
     "study_hammer_records",
@@ -325,6 +329,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.base_reaction_study": ("study_base_reactions",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
+    "machines.element_sensitivity": ("study_elements",),
     "machines.full_mesh_modes": ("compare_full_mesh",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
@@ -340,6 +345,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.described_setup": ("cuts_of_options", "describe_machining", "limits_of_drives", "stock_of"),
     "machining.run_program": ("run_program",),
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
+    "machining.five_axes.run_five_axes": ("run_five_axes",),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
     "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),

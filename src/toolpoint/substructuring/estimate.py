@@ -32,6 +32,9 @@ class Surroundings:
     """Neighbours of a body: their stiffness and mass over the loads' places, in their order, then over p more coordinates.
 
     stiffness, mass : (l + p, l + p) floats.
+
+    >>> Surroundings([[1e6]], [[2.0]]).mass.tolist()  # a load's place on a spring to the ground, with 2 kg
+    [[2.0]]
     """
 
     stiffness: FloatArray
@@ -49,6 +52,14 @@ class CoupledModes(NotebookText):
 
     frequency : Hz; error : estimate of the relative error of each from the reduction; coordinates : (rigid, elastic, others)
     of each mode, unit modal mass; status : whether the estimate is to be believed, a Doubt where not.
+
+    >>> from toolpoint.substructuring import ActingLoads, LargeBody, reduce
+    >>> from scipy.sparse import csc_array
+    >>> pair = LargeBody(csc_array([[1e6, -1e6], [-1e6, 1e6]]), csc_array(np.eye(2)), np.eye(2)[:, :1], rigid=np.ones((2, 1)))
+    >>> modes = couple_reduced(reduce(pair, ActingLoads(20.0)), Surroundings([[1e6]], [[0.0]]), 1)
+    >>> golden = (np.sqrt(5) - 1) / 2  # two unit masses on two such springs: w_1 = w_0 times the golden section
+    >>> bool(np.isclose(modes.frequency[0], 1e3 * golden / (2 * np.pi)))
+    True
     """
 
     frequency: FloatArray

@@ -91,6 +91,13 @@ class Reduction(NotebookText):
         Frequency below which all free modes of the body are among the shapes, Hz; 0: not known.
     method, solver : str
     residual : ResidualProducts
+
+    >>> from scipy.sparse import csc_array
+    >>> from toolpoint.substructuring import ActingLoads, LargeBody
+    >>> pair = LargeBody(csc_array([[1e6, -1e6], [-1e6, 1e6]]), csc_array(np.eye(2)), np.eye(2)[:, :1], rigid=np.ones((2, 1)))
+    >>> reduction = reduce(pair, ActingLoads(20.0))
+    >>> reduction.size, bool(np.isclose(reduction.frequency[0], np.sqrt(2e6) / (2 * np.pi)))  # one elastic shape
+    (1, True)
     """
 
     squares: FloatArray

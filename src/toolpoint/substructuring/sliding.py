@@ -101,6 +101,17 @@ class SlidingBody:
         Over the rigid motions and vectors of the reduction, side by side.
     fixed : (f, r) floats
         Motions of the other loads' places, likewise.
+
+    >>> from scipy.sparse import csc_array
+    >>> from toolpoint.substructuring import ActingLoads, LargeBody, reduce
+    >>> pair = LargeBody(csc_array([[1e6, -1e6], [-1e6, 1e6]]), csc_array(np.eye(2)), np.eye(2)[:, :1], rigid=np.ones((2, 1)))
+    >>> reduction = reduce(pair, ActingLoads(20.0))
+    >>> def weights(z):  # the place lies between the two masses
+    ...     return np.outer([1 - z, z], [1.0, 0, 0, 0, 0, 0])
+    >>> shapes = np.hstack([np.ones((2, 1)) / np.sqrt(2), reduction.vectors])
+    >>> table = tabulate(shapes, weights, 0.0, position_max=1.0, step=0.25, is_checked=False)
+    >>> SlidingBody(reduction, {"spring": table}, np.zeros((0, 2))).span
+    (0.0, 1.0)
     """
 
     reduction: Reduction

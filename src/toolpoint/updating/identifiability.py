@@ -35,6 +35,14 @@ class Identifiability(NotebookText):
     deviation : (n,), standard deviation of x with all identifiable parameters free (of those left out: with the identifiable
     ones free beside each); singular_values : (n,) of J with unit columns; correlations : (n, n) of all parameters free;
     identifiable : names, in order of selection; reasons : why each of the others is not; rule : in words.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> identifiability(problem).group_ranking[0][0]
+    'k'
     """
 
     names: tuple[str, ...]
@@ -87,6 +95,15 @@ def identifiability(
     least_influence : float
         Smallest influence as part of the largest. What moves the data less is within what any real model gets wrong
         elsewhere, and would only take up those errors.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # two springs side by side
+    ...     return Prediction(Modes([np.sqrt(values["a"] + values["b"]) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> measured = Targets(model({"a": 4e6, "b": 4e6}).modes)
+    >>> problem = Problem(model, [Parameter("a", 4e6), Parameter("b", 4e6)], measured, "finite differences")
+    >>> len(identifiability(problem).identifiable)  # one frequency tells their sum alone
+    1
     """
     positive("limit", limit)
     chosen = problem.start if x is None else x

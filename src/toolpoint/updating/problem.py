@@ -33,6 +33,13 @@ class Problem:
         have none, and for comparison).
     frequency_weight : float
         How much nearness in frequency counts beside MAC when modes are paired, see `residuals.tracked`.
+
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 8e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes))
+    >>> problem.evaluated(problem.start).values.tolist()  # no misfit where the model is the truth
+    [0.0]
     """
 
     def __init__(

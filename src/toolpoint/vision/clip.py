@@ -94,6 +94,10 @@ class Clip(NotebookText):
         What is doubtful about the file.
     is_lossy : bool
         Whether the frames were compressed with loss.
+
+    >>> clip = clip_of(np.zeros((50, 16, 32), np.uint8), 400.0)
+    >>> sum(len(frames) for frames in clip.chunks())
+    50
     """
 
     source: FrameSource
@@ -180,7 +184,12 @@ class FrameArray:
 
 
 def clip_of(frames: Frames, frame_rate: float, *, row_delay: float = 0.0, bits: int | None = None, name: str = "") -> Clip:
-    """Return the clip of an array of frames (n, rows, columns), uint8 or uint16 (`bits`: 16 where left out)."""
+    """Return the clip of an array of frames (n, rows, columns), uint8 or uint16 (`bits`: 16 where left out).
+
+    >>> clip = clip_of(np.zeros((50, 16, 32), np.uint8), 400.0)
+    >>> clip.shape, clip.frame_rate
+    ((16, 32), 400.0)
+    """
     array = np.asarray(frames)
     if array.dtype not in (np.uint8, np.uint16):
         floats("frames", array[:1])

@@ -26,6 +26,9 @@ class View:
         Metres a pixel; None where unknown: shapes then stay in pixels.
     origin : (column, row)
         Where the machine's origin is seen, pixels.
+
+    >>> View(right="+x", down="-z", scale=2e-4).scale  # m a pixel
+    0.0002
     """
 
     right: str = "+x"

@@ -141,8 +141,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               folder: Folder = None, tips: TipsOfTools, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
-    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, or of tilted planes (G68.2, CYCLE800, PLANE SPATIAL). The tool
-    and its coefficients are those of the machine file or the options below; the arcs of cut come from the stock.
+    PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, of tilted planes (G68.2, CYCLE800, PLANE SPATIAL), or of five
+    axes with tool centre control (G43.4, G43.5, TRAORI, M128, TCPM). The tool and its coefficients are those of the machine
+    file or the options below; the arcs of cut come from the stock.
     """
     source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
@@ -169,10 +170,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
             run.write("Program", write, lambda path: io.write_program(text, changes, path, original=program))
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
-    result = studies.run_program(parsed, setup, source, name=program.name, text=text, with_advice=with_advice
-                                 or write is not None,
-                                 lobes=lobes, folder=folder, tips=tips_of_tools,
-                                 progress=run.progress_of_parts())
+    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
+    result = run_all(parsed, setup, source, name=program.name, text=text, with_advice=with_advice or write is not None,
+                     lobes=lobes, folder=folder, tips=tips_of_tools, progress=run.progress_of_parts())
     result = recorded.compare(result, record)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)

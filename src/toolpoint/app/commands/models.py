@@ -203,9 +203,15 @@ def sensitivity(run: Frame, machine: MachineFile, *,
                                                        "where none is named.", name="--parameter",
                                                        metavar="joints.NAME.stiffness.rx")] = (), count: Count = 6,
                 change: Annotated[float, Help("Change of a parameter that MAC values are given for, %.", scale=1e-2)] = 10.0,
+                elements: Annotated[bool, Help("Every element of castings and solids instead: where a kilogram of wall raises "
+                                               "a frequency most.", excludes="--parameter")] = False,
                 pose: Pose = None) -> None:
     """Effect of every joint stiffness, damper, mass and density on frequencies, damping and shapes: alone and per part."""
     built = io.read_machine_at(machine, pose)
+    if elements:
+        run.step("sensitivity of every element")
+        run.present(pages.element_page, studies.study_elements(built, pose, count), warnings=run.warnings)
+        return
     run.step("sensitivities")
     result = studies.study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
     run.present(pages.sensitivity_page, result, built, change, pose=pose, warnings=run.warnings)

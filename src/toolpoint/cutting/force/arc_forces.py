@@ -21,6 +21,7 @@ from toolpoint.cutting.cut.tool import Tool
 _ANGLES_PER_TOOTH = 30  # of the rotation, of a tool whose teeth are alike
 _ANGLES_PER_TURN = 180  # of one whose teeth differ
 _PEAK_PARTS = 6  # of a step, beside the largest force
+_MEAN_NODES, _MEAN_WEIGHTS = np.polynomial.legendre.leggauss(8)  # over each arc: exact to rounding for arcs up to a turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,18 +99,44 @@ def _loads(arcs, edges, teeth, law, feed, direction, turn, out):  # type: ignore
         for step in range(number):
             x, y, z, torque, mx, my = _at_angle(arcs[i], edges[i], teeth, law, (feed[i], direction[i, 0], direction[i, 1]),
                                                 angle * step / number, lever, out[i])
-            out[i, 0] += x / number
-            out[i, 1] += y / number
-            out[i, 2] += z / number
-            out[i, 5] += torque / number
             if math.hypot(x, y) > out[i, 3]:
                 largest = step
             _keep_peaks((x, y, z, torque, mx, my), out[i])
+        out[i, 0], out[i, 1], out[i, 2], out[i, 5] = _means(arcs[i], edges[i], law, (feed[i], direction[i, 0], direction[i, 1]),
+                                                            teeth.shape[1])
         # In a short arc the force falls from its peak within a step: the steps on both sides are looked at once more.
         for part in range(1, 2 * _PEAK_PARTS):
             turned = angle * (largest + part / _PEAK_PARTS - 1.0) / number
             _keep_peaks(_at_angle(arcs[i], edges[i], teeth, law, (feed[i], direction[i, 0], direction[i, 1]), turned, lever,
                                   out[i]), out[i])
+
+
+@njit(cache=True, nogil=True)
+def _means(arcs, edges, law, chip, teeth_number):  # type: ignore[no-untyped-def]
+    """Return mean force x y z and torque of all teeth, by integrals over each arc.
+
+    Teeth that differ share the feed of a revolution, so that their means are those of equal teeth.
+    """
+    fx, fy, fz, torque = 0.0, 0.0, 0.0, 0.0
+    for k in range(arcs.shape[0]):
+        kappa, radius, width = edges[k, 1], edges[k, 2], edges[k, 3]
+        sk, ck = math.sin(kappa), math.cos(kappa)
+        for m in range(arcs.shape[1]):
+            if math.isnan(arcs[k, m, 0]):
+                break
+            middle, half = 0.5 * (arcs[k, m, 0] + arcs[k, m, 1]), 0.5 * (arcs[k, m, 1] - arcs[k, m, 0])
+            for n in range(_MEAN_NODES.size):
+                phi = middle + half * _MEAN_NODES[n]
+                s, c = math.sin(phi), math.cos(phi)
+                h = chip[0] * (sk * s * chip[1] - ck * chip[2])
+                if h <= 0.0:
+                    continue
+                share = width * half * _MEAN_WEIGHTS[n]
+                t, q, a = (law[0] * h + law[3]) * share, (law[1] * h + law[4]) * share, (law[2] * h + law[5]) * share
+                fx, fy = fx - (t * c + q * s * sk - a * s * ck), fy + t * s - q * c * sk + a * c * ck
+                fz, torque = fz + q * ck + a * sk, torque + t * radius
+    factor = teeth_number / (2.0 * math.pi)
+    return fx * factor, fy * factor, fz * factor, torque * factor
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -25,6 +25,10 @@ def default_method(problem: Problem) -> StabilityMethod:
 
     ZeroOrder for turning, where it is exact; HillDeterminant for a measured FRF; for modes FloquetDeterminant where one
     matrix serves all depths (it takes a helix too, but slower), PanelArnoldi for everything else.
+
+    >>> from toolpoint.vibration import Modes
+    >>> default_method(TurningProblem(1e9, Modes([100.0], [0.05], [[0.1]], ["tool:+x"]))).name  # exact for turning
+    'zero-order'
     """
     if isinstance(problem, TurningProblem):
         return ZeroOrder()

@@ -40,6 +40,15 @@ def chart_poses(
         Let each chart begin with what the pose before left for the same feed direction (`WarmStart`); the directions share
         the panels, which do not hang on the dynamics. One chain is one thread's work; for many poses see
         `studies.chatter_map`.
+
+    >>> from toolpoint.vibration import Modes
+    >>> poses = [Modes([f], [0.03], [[0.2]], ["tool:+x"]) for f in (400.0, 420.0)]
+    >>> from toolpoint.cutting import CuttingCoefficients, Engagement, Tool
+    >>> coefficients = CuttingCoefficients(6e8, 2e8)
+    >>> problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), coefficients, poses[0], "tool:+x", "same")
+    >>> rows = chart_poses(problem, poses, [6000.0], depth_max=5e-3)
+    >>> len(rows), len(rows[0])  # poses, feed directions
+    (2, 1)
     """
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     first = WarmStart()

@@ -24,6 +24,9 @@ class LowestLimit:
 
     depth : m, infinite where the chart has no limit; error : of `depth`, m, what the last refinement of the speed still changed
     and the method's own; speed : rev/min; frequency : of chatter, Hz.
+
+    >>> print(LowestLimit(1.25e-3, 2e-6, 6400.0, 212.0))
+    1.2500 mm ± 0.002 mm at 6400 rev/min
     """
 
     depth: float
@@ -45,6 +48,16 @@ def lowest_limit(problem: Problem, chart: StabilityChart, method: StabilityMetho
     in none of its speeds is not seen.
 
     problem, method : those of the chart; chart : the chart, whose `depth_max` is the largest depth looked at here too.
+
+    >>> from toolpoint.cutting import TurningProblem
+    >>> from toolpoint.cutting.stability import chart
+    >>> from toolpoint.vibration import Modes
+    >>> zeta, stiffness, k_n = 0.05, 1e7, 1e9
+    >>> w = 2 * np.pi * 100.0
+    >>> problem = TurningProblem(k_n, Modes([100.0], [zeta], [[w / np.sqrt(stiffness)]], ["tool:+x"]))
+    >>> limit = lowest_limit(problem, chart(problem, np.linspace(3000, 9000, 60), depth_max=0.01))
+    >>> bool(np.isclose(limit.depth, 2 * stiffness * zeta * (1 + zeta) / k_n, rtol=1e-4))  # of one mode, Tlusty
+    True
     """
     depths = np.minimum(chart.limit, chart.depth_max)
     if not np.isfinite(chart.limit).any():

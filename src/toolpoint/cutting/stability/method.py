@@ -28,6 +28,11 @@ class StabilityMethod(Protocol):
     takes_response : whether it solves the response at frequencies; else the sum of modes, which is an equivalent of structural
         damping only, and its points are led to the response afterwards (`hill.hysteresis`).
     uses_warm : whether `solve` begins with what a near problem left.
+
+    >>> from toolpoint.cutting.stability import method_named
+    >>> method = method_named("hill")
+    >>> method.takes_response, method.needs_modes  # solves a measured response as it is
+    (True, False)
     """
 
     name: ClassVar[str]

@@ -46,6 +46,12 @@ class StabilityChart(NotebookText):
     search : str
         What became of the search for boundary points: ``complete``, or what it could not do. `status` says this and what the
         stated errors leave in doubt.
+
+    >>> none = np.zeros(0, int)
+    >>> empty = np.zeros(0)
+    >>> chart = StabilityChart(np.array([6000.0]), 0.01, none, empty, empty, empty, none, empty, np.zeros(1, int))
+    >>> chart.limit.tolist()  # stable at every depth that was looked at
+    [inf]
     """
 
     speeds: FloatArray

@@ -36,6 +36,7 @@ class AxisSignal:
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return the values in force at times, s."""
+        # A value holds from its own time on, also where rounding puts that time a little later.
         place = np.searchsorted(self.time, np.asarray(time) + 1e-9, side="right") - 1
         return np.asarray(self.values[np.clip(place, 0, self.time.size - 1)])
 
@@ -96,6 +97,7 @@ _WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 def role_of(name: str, unit: str) -> str:
     """Return the role of a signal by its name; empty where the unit contradicts."""
+    # Makers part words by spaces, dots, strokes or bars; the space in front lets " IQ" mean a whole word.
     words = " " + re.sub(r"[_/.\s]+", " ", name.upper())
     role = next((role for role, names in _WORDS if any(word in words for word in names)), "")
     kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A",),

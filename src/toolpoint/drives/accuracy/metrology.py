@@ -52,6 +52,7 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
     """
     one_of("method", method, ("least squares", "minimum zone"))
     p = floats("points", points, (None, 2))
+    # About their middle: from far away, the sums of squares below would lose the micrometres asked for.
     start = p.mean(axis=0)
     q = p - start
     fit = np.linalg.lstsq(np.column_stack([2 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)[0]
@@ -62,6 +63,7 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
         return float(r.max() - r.min())
 
     if method == "minimum zone":
+        # In units of the separation itself, so that the tolerances of the search mean the same for any circle.
         scale = max(separation(middle), 1e-12)
         narrowest = scipy.optimize.minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
                              method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
@@ -89,6 +91,7 @@ def circular_hysteresis(forward: FloatArray, backward: FloatArray, center: tuple
         d = floats("points", points, (None, 2)) - np.asarray(center)
         angle = np.arctan2(d[:, 1], d[:, 0])
         order = np.argsort(angle)
+        # Both directions at the same angles: samples of two runs never fall on each other.
         radii.append(np.interp(grid, angle[order], np.hypot(*d.T)[order], period=2 * np.pi))
     return float(np.abs(radii[0] - radii[1]).max())
 
@@ -109,8 +112,10 @@ def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float
     """
     d = floats("points", points, (None, 2)) - np.asarray(center)
     r, angle = np.hypot(*d.T) - positive("radius", radius), np.degrees(np.arctan2(d[:, 1], d[:, 0]))
+    # The median, as a mean would hold part of the peaks that are asked for.
     base, peaks = float(np.median(r)), []
     for q in (0.0, 90.0, 180.0, 270.0):
+        # Differences of angles go round: half a turn lies at both ends of the range.
         in_quadrant = np.abs((angle - q + 180) % 360 - 180) <= half_width
         if not in_quadrant.any():
             fail("points", f"none within {half_width:g} deg of {q:g} deg", "must hold a whole turn")

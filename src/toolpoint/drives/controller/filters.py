@@ -25,6 +25,7 @@ class Filter:
         if self.match * sample_time >= 0.5:
             fail("Filter", f"{self.match:g} Hz", f"must be below half the sample rate, {0.5 / sample_time:g} Hz")
         w = 2 * np.pi * self.match
+        # The bilinear rule bends frequencies; with this k the one that matters stays where it is written.
         k = w / np.tan(w * sample_time / 2) if w > 0 else 2 / sample_time
         n, d = (_tustin(part, k) for part in (self.numerator, self.denominator))
         return np.array([*(n / d[0]), *(d[1:] / d[0])])

@@ -113,7 +113,7 @@ def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArra
     """
     f, l = floats("frequency", frequency), np.asarray(open_loop)
     trust = np.ones(f.size, bool) if coherence is None else coherent_lines(floats("coherence", coherence, f.shape))
-    judged = trust[1:] & trust[:-1]
+    judged = trust[1:] & trust[:-1]  # a crossing lies between two lines: both must be coherent
     phase, size = np.unwrap(np.angle(l)), np.abs(l)
     turns = (phase + np.pi) / (2 * np.pi)
     cross = np.flatnonzero((np.floor(turns[1:]) != np.floor(turns[:-1])) & judged)
@@ -131,8 +131,8 @@ def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArra
     for k in np.flatnonzero(((size[1:] - 1) * (size[:-1] - 1) < 0) & judged):
         share = np.log(size[k]) / np.log(size[k] / size[k + 1])
         value = (np.degrees(phase[k] + share * (phase[k + 1] - phase[k])) + 180) % 360
-        value = value - 360 if value > 180 else value
-        if not abs(value) > abs(best):
+        value = value - 360 if value > 180 else value  # 300 deg of margin are 60 deg too much lag
+        if not abs(value) > abs(best):  # so written, the first one replaces the NaN
             best, at_gain = value, f[k] + share * (f[k + 1] - f[k])
     doubt = None
     if not trust.all():
@@ -282,7 +282,7 @@ class _Levels:
                 m = c.current.model
                 u[i] = c.current.gain * error[i] + integral[i]
                 if c.current.decoupling:
-                    u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, SPEED] @ x)
+                    u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, SPEED] @ x)  # back-EMF, as the speed shows it
                 integral[i] = integral[i] + self.times.current * c.current.integral * error[i]
             queue = np.concatenate([u[None], line]) if delay else u[None]
             drive = np.stack([queue[c.current.delay if c.current else 0, i] for i, c in
@@ -378,9 +378,9 @@ def check_stable(servo: Servo) -> ServoLoops:
 
 def _critical(servo: Servo, number: int) -> float:
     stable, unstable = 0.0, 1.0
-    if not _radius(servo, number, 1e-4) <= 1 + 1e-7:
+    if not _radius(servo, number, 1e-4) <= 1 + 1e-7:  # unstable with hardly any gain, or not a number
         return 0.0
-    for _ in range(24):
+    for _ in range(24):  # to 1e-7 of the gain, far below what is printed
         middle = 0.5 * (stable + unstable)
         stable, unstable = (middle, unstable) if _radius(servo, number, middle) <= 1 + 1e-7 else (stable, middle)
     return unstable

@@ -46,6 +46,7 @@ class _SteadyCurve:
         return np.sign(v) * self.level(v) + self.viscous * v
 
     def slope(self, velocity: FloatArray | float) -> FloatArray:
+        # An exponent below one falls without bound at rest: the slope there is large, not infinite.
         v = np.maximum(np.abs(np.asarray(velocity, float)), 1e-300)
         total = np.full_like(v, self.viscous)
         for a, vs, d in ((self.a1, self.v1, self.d1), (self.a2, self.v2, self.d2)):
@@ -191,6 +192,7 @@ class TwoExponential(_Law):
 
     @property
     def _curve(self) -> _SteadyCurve:
+        # The source rises to Coulomb friction by a second exponential: the same curve with a negative part.
         return _SteadyCurve(self.coulomb, self.static, self.static_velocity, 1.0, -self.coulomb, self.coulomb_velocity, 1.0,
                       self.viscous)
 

@@ -49,6 +49,7 @@ class Blend:
     def _side(self, share: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray, FloatArray]:
         """Return origin, direction and inward normal of the half in which each share lies, seen from its end; u; sign."""
         first = share <= 0.5
+        # The second half is the first one seen from its end, so that one set of formulas serves both.
         direction_in, direction_out = _unit_vectors(self.corner - self.start), _unit_vectors(self.end - self.corner)
         c, s = np.cos(self.turn)[:, None], np.sin(self.turn)[:, None]
 
@@ -82,6 +83,7 @@ def _unit_clothoid(turn: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatAr
     """Return the coordinates at u of a half of length one: integrals of cos and sin of t u^2/2."""
     from scipy.special import fresnel
 
+    # SciPy states Fresnel integrals over pi t^2 / 2, the turn of a clothoid grows with t^2 / 2.
     root = np.sqrt(turn / np.pi)
     across, along = fresnel(root * u)
     return along / root, across / root

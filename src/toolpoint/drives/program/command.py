@@ -62,6 +62,7 @@ class Command(NotebookText):
 
     def held_at(self, time: FloatArray) -> FloatArray:
         """Return the position in force at times, the sample before each, (n_times, n_axes)."""
+        # A sample counts from its own time on, also where rounding puts it a little before.
         index = np.floor(np.asarray(time) / self.sample_time + 1e-9).astype(int)
         return self.position[np.clip(index, 0, self.position.shape[0] - 1)]
 

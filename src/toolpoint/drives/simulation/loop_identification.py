@@ -72,11 +72,13 @@ class LoopResponse(NotebookText):
 def average_response(reference: FloatArray, feedback: FloatArray, sample_time: float) -> LoopResponse:
     """Return T and L from whole periods: H1 over periods, (n_periods, n) each; no window, since the signal is periodic."""
     r, y = floats("reference", reference, (None, None)), floats("feedback", feedback, np.shape(reference))
+    # The mean says where the axis stands, not how the loop answers.
     lines = np.fft.rfft(np.stack([r, y]), axis=-1)[:, :, 1:]
     f = np.fft.rfftfreq(r.shape[1], positive("sample_time", sample_time))[1:]
     rr, yy = ((np.abs(x) ** 2).sum(axis=0) for x in lines)
     yr = (lines[1] * lines[0].conj()).sum(axis=0)
     e = lines[0] - lines[1]
+    # From T as T/(1 - T), noise of T would grow without bound where T is near one; the error is measured.
     open_loop = (lines[1] * e.conj()).sum(axis=0) / (np.abs(e) ** 2).sum(axis=0)
     return LoopResponse(f, yr / rr, open_loop, np.abs(yr) ** 2 / (rr * yy), sample_time)
 
@@ -127,6 +129,7 @@ def _histories(servo: Servo, number: int, axis: int, values: FloatArray, speed: 
                ) -> tuple[FloatArray, FloatArray]:
     """Return set point and feedback of one loop at its samples; of the position loop without the common ramp."""
     c, lines = servo.controllers[axis], values.shape[0]
+    # An outer loop may be slower by any whole factor: its ramp must last as long as the sequence.
     duration = lines * c.sample_times[number]
     ramp: Command = constant_velocity(speed, c.position.sample_time, duration)
     options: dict[str, Any] = {"substeps": substeps, "record_interval": servo.counts[number] * substeps, "duration": duration}

@@ -109,8 +109,10 @@ def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command:
     ready = prepare(servo, command, substeps=substeps, record_interval=record_interval, matrices=grid.reference)
     chunk, failed = servo.counts.position * substeps, 0
     table = np.array([servo.plant.output(i, "table") for i in range(nut.size)])
+    # Behind its last sample a command stands still.
     rates = np.vstack([command.velocity, np.zeros((1, nut.size))])
     for first in range(0, ready.steps, chunk):
+        # Matrices hold for a whole sample: those of its middle leave an error of second order in the travel.
         half_travel = 0.5 * command.sample_time * rates[min(first // chunk, len(rates) - 1)]
         matrices = grid.at(nut + table @ grid.reference.outward(ready.motion.coordinates) + half_travel)
         unconverged = run(first, min(chunk, ready.steps - first), matrices, ready.laws, ready.control, ready.motion,
@@ -141,9 +143,11 @@ def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: Float
         steps = []
         for where in along:
             servo_there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])
+            # A loop that is stable at one end of the way may not be at the other, where the screw is longer.
             check_stable(servo_there)
             steps.append(step_matrices(servo_there.plant, step, dense=True))
         places.append(along)
+        # Differences to one reference add up over the axes; whole matrices would not.
         changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in steps])
                         for name in _INTERPOLATED_FIELDS})
     return _Grid(reference, tuple(places), tuple(changes))

@@ -146,6 +146,7 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, record_interv
     ready = prepare(servo, command, substeps=substeps, record_interval=record_interval, excitation=excitation,
                     load=load, start=start,
                     duration=duration, matrices=matrices)
+    # Loaded here: what refuses a servo above must not wait for the compiler.
     from toolpoint.drives.simulation.kernel import run
 
     failed = run(*ready.arguments)
@@ -208,11 +209,13 @@ def prepare(servo: Servo, command: Command, *, substeps: int = 1, record_interva
     count("substeps", substeps)
     count("record_interval", record_interval)
     current_time, _, position_time = servo.controllers[0].sample_times
+    # Resampled without being asked, a command would have other velocities and accelerations than it states.
     if abs(command.sample_time / position_time - 1) > 1e-9 or command.position.shape[1] != axes:
         fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {position_time:g} s",
              remedy="use command.resampled(sample_time)")
     step = current_time / substeps
     m = step_matrices(servo.plant, step) if matrices is None else matrices
+    # Matrices that are kept for many commands may be those of another step: nothing in them would look wrong.
     if abs(m.step - step) > 1e-12 * step:
         fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
     steps = round((command.duration if duration is None else duration) / step) + 1
@@ -229,6 +232,7 @@ def control_arrays(servo: Servo, command: Command, substeps: int = 1, *, excitat
     set_points = np.zeros(command.position.shape, SET_POINT)
     for name in ("position", "velocity", "acceleration"):
         set_points[name] = getattr(command, name)
+    # The kernel holds the last line of a list to its end: one line of zeros is no excitation at all.
     inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
     place = 0 if excitation is None else PLACES.index(excitation.place)
     loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
@@ -262,6 +266,7 @@ def settling_time(result: ServoResult, names: Sequence[str] = ("scale",), within
         values = result.output(name)
         outside = np.flatnonzero((np.abs(values - values[-1]) > within).any(axis=1))
         late = max(late, float(result.time[outside[-1] + 1]) if outside.size and outside[-1] + 1 < result.time.size else 0.0)
+    # The last value is the value itself: a motion that is still going ends within any limit.
     if late >= result.time[-1]:
         raise ToolpointError(f"settled: still outside {within:g} at the end; simulate longer")
     return late

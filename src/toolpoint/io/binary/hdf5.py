@@ -31,7 +31,16 @@ T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace, Geometry)
 
 
 def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
-    """Write one noun, or several by name, to a file; an old file is replaced only when the new one is whole."""
+    """Write one noun, or several by name, to a file; an old file is replaced only when the new one is whole.
+
+    >>> import tempfile
+    >>> from toolpoint.vibration import Modes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "test.h5")
+    ...     write({"modes": Modes([80.0], [0.02], [[1.0]], ["tip:+x"])}, file)
+    ...     file.exists()
+    True
+    """
     import h5py
 
     path = Path(path)

@@ -70,6 +70,8 @@ def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int 
 
     The generated source is self-contained: it names the functions of the FMI standard itself and takes no header of it, so
     that nothing but this package's own licence applies. Source: FMI 2.0.4 specification, Modelica Association.
+
+    >>> import tempfile
     """
     if not Path(path).parent.is_dir():
         raise ToolpointError(f"{path}: the folder {Path(path).parent} does not exist; create it first")

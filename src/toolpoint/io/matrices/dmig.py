@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from scipy.sparse import coo_array, csc_array, triu
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.io.door import door
+from toolpoint.io.matrices.bulk_cards import BulkCard, bulk_cards, bulk_lines
 from toolpoint.io.matrices.labelled_matrix import DIRECTIONS, LabelledMatrix, node_dof
 from toolpoint.vibration import Dof
 
@@ -31,28 +31,29 @@ def read(path: Path) -> list[LabelledMatrix]:
     """Return every matrix of the file; symmetric ones whole. Rows and columns are those that hold an entry, by label."""
     heads: dict[str, tuple[int, int]] = {}
     entries: dict[str, list[Entry]] = {}
-    for line, card in logical_cards(path, "DMIG"):
-        name = card[1].strip()
-        if card[2].strip() == "0":
-            heads[name] = (_integer(path, line, card[3]), _integer(path, line, card[4]))
+    for card in bulk_cards(path, ("DMIG",)):
+        name = card.word(1)
+        if card.word(2) == "0":
+            heads[name] = (card.whole(3), card.whole(4))
             entries.setdefault(name, [])
         elif name not in heads:
-            raise ToolpointError(f"{path}:{line}: column of {name!r} before its header card; must begin with DMIG {name} 0 ...")
+            raise ToolpointError(f"{card.path}:{card.line}: column of {name!r} before its header card; must begin with "
+                                 f"DMIG {name} 0 ...")
         else:
-            entries[name] += list(_entries(path, line, card, heads[name][1] in (3, 4)))
+            entries[name] += list(_entries(card, heads[name][1] in (3, 4)))
     if not heads:
         raise ToolpointError(f"{path}: no DMIG card; must hold matrices as DMIG (PARAM,EXTOUT,DMIGPCH writes them)")
-    notes = _question_other_cards(path)
+    notes = question_other_cards(path)
     return [replace(_matrix(path, name, form, entries[name], kind in (3, 4)), notes=notes)
             for name, (form, kind) in heads.items()]
 
 
-def _question_other_cards(path: Path) -> tuple[Doubt, ...]:
+def question_other_cards(path: Path, read_keywords: Collection[str] = ()) -> tuple[Doubt, ...]:
     """Return the doubt about elements and ties that stand beside the matrices and are not read."""
     lines: dict[str, list[int]] = {}
-    for number, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
+    for _, number, raw in bulk_lines(Path(path)):
         keyword = raw.split(",")[0][:8].strip().rstrip("*").upper()
-        if keyword in _MODEL_CARDS:
+        if keyword in _MODEL_CARDS and keyword not in read_keywords:
             lines.setdefault(keyword, []).append(number)
     if not lines:
         return ()
@@ -61,71 +62,13 @@ def _question_other_cards(path: Path) -> tuple[Doubt, ...]:
                   "whole model (PARAM,EXTOUT,DMIGPCH), or take these cards out where the matrices hold them"),)
 
 
-def logical_cards(path: Path, keyword: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and fields (8 data fields a line of small fields, 4 of large ones) of every card of a kind."""
-    card: list[str] = []
-    start, keep = 0, False
-    for number, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
-        line = raw.split("$")[0].rstrip()
-        if not line:
+def _entries(card: BulkCard, is_complex: bool) -> Iterator[Entry]:
+    column = (card.whole(2), card.whole(3, 0))
+    for k in range(5, len(card.fields), 4):
+        if not card.word(k):
             continue
-        fields, is_more = _split(line)
-        if is_more:
-            card += fields if keep else []
-            continue
-        if keep:
-            yield start, card
-        keep = fields[0].strip().rstrip("*").upper() == keyword
-        card, start = fields, number
-    if keep:
-        yield start, card
-
-
-def _split(line: str) -> tuple[list[str], bool]:
-    """Return the fields of a line, with the keyword where it begins a card, and whether it goes on with the card before."""
-    if "," in line:
-        fields = line.split(",")
-        is_more = fields[0].strip() == "" or fields[0].startswith(("+", "*"))
-        data = fields[1:5] if "*" in fields[0] else (fields[1:9] + [""] * 8)[:8]
-        return (data if is_more else [fields[0], *data]), is_more
-    head = line[:8]
-    is_more = head.strip() == "" or head.startswith(("+", "*"))
-    width = 16 if "*" in head else 8
-    data = [line[k:k + width] for k in range(8, 72, width)]
-    return (data if is_more else [head, *data]), is_more
-
-
-def _at(card: Sequence[str], place: int) -> str:
-    return card[place].strip() if place < len(card) else ""
-
-
-def _entries(path: Path, line: int, card: list[str], is_complex: bool) -> Iterator[Entry]:
-    column = (_integer(path, line, card[2]), _integer(path, line, _at(card, 3) or "0"))
-    for k in range(5, len(card), 4):
-        if not _at(card, k):
-            continue
-        row = (_integer(path, line, card[k]), _integer(path, line, _at(card, k + 1) or "0"))
-        value = complex(_real(path, line, _at(card, k + 2)), _real(path, line, _at(card, k + 3) or "0") if is_complex else 0.0)
-        yield row, column, value
-
-
-def _integer(path: Path, line: int, word: str) -> int:
-    try:
-        return int(word)
-    except ValueError:
-        raise ToolpointError(f"{path}:{line}: {word.strip()!r}; must be a whole number") from None
-
-
-def _real(path: Path, line: int, word: str) -> float:
-    text = word.upper().replace("D", "E")
-    text = re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text) if "E" not in text else text
-    try:
-        value = float(text)
-    except ValueError:
-        raise ToolpointError(f"{path}:{line}: {word!r}; must be a number") from None
-    if not np.isfinite(value):
-        raise ToolpointError(f"{path}:{line}: {word!r}; must be finite")
-    return value
+        value = complex(card.real(k + 2), card.real(k + 3, 0.0) if is_complex else 0.0)
+        yield (card.whole(k), card.whole(k + 1, 0)), column, value
 
 
 def _matrix(path: Path, name: str, form: int, entries: list[Entry], is_complex: bool) -> LabelledMatrix:

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csc_array, diags_array
 from toolpoint._check import ToolpointError
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.io.door import check_regular
-from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4
+from toolpoint.io.matrices import abaqus_mtx, ansys_full, bulk_model, dmig, harwell_boeing, matrix_market, op4
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 from toolpoint.io.suffixes import MATRICES
 from toolpoint.machine.description.matrices import Units
@@ -46,13 +46,27 @@ def read_matrices(
     Parameters
     ----------
     stiffness, mass : path
-        Files; with `mass` left out the first must hold both.
+        Files; with `mass` left out the first must hold both. Bulk data (.bdf, .nas, .dat, .pch) with grid points may hold bars,
+        rods, springs, bushings, point masses and ties beside its matrices, or without any: `io.matrices.bulk_model`.
     names : (str, str), optional
         Names of stiffness and mass where a file holds several matrices; else the only one, or those whose names begin with K
         and M (or hold STIF, MASS).
     units : str
         ``m-kg-s`` (SI), or ``mm-t-s`` (N/mm, t), in which many finite-element models are made.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from scipy.io import mmwrite
+    >>> from scipy.sparse import csc_array
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     stiffness, mass = Path(folder, "K.mtx"), Path(folder, "M.mtx")
+    ...     mmwrite(stiffness, csc_array([[2e6, -1e6], [-1e6, 1e6]]), symmetry="symmetric")
+    ...     mmwrite(mass, csc_array(np.eye(2)), symmetry="symmetric")
+    ...     read_matrices(stiffness, mass).stiffness.diagonal().tolist()
+    [2000000.0, 1000000.0]
     """
+    if mass is None and bulk_model.holds_model(Path(stiffness)):
+        return bulk_model.read(Path(stiffness), names, units=units)
     first = read_labelled(stiffness)
     second = first if mass is None else read_labelled(mass)
     k = _chosen(stiffness, first, names[0] if names else None, ("K", "STIF"))

@@ -40,6 +40,8 @@ class BlowFolder:
     ------
     ToolpointError
         For a folder that cannot be written, or that holds a test of other channels, block or rate.
+
+    >>> import tempfile
     """
 
     def __init__(self, folder: str | Path, live: LiveInput, duration: float | None = None) -> None:

@@ -18,7 +18,11 @@ from toolpoint.vibration import Dof, Record
 @dataclass(frozen=True)
 class AxisColumns:
     """Columns of a file by name or number: the set point (any unit), the motor's force (or current, torque) with the newtons at
-    the axis in one of its units, and where it acts."""
+    the axis in one of its units, and where it acts.
+
+    >>> AxisColumns("SetPos", "Current", newtons=310.0, struck="table:+x").newtons  # N a ampere: 2 pi K_t / lead
+    310.0
+    """
 
     set_point: str
     force: str

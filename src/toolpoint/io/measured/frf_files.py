@@ -67,6 +67,15 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
     ToolpointError
         For a file that holds no responses, names that could mean several things, lines or quantities that differ, a
         response that is missing, a stated quantity that is not the one given.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from toolpoint.io import write_frf
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "tip.csv")
+    ...     write_frf(Frf([10.0, 20.0, 30.0], np.full((3, 1, 1), 1e-8 + 0j), ["tip:+x"], ["tip:+x"]), file)
+    ...     read(file).frequency.tolist()
+    [10.0, 20.0, 30.0]
     """
     files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
     if not files:

@@ -18,7 +18,13 @@ KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
 
 
 def check_writable(path: str | Path, kinds: tuple[str, ...] = KINDS) -> None:
-    """Raise ToolpointError before any work where a file of this name could not be written."""
+    """Raise ToolpointError before any work where a file of this name could not be written.
+
+    >>> check_writable("responses.docx")
+    Traceback (most recent call last):
+        ...
+    toolpoint._check.ToolpointError: `save` responses.docx: the name must end in .h5, .hdf5, .uff, .unv, .uf, .mat, .npz, .csv
+    """
     path = Path(path)
     if path.suffix.lower() not in kinds:
         raise ToolpointError(f"`save` {path}: the name must end in {', '.join(kinds)}")
@@ -30,6 +36,15 @@ def write(frf: Frf, path: str | Path) -> None:
     """Write responses of one pose: HDF5 (all of it), universal, MATLAB, NumPy, or CSV (Hz, then real and imaginary parts).
 
     A window's decay, variances and draws are kept in HDF5 alone; elsewhere a warning says what is lost.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from toolpoint.io import read_frf
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "tip.h5")
+    ...     write(Frf([10.0, 20.0], np.full((2, 1, 1), 1e-8 - 1e-9j), ["tip:+x"], ["tip:+x"]), file)
+    ...     read_frf(file).values[:, 0, 0].tolist()
+    [(1e-08-1e-09j), (1e-08-1e-09j)]
     """
     path = Path(path)
     check_writable(path)

@@ -19,9 +19,17 @@ from toolpoint.vibration.geometry import Geometry
 
 @door("file of points")
 def read(path: str | Path) -> Geometry:
-    """Return the geometry of a universal file (sets 15 or 2411, 82, edges of the elements of 2412), of a CSV file with
+    r"""Return the geometry of a universal file (sets 15 or 2411, 82, edges of the elements of 2412), of a CSV file with
     columns point, x, y, z (m), the points of a machine file (YAML) at its reference pose, or those that an HDF5 file of
-    toolpoint keeps beside its modes."""
+    toolpoint keeps beside its modes.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "points.csv")
+    ...     _ = file.write_text("point,x,y,z\n1,0,0,0\n2,0.5,0,0\n")
+    ...     read(file)
+    Geometry(2 points, 0 lines)
+    """
     path = Path(path)
     if path.suffix.lower() in HDF5:
         return _kept_places(path)
@@ -35,9 +43,16 @@ def read(path: str | Path) -> Geometry:
 
 
 def read_test_geometry(path: str | Path | None, measured_files: Sequence[str | Path] = ()) -> Geometry:
-    """Return the geometry of a file, or where none is named that of the first measured file that holds places.
+    r"""Return the geometry of a file, or where none is named that of the first measured file that holds places.
 
     Raises ToolpointError where no file does.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "points.csv")
+    ...     _ = file.write_text("point,x,y,z\n1,0,0,0\n2,0.5,0,0\n")
+    ...     read_test_geometry(file)
+    Geometry(2 points, 0 lines)
     """
     if path is not None:
         return read(path)
@@ -54,10 +69,18 @@ def read_test_geometry(path: str | Path | None, measured_files: Sequence[str | P
 
 @door("file of lines")
 def read_lines(path: str | Path, geometry: Geometry) -> Geometry:
-    """Return the geometry with the lines of a file in place of its own: a universal file (set 82, edges of 2412), or CSV whose
+    r"""Return the geometry with the lines of a file in place of its own: a universal file (set 82, edges of 2412), or CSV whose
     rows are the points that a line runs through, two or more.
 
     Raises ToolpointError for a point that the geometry does not have, naming file and line.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     points, lines = Path(folder, "points.csv"), Path(folder, "lines.csv")
+    ...     _ = points.write_text("point,x,y,z\n1,0,0,0\n2,0.5,0,0\n3,1,0,0\n")
+    ...     _ = lines.write_text("1,2,3\n")
+    ...     read_lines(lines, read(points)).lines
+    [(1, 2), (2, 3)]
     """
     path = Path(path)
     if path.suffix.lower() in UNIVERSAL:

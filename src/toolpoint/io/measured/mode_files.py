@@ -12,7 +12,16 @@ from toolpoint.vibration import Modes
 
 
 def read(path: str | Path) -> Modes:
-    """Return the modes of toolpoint's HDF5 file (.h5) or of a universal file (sets 55 or 2414)."""
+    """Return the modes of toolpoint's HDF5 file (.h5) or of a universal file (sets 55 or 2414).
+
+    >>> import tempfile
+    >>> from toolpoint.io import write_noun
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "modes.h5")
+    ...     write_noun(Modes([80.0], [0.02], [[1.0]], ["tip:+x"]), file)
+    ...     read(file).damping_ratio.tolist()
+    [0.02]
+    """
     kind = Path(path).suffix.lower()
     if kind in UNIVERSAL:
         return uff.read_modes(path)

@@ -18,7 +18,13 @@ KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
 
 
 def check_name(path: str | Path, *, replace: bool = False) -> None:
-    """Raise ToolpointError before any work where nothing could be written to a file of this name; `replace` an existing one."""
+    """Raise ToolpointError before any work where nothing could be written to a file of this name; `replace` an existing one.
+
+    >>> check_name("no_folder/modes.h5")
+    Traceback (most recent call last):
+        ...
+    toolpoint._check.ToolpointError: no_folder/modes.h5: the folder no_folder does not exist; create it first
+    """
     path = Path(path)
     if path.exists() and not replace:
         raise ToolpointError(f"{path}: exists already; nothing was written; choose another name, or add --replace")
@@ -29,7 +35,16 @@ def check_name(path: str | Path, *, replace: bool = False) -> None:
 
 
 def write(noun: Frf | Modes | Record | StateSpace, path: str | Path) -> None:
-    """Write responses, modes, a record or a state space, see `frf_writing.write`, `write_modes` and so on."""
+    """Write responses, modes, a record or a state space, see `frf_writing.write`, `write_modes` and so on.
+
+    >>> import tempfile
+    >>> from toolpoint.io import read_modes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "modes.h5")
+    ...     write(Modes([80.0], [0.02], [[1.0]], ["tip:+x"]), file)
+    ...     read_modes(file).frequency.tolist()
+    [80.0]
+    """
     if isinstance(noun, StateSpace):
         write_state_space(noun, path)
     elif isinstance(noun, Frf):

@@ -26,8 +26,16 @@ ROVING = "*"  # point of a sensor whose place the name of every file says
 
 
 def read(path: str | Path) -> Record:
-    """Return the Record of a text, LVM, WAV, TDMS, MATLAB, NumPy, universal or HDF5 file, SI; the ending of its name says the
-    format. Channels whose labels a file does not say are points 1, 2 ..; `read_all` takes them from descriptions."""
+    r"""Return the Record of a text, LVM, WAV, TDMS, MATLAB, NumPy, universal or HDF5 file, SI; the ending of its name says the
+    format. Channels whose labels a file does not say are points 1, 2 ..; `read_all` takes them from descriptions.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "trace.csv")
+    ...     _ = file.write_text("time [s],tip:+x [m/s^2]\n" + "".join(f"{k / 1000},{k}\n" for k in range(20)))
+    ...     read(file).sample_rate
+    1000.0
+    """
     kind = Path(path).suffix.lower()
     if kind in MATLAB:
         return mat.read_record(path)

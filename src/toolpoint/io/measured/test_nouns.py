@@ -19,7 +19,17 @@ Paths = Sequence[str | Path]
 
 
 def hold_records(paths: Paths) -> bool:
-    """Return whether files hold time records, and not responses; ToolpointError where some do and some do not."""
+    """Return whether files hold time records, and not responses; ToolpointError where some do and some do not.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from toolpoint.io import write_noun
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "blow.h5")
+    ...     write_noun(Record(np.zeros((8, 1)), 1e3, ["tip:+x"], "acceleration"), file)
+    ...     hold_records([file])
+    True
+    """
     kinds = {holds_records(Path(path)) for path in paths}
     if len(kinds) > 1:
         names = ", ".join(Path(path).name for path in paths[:4])
@@ -40,6 +50,14 @@ def read_measured(paths: Paths, *, quantity: str | None = None, **naming: Any) -
     ------
     ToolpointError
         For several files of modes or records, and files that hold none of the three: then with what each reader said.
+
+    >>> import tempfile
+    >>> from toolpoint.io import write_noun
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "modes.h5")
+    ...     write_noun(Modes([80.0, 130.0], [0.02, 0.01], [[1.0, 0.5]], ["tip:+x"]), file)
+    ...     read_measured([file]).frequency.tolist()
+    [80.0, 130.0]
     """
     files = [Path(path) for path in paths]
     if len(files) == 1 and mode_files.holds_modes(files[0]):
@@ -60,6 +78,15 @@ def read_test_nouns(paths: Paths, *, quantity: str | None = None, **naming: Any)
     ------
     ToolpointError
         For several files of modes (which of them counts would be a guess), and what cannot be read.
+
+    >>> import tempfile
+    >>> from toolpoint.io import write_noun
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "modes.h5")
+    ...     write_noun(Modes([80.0], [0.02], [[1.0]], ["tip:+x"]), file)
+    ...     modes, frf = read_test_nouns([file])
+    >>> modes.count, frf  # modes alone: there are no responses
+    (1, None)
     """
     saved = [path for path in paths if mode_files.holds_modes(path)]
     responses = [path for path in paths if path not in saved]
@@ -78,6 +105,9 @@ def read_hammer_test(paths: str | Path | Paths) -> tuple[RecordSet, HammerTestDe
     ------
     ToolpointError
         For anything beside the test file, and for its faults.
+
+    >>> from toolpoint.samples import write_samples
+    >>> import tempfile
     """
     path, *others = (Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths))
     if others:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
-from toolpoint.io.matrices.dmig import logical_cards
-from toolpoint.io.meshes.mesh_content import NASTRAN_HEXAHEDRON, MeshContent, MeshMaterial, gather_mesh, real, whole
+from toolpoint.io.matrices.bulk_cards import bulk_cards, bulk_lines
+from toolpoint.io.meshes.mesh_content import NASTRAN_HEXAHEDRON, MeshContent, MeshMaterial, gather_mesh
 
 _SOLIDS = {"CHEXA": 20, "CTETRA": 10, "CPENTA": 15, "CPYRAM": 13}  # nodes an element at most
 # Elements that are no solids.
@@ -20,17 +19,17 @@ def read(path: Path) -> MeshContent:
     """Return the mesh; elements are set apart by their property's number, as ``property 1``."""
     nodes: dict[int, tuple[float, float, float]] = {}
     elements: dict[tuple[str, int], list[list[int]]] = {}
-    for line, card in logical_cards(path, "GRID"):
-        if len(card) > 2 and card[2].strip() not in ("", "0"):
-            raise ToolpointError(f"{path}:{line}: GRID in coordinate system {card[2].strip()}; must be in the basic one (0)")
-        xyz = [real(path, line, card[k]) if card[k].strip() else 0.0 for k in (3, 4, 5)]
-        nodes[whole(path, line, card[1])] = (xyz[0], xyz[1], xyz[2])
-    for keyword, node_count in _SOLIDS.items():
-        for line, card in logical_cards(path, keyword):
-            members = [whole(path, line, word) for word in card[3:3 + node_count] if word.strip()]
-            if node_count == 20 and len(members) == 20:
-                members = [members[k] for k in NASTRAN_HEXAHEDRON]
-            elements.setdefault((f"property {whole(path, line, card[2])}", len(members)), []).append(members)
+    for card in bulk_cards(path, ("GRID",)):
+        if card.word(2) not in ("", "0"):
+            card.refuse(f"in coordinate system {card.word(2)}", "must be in the basic one (0)")
+        xyz = card.reals((3, 4, 5))
+        nodes[card.whole(1)] = (xyz[0], xyz[1], xyz[2])
+    for card in bulk_cards(path, _SOLIDS):
+        node_count = _SOLIDS[card.keyword]
+        members = [card.whole_of(word) for word in card.fields[3:3 + node_count] if word.strip()]
+        if node_count == 20 and len(members) == 20:
+            members = [members[k] for k in NASTRAN_HEXAHEDRON]
+        elements.setdefault((f"property {card.whole(2)}", len(members)), []).append(members)
     return gather_mesh(Path(path), nodes, elements, node_sets=_node_sets(path), materials=_materials(path),
                        other_elements=_other_elements(path))
 
@@ -38,7 +37,7 @@ def read(path: Path) -> MeshContent:
 def _other_elements(path: Path) -> dict[str, int]:
     """Return the elements that are no solids, with the line of the first of each kind."""
     others: dict[str, int] = {}
-    for number, line in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
+    for _, number, line in bulk_lines(Path(path)):
         keyword = line[:8].split(",")[0].strip().rstrip("*").upper()
         if keyword in _OTHERS:
             others.setdefault(keyword, number)
@@ -48,26 +47,25 @@ def _other_elements(path: Path) -> dict[str, int]:
 def _node_sets(path: Path) -> dict[str, list[int]]:
     """Return the sets of SET1 cards, as ``SET1 7``; with ranges such as 1, THRU, 9."""
     sets = {}
-    for line, card in logical_cards(path, "SET1"):
-        words = [word.strip() for word in card[2:] if word.strip()]
+    for card in bulk_cards(path, ("SET1",)):
+        words = card.words(2)
         members: list[int] = []
         for k, word in enumerate(words):
             if word.upper() == "THRU":
-                members += range(members[-1] + 1, whole(path, line, words[k + 1]) if k + 1 < len(words) else 0)
+                members += range(members[-1] + 1, card.whole_of(words[k + 1]) if k + 1 < len(words) else 0)
             else:
-                members.append(whole(path, line, word))
-        sets[f"SET1 {whole(path, line, card[1])}"] = members
+                members.append(card.whole_of(word))
+        sets[f"SET1 {card.whole(1)}"] = members
     return sets
 
 
 def _materials(path: Path) -> dict[str, MeshMaterial]:
     """Return the isotropic material (MAT1) of every property (PSOLID)."""
     materials = {}
-    for line, card in logical_cards(path, "MAT1"):
-        values = [real(path, line, card[k]) if k < len(card) and card[k].strip() else None for k in (2, 3, 4, 5)]
-        modulus, shear, poisson, density = values
+    for card in bulk_cards(path, ("MAT1",)):
+        modulus, shear, poisson, density = (card.real(k) if card.word(k) else None for k in (2, 3, 4, 5))
         if poisson is None:
             poisson = modulus / (2 * shear) - 1 if modulus and shear else 0.3
-        materials[whole(path, line, card[1])] = MeshMaterial(f"MAT1 {card[1].strip()}", modulus, density, poisson)
-    return {f"property {whole(path, line, card[1])}": materials[number] for line, card in logical_cards(path, "PSOLID")
-            if (number := whole(path, line, card[2])) in materials}
+        materials[card.whole(1)] = MeshMaterial(f"MAT1 {card.word(1)}", modulus, density, poisson)
+    return {f"property {card.whole(1)}": materials[number] for card in bulk_cards(path, ("PSOLID",))
+            if (number := card.whole(2)) in materials}

@@ -15,9 +15,17 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 
 @door("STL file")
 def read(path: str | Path) -> FloatArray:
-    """Return the triangle corners of an STL file, in the file's own length unit, shape (t, 3, 3).
+    r"""Return the triangle corners of an STL file, in the file's own length unit, shape (t, 3, 3).
 
     Raises ToolpointError for a file that is missing, cut off, or no STL file.
+
+    >>> import tempfile
+    >>> facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "plate.stl")
+    ...     _ = file.write_text(f"solid plate\n{facet}endsolid plate\n")
+    ...     read(file).shape
+    (1, 3, 3)
     """
     path = Path(path)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.centre_control import ROTARY_AXES, begin_control, end_control
 from toolpoint.io.program.control_modes import CENTER, ControlModes, Places
 from toolpoint.io.program.cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
 from toolpoint.io.program.fanuc_frames import FanucFrames
@@ -20,9 +21,10 @@ _GROUPS: dict[float, str] = {
     99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
-    68.2: "frame", 53.1: "frame", **dict.fromkeys(CYCLES, "motion")}
+    68.2: "frame", 53.1: "frame", 43.4: "length", 43.5: "length", 43: "length", 44: "length", 49: "length",
+    **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
-_CODES_WITHOUT_MOTION = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+_CODES_WITHOUT_MOTION = {40, 43.1, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
 _REFUSED_CODES = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
             42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
@@ -32,7 +34,7 @@ _REFUSED_CODES = {41: "cutter radius compensation", 42: "cutter radius compensat
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
 _LETTERS_WITHOUT_MOTION = set("NSTMDOH")
-_ROTARY = set("ABC")
+_VECTOR_WORDS = {"A3": 0, "B3": 1, "C3": 2}
 # Words that belong to a cycle, a dwell, a call or a turned part.
 _TAKEN = "PQEUVW"
 
@@ -80,6 +82,8 @@ class BlockReader:
         groups: dict[str, float] = {}
         numbers: dict[str, float] = {}
         places: Places = {}
+        turns: dict[str, tuple[str, float]] = {}
+        vector: dict[int, float] = {}
         for word in words:
             letter, value, place_column = word.letter, word.value, word.column + column
             if letter == "G":
@@ -95,8 +99,11 @@ class BlockReader:
                 self.words.append((number, letter, value))
                 if letter in "MTDHS":
                     numbers[letter if letter != "M" else f"M{value:g}"] = value
-            elif letter in _ROTARY:
+            elif letter in ROTARY_AXES:
                 numbers[letter] = value
+                turns[letter] = word.mode, value
+            elif letter in _VECTOR_WORDS:
+                vector[_VECTOR_WORDS[letter]] = value
             else:
                 numbers[letter] = value
                 if letter in "UVW":
@@ -104,13 +111,32 @@ class BlockReader:
         if any(word.letter == "G" and round(word.value, 1) == 43.1 for word in words):
             places.clear()  # X to Z, I to K of this block are the tool's offset, no place (LinuxCNC)
             remarks.note(number, "G43.1: the offset of the tool is passed over")
-        if numbers.keys() & _ROTARY:
-            cuts = groups.get("motion", self.state.motion) and places.keys() & AXES.keys()
-            (self.turned if cuts else self.rotary).add(number)
-            if any(numbers.get(letter, 0.0) != 0.0 for letter in _ROTARY):
-                self.state.segments.rotary.add(number)
+        self._take_direction(number, groups, turns, vector, places=places)
         self._check_letters(number, groups, numbers, words, column)
         return groups, numbers, places
+
+    def _take_direction(self, number: int, groups: Mapping[str, float], turns: dict[str, tuple[str, float]],
+                        vector: dict[int, float], *, places: Places) -> None:
+        """Begin or end tool centre control, and take the angles or the vector of the tool that the block gives."""
+        state, length = self.state, groups.get("length")
+        if length in (43.4, 43.5):
+            begin_control(state, number, f"G{length:g}", takes_vector_words=length == 43.5)
+        elif length is not None:
+            if state.centre.word.startswith("G"):
+                end_control(state)
+            state.remarks.without_motion(number, f"G{length:g}")
+        if turns:
+            if not state.centre.word:
+                cuts = groups.get("motion", state.motion) and places.keys() & AXES.keys()
+                (self.turned if cuts else self.rotary).add(number)
+            incremental = groups["distance"] == 91 if "distance" in groups else state.incremental
+            state.centre.turn_to(turns, incremental=incremental)
+        if state.centre.takes_vector_words and groups.get("motion", state.motion) in (0, 1):
+            vector |= {i: places.pop(letter)[1] for letter, i in CENTER.items() if letter in places}
+        if vector and not state.centre.word:
+            state.remarks.fault(number, 1, "a vector of the tool's direction without TRAORI")
+        elif vector and (wrong := state.centre.point_along((vector.get(0, 0.0), vector.get(1, 0.0), vector.get(2, 0.0)))):
+            state.remarks.fault(number, 1, wrong)
 
     def _sort_g(self, number: int, value: float, place_column: int, groups: dict[str, float]) -> None:
         remarks = self.state.remarks
@@ -134,7 +160,7 @@ class BlockReader:
     def _check_letters(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], words: list[Word],
                        column: int) -> None:
         """Fault the words P, Q, ... where nothing takes them; a word L alone calls a subprogram (Sinumerik 850)."""
-        taken = groups.get("motion", self.cycle.number) in CYCLES or "action" in groups or any(
+        taken = groups.get("motion", self.cycle.number) in CYCLES or groups.keys() & {"action", "length"} or any(
             word.letter == "G" and word.value in _CODES_WITHOUT_MOTION | {64, 96, 97} for word in words)
         if taken or any(key.startswith("M") for key in numbers):
             return
@@ -237,12 +263,16 @@ class BlockReader:
             return
         elif self.cycle.number and (any(k in AXES for k in places) or groups.get("motion") in CYCLES):
             parameters = {key: assigned[key] for key in ("R2", "R3", "R10") if key in assigned}
+            if state.centre.word:
+                state.remarks.fault(number, 1, f"a drilling cycle under {state.centre.word} is not computed; post single moves")
             begin_cycle(state, self.cycle, number, places=places, numbers=numbers, parameters=parameters)
             repeats = numbers.get("L", places.get("K", ("", 1.0))[1])
             drill(state, self.cycle, number, places=places, repeats=int(repeats))
         elif any(k in AXES or k in CENTER or (k in "UVW" and state.turning) for k in places):
             state.move(number, places, once="once" in groups, machine="machine" in groups)
             self.siemens.after_move(number)
+        elif state.centre.turns:
+            state.swing(number)
 
     def _reference(self, number: int, places: Places) -> None:
         """Go to the reference point by way of the point of the block."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.centre_control import CentreControl, part_of_turn
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
 from toolpoint.io.program.tilted_planes import TiltedPlane
@@ -13,6 +14,7 @@ CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]
 # Speed (rev/min) of a turned part near its axis where the program holds no limit of its own.
 _TOP_SPEED = 3000.0
+_CHORD_TOLERANCE = 1e-6  # m, of arcs under tool centre control
 
 
 @dataclass
@@ -43,6 +45,7 @@ class ControlModes:
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     frame: ProgramFrame = field(default_factory=ProgramFrame)
     tilted: TiltedPlane = field(default_factory=TiltedPlane)
+    centre: CentreControl = field(default_factory=CentreControl)
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -136,11 +139,42 @@ class ControlModes:
         if len(self.segments.rows) >= MOST_SEGMENTS:
             raise OverflowError
         self.segments.speed = self.speed
+        is_turned = self.centre.is_turned
+        directions = self.centre.arrive()
         self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
+        if self.centre.word:
+            self.segments.keep_directions(directions)
+        elif is_turned or self.centre.is_turned:
+            self._pass_unseen(number, rapid=rapid)
         self.position = end
+
+    def _pass_unseen(self, number: int, *, rapid: bool) -> None:
+        """Keep a move with the tool turned and no tool centre control: where its tip goes is not known."""
+        if rapid:
+            self.segments.keep_unseen()
+            self.remarks.note(number, "rapids with turned axes and without tool centre control: their way is not looked at")
+        else:
+            self.segments.rotary.add(number)
+
+    def swing(self, number: int) -> None:
+        """Turn the tool about its tip, which stands; without tool centre control only the axes turn."""
+        if not self.centre.word:
+            self.centre.arrive()
+            if self.motion:
+                self.segments.rotary.add(number)
+            return
+        rapid = self.motion == 0
+        if self.motion > 1:
+            self.remarks.fault(number, 1, f"a turn in an arc under {self.centre.word} is not computed")
+        elif rapid or self._has_feed(number):
+            # F is degrees a minute there, rad/s of the segment; under G93 it is the inverse of the block's time.
+            rate = self.feed_word * self.centre.turn / 60 if self.feed_mode == 93 else math.radians(self.feed_word) / 60
+            self._line(number, list(self.position), self.rapid_feed if rapid else rate, rapid=rapid, stop=True)
 
     def move(self, number: int, places: Places, *, once: bool, machine: bool) -> None:
         """Add the segment of a block of motion."""
+        if machine and self.centre.word:
+            self.remarks.fault(number, 1, f"a move in machine coordinates under {self.centre.word} is not computed")
         if machine and self.tilted.matrix is not None:
             self.remarks.note(number, "a move in machine coordinates in a tilted plane is taken along the axes of the plane")
         end = self.target(places, machine=machine)
@@ -157,6 +191,8 @@ class ControlModes:
     def _arc(self, number: int, places: Places, end: list[float], once: bool) -> None:
         start = self.position
         self._check_tool_axis(number)
+        if self.centre.is_turned and not self.centre.word:
+            self.segments.rotary.add(number)
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
             center, sweep = geometry
@@ -166,8 +202,31 @@ class ControlModes:
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
             self.segments.speed = self.speed
+            if self.centre.word:
+                self._chords(number, end, (center, sweep), feed=feed)
+                return
             self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
         self.position = end
+
+    def _chords(self, number: int, end: list[float], arc: tuple[list[float], float], *, feed: float) -> None:
+        """Follow an arc under tool centre control by chords, along which the tool turns evenly."""
+        (center, sweep), (a, b) = arc, PLANES[self.plane]
+        start, directions = list(self.position), self.centre.arrive()
+        u, v = start[a] - center[a], start[b] - center[b]
+        radius = math.hypot(u, v)
+        count = max(1, math.ceil(abs(sweep) / (2 * math.acos(max(1 - _CHORD_TOLERANCE / radius, 0.0)))))
+        if any(math.isnan(x) != math.isnan(y) for x, y in zip(directions[3:6], directions[9:], strict=True)):
+            self.remarks.fault(number, 1, "an arc whose ends have a vector and angles of the tool is not computed")
+        for k in range(1, count + 1):
+            share, turn = k / count, sweep * k / count
+            place = [x + share * (y - x) for x, y in zip(start, end, strict=True)]
+            place[a] = center[a] + math.cos(turn) * u - math.sin(turn) * v
+            place[b] = center[b] + math.sin(turn) * u + math.cos(turn) * v
+            place = end if k == count else place
+            self.segments.line(self.position, place, feed=feed, rapid=False, stop=self.exact and k == count, number=number,
+                               plane=(a, b))
+            self.segments.keep_directions(part_of_turn(directions, (k - 1) / count, share))
+            self.position = place
 
     def _arc_geometry(self, number: int, places: Places, start: list[float], end: list[float]
                       ) -> tuple[list[float], float] | None:

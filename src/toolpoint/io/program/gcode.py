@@ -31,7 +31,15 @@ Point = tuple[float, float, float]
 
 @door("program")
 def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, feed: float | None = None) -> Program:
-    """Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext."""
+    r"""Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "line.nc")
+    ...     _ = file.write_text("S9000 M3\nG1 X30 Y40 F6000\n")
+    ...     read(file).end.tolist()
+    [[0.03, 0.04, 0.0]]
+    """
     path = Path(path)
     try:
         if path.stat().st_size > _MAX_PROGRAM_BYTES:
@@ -44,7 +52,15 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.
 
 
 def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
-    """Return the path of lines and arcs that a program file describes; `rapid_feed` (m/s) is that of G0."""
+    r"""Return the path of lines and arcs that a program file describes; `rapid_feed` (m/s) is that of G0.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "line.nc")
+    ...     _ = file.write_text("G1 X30 Y40 F6000\n")
+    ...     read_path(file).end.tolist()
+    [[0.03, 0.04, 0.0]]
+    """
     return read(path, rapid_feed).path
 
 

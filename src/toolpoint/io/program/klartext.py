@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.centre_control import begin_control, end_control
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
@@ -142,6 +143,8 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
                               "tool's centre")
     if _FN_GOTO.match(line):
         return
+    if _control(reader, number, line) and not line.startswith("L"):
+        return
     if match := _FN_SET.match(line):
         _assign(reader, number, match)
     elif match := re.match(r"(Q[LRS]?\d+)\s*=\s*(.+)", line):
@@ -212,15 +215,46 @@ def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
             i = AXES[match[2]]
             ends[i] = length + (state.position[i] if match[1] else state.origin[i])
         else:
-            state.remarks.note(1, "rotary words (A, B, C) are passed over: the path is that of X, Y, Z")
-            if length != 0.0:
-                state.segments.rotary.add(reader.number)
+            if not state.centre.word:
+                state.remarks.note(1, "rotary words (A, B, C) without M128 or TCPM are passed over: the path is that of X, Y, "
+                                   "Z")
+            state.centre.turn_to({match[2]: ("IC" if match[1] else "AC", length / state.scale)}, incremental=False)
     return ends, "".join(remainder)
+
+
+def _control(reader: _Klartext, number: int, line: str) -> bool:
+    """Begin or end tool centre control by M128, M129, FUNCTION TCPM, FUNCTION RESET TCPM; return whether the line did."""
+    state = reader.state
+    if re.search(r"\bM128\b", line):
+        begin_control(state, number, "M128")
+    elif line.startswith("FUNCTION TCPM"):
+        if "AXIS SPAT" in line:
+            raise ExpressionFault("FUNCTION TCPM AXIS SPAT: spatial angles are not computed; program AXIS POS")
+        if "F CONT" in line:
+            state.remarks.note(number, "FUNCTION TCPM F CONT: feeds are taken at the tip, as under F TCP")
+        begin_control(state, number, "FUNCTION TCPM")
+    elif line.startswith("FUNCTION RESET TCPM") or re.search(r"\bM129\b", line):
+        end_control(state)
+    else:
+        return False
+    return True
+
+
+def _without_vectors(reader: _Klartext, text: str) -> str:
+    """Return a block LN without its vectors: that of the tool (TX TY TZ) is its direction, that of the surface is not used."""
+    vector = {match[1]: float(match[2]) for match in re.finditer(r"\bT([XYZ])\s*([+-]?[\d.]+)", text)}
+    if vector:
+        if not reader.state.centre.word:
+            raise ExpressionFault("LN with TX, TY, TZ without M128 or FUNCTION TCPM")
+        components = (vector.get("X", 0.0), vector.get("Y", 0.0), vector.get("Z", 0.0))
+        if wrong := reader.state.centre.point_along(components):
+            raise ExpressionFault(wrong)
+    return re.sub(r"\b[NT][XYZ]\s*[+-]?[\d.]+", " ", text)
 
 
 def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
     state = reader.state
-    ends, remainder = _axes(reader, text)
+    ends, remainder = _axes(reader, _without_vectors(reader, text) if kind == "LN" else text)
     if feed := re.search(r"\bF\s*(MAX|AUTO|[\d.]+|Q\d+)", remainder):
         rapid = feed[1] == "MAX"
         if not rapid and feed[1] != "AUTO":
@@ -229,7 +263,11 @@ def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
         rapid = False
     for word in re.findall(r"\bM(\d+)", remainder):
         reader.words.append((number, "M", float(word)))
-    if not ends and kind == "L":
+    if not ends and kind in ("L", "LN"):
+        state.motion = 0 if rapid else 1
+        if state.centre.turns:
+            state.swing(number)
+        state.motion = 0
         return
     end = [ends.get(i, state.position[i]) for i in range(3)]
     if kind in ("L", "LN"):

@@ -41,6 +41,10 @@ class SpeedAndFeed:
     """Factors on words: of S by the line that holds it, of F by the line that moves; `lines` : those that move at a feed.
 
     Lines that are not named keep their words.
+
+    >>> slower = SpeedAndFeed(speed={1: 0.8}, feed={5: 0.8})
+    >>> slower.feed.get(6, 1.0)  # a line that is not named keeps its feed
+    1.0
     """
 
     speed: Mapping[int, float] = field(default_factory=dict)
@@ -72,9 +76,14 @@ def rewritten(text: str, factors: SpeedAndFeed) -> str:
 
 
 def write(text: str, factors: SpeedAndFeed, path: str | Path, *, original: str | Path | None = None) -> Path:
-    """Write a program with other speeds and feeds, proven by reading it back; never over the original.
+    r"""Write a program with other speeds and feeds, proven by reading it back; never over the original.
 
     Raises ToolpointError where the file is the original, or where what is read back differs in more than S and F.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write("S9000 M3\nG1 X30 F600\n", SpeedAndFeed(speed={1: 0.5}), Path(folder, "slow.nc")).read_text()
+    'S4500 M3 ; was S9000\nG1 X30 F600\n'
     """
     path = Path(path)
     if original is not None and path.exists() and os.path.samefile(path, original):

@@ -12,6 +12,7 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
+from toolpoint.io.program.centre_control import DIRECTION_WIDTH
 
 MOST_SEGMENTS = 2_000_000
 
@@ -26,7 +27,9 @@ class Program(NotebookText):
     was assumed or left out, the most important first. `speed` (n,) rev/min, 0 before the first S; `tool` (n,) the number of the
     tool in the spindle, 0 before the first. `plane_index` (n,) says in the axes of which of `rotations` (k, 3, 3) a segment is
     written: columns are the axes of a tilted plane in the work, the first are the work's own. `rotary` holds the lines whose
-    words turn A, B or C: these are not followed.
+    words turn A, B or C: these are not followed. Of programs with tool centre control `directions` (n, 12) holds what was
+    programmed of the tool's direction at both ends of every segment (see `centre_control`), `is_controlled` (n,) where it is in
+    force, `unseen` (n,) rapids whose tip's way is not known.
     """
 
     kind: np.ndarray
@@ -47,13 +50,24 @@ class Program(NotebookText):
     plane_index: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     rotations: FloatArray = field(default_factory=lambda: np.eye(3)[None])
     rotary: tuple[int, ...] = ()
+    directions: FloatArray = field(default_factory=lambda: np.zeros((0, DIRECTION_WIDTH)))
+    is_controlled: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    unseen: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
     @property
     def path(self) -> DrivePath:
         """The segments as a path of lines and arcs; refused where planes are tilted (see `stages`)."""
+        if self.is_five_axis:
+            line = int(self.line[int(np.argmax(self.is_controlled))])
+            raise ToolpointError(f"program: line {line} moves under tool centre control; only `toolpoint machining` takes "
+                                 "five axes")
         if self.is_tilted:
             line = int(self.line[int(np.argmax(self.plane_index > 0))])
             raise ToolpointError(f"program: line {line} is in a tilted plane; only `toolpoint machining` takes tilted planes")
+        return self.tip_path()
+
+    def tip_path(self) -> DrivePath:
+        """Return the segments of the tool's tip as a path, of five axes too: in the work, which follows the rotary axes."""
         return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line,
                          self.rapid, self.dwell)
 
@@ -61,6 +75,11 @@ class Program(NotebookText):
     def is_tilted(self) -> bool:
         """Whether any segment is in a tilted plane."""
         return bool(self.plane_index.size and (self.plane_index > 0).any())
+
+    @property
+    def is_five_axis(self) -> bool:
+        """Whether any segment is under tool centre control."""
+        return bool(self.is_controlled.any())
 
     def stages(self) -> tuple[tuple[FloatArray, Program], ...]:
         """Return the runs of segments in one plane: its rotation (3, 3), and their program in its axes."""
@@ -137,6 +156,16 @@ class Segments:
     rotations: list[list[list[float]]] = field(default_factory=lambda: [[[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]])
     plane: int = 0  # in which of them segments are written
     rotary: set[int] = field(default_factory=set)
+    directions: dict[int, tuple[float, ...]] = field(default_factory=dict)  # of rows under tool centre control
+    unseen: set[int] = field(default_factory=set)  # rows whose tip's way is not known
+
+    def keep_directions(self, directions: tuple[float, ...]) -> None:
+        """Keep the directions of the tool at both ends of the last row, see `centre_control`."""
+        self.directions[len(self.rows) - 1] = directions
+
+    def keep_unseen(self) -> None:
+        """Keep that the way of the tip in the last row is not known."""
+        self.unseen.add(len(self.rows) - 1)
 
     def enter_plane(self, matrix: list[list[float]]) -> None:
         """Write the following segments in the axes of a plane."""
@@ -184,4 +213,16 @@ class Segments:
         return Program(t[:, 0].astype(int), t[:, 1:4], t[:, 4:7], t[:, 7:10], t[:, 10], t[:, 11:13].astype(int), t[:, 13],
                        t[:, 14] > 0, (t[:, 15] > 0) | (dwell > 0), t[:, 16].astype(int), dwell, tuple(words),
                        remarks.note_list(), t[:, 17], np.maximum(tool, 0).astype(int), t[:, 20].astype(int),
-                       np.array(self.rotations), tuple(sorted(self.rotary)))
+                       np.array(self.rotations), tuple(sorted(self.rotary)), *self._turned_rows(len(t)))
+
+    def _turned_rows(self, count: int) -> tuple[FloatArray, np.ndarray, np.ndarray]:
+        """Return directions, whether tool centre control is in force, and rows not seen; empty where the tool stays upright."""
+        if not self.directions and not self.unseen:
+            return np.zeros((0, DIRECTION_WIDTH)), np.zeros(0, bool), np.zeros(0, bool)
+        directions, is_controlled, unseen = np.zeros((count, DIRECTION_WIDTH)), np.zeros(count, bool), np.zeros(count, bool)
+        directions[:, 3:6] = directions[:, 9:12] = np.nan
+        for k, values in self.directions.items():
+            directions[k] = values
+        is_controlled[list(self.directions)] = True
+        unseen[list(self.unseen)] = True
+        return directions, is_controlled, unseen

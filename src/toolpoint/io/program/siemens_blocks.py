@@ -6,6 +6,7 @@ import re
 from collections.abc import MutableMapping
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.centre_control import begin_control, end_control
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.program_frame import PLANES, change_frame
@@ -24,6 +25,7 @@ from toolpoint.io.program.words import WordFault
 
 _FRAME = re.compile(r"(A?(?:TRANS|ROT|SCALE|MIRROR))\b(.*)$", re.DOTALL)
 _SWIVEL = re.compile(r"CYCLE800\s*\((.*)\)\s*$", re.DOTALL)
+_ORIENTATION = re.compile(r"(TRAORI|TRAFOOF)(?:\s*\([^)]*\))?\s*$")
 _WORD = re.compile(r"\s*(RPL|[XYZ])\s*=?\s*")
 
 
@@ -42,6 +44,11 @@ class SiemensBlocks:
             self._frame(number, match[1], match[2], match.start(2))
         elif CALL_END.match(text):
             self.modal = None
+        elif match := _ORIENTATION.match(text):
+            if match[1] == "TRAORI":
+                begin_control(self.state, number, "TRAORI")
+            else:
+                end_control(self.state)
         elif match := _SWIVEL.match(text):
             tilt_by_swivel_cycle(self.state, number, [self._value(part, match.start(1)) for part in _split(match[1])])
         elif match := CALL.match(text):

@@ -27,7 +27,7 @@ _PATTERNS: tuple[tuple[str, re.Pattern[str]], ...] = tuple((name, re.compile(pat
     ("return", r"RET\b.*$"), ("m17", r"M17\b.*$"), ("sub", r"PROC\s+(?P<b>\w+).*$"),
     ("define", r"DEF\s+(?:REAL|INT|BOOL|CHAR)\s+(?P<a>.+)$"),
     ("passed", r"(?P<b>MSG|EXTERN|WORKPIECE|DEF|STOPRE|SOFT|BRISK|DRIVE|FFWON|FFWOF|COMPOF|COMPON|COMPCAD|COMPCURV|DIAMOF|CFC|"
-               r"CFTCP|CFIN|TRAFOOF|TRAORI|G_?GROUP|CUT2D|CUT3DC|ORI\w+|FIFOCTRL|SPOS|WRITE|SETMS|STARTFIFO|PRESETON)\b(?!\s*=).*$")))
+               r"CFTCP|CFIN|G_?GROUP|CUT2D|CUT3DC|ORI\w+|FIFOCTRL|SPOS|WRITE|SETMS|STARTFIFO|PRESETON)\b(?!\s*=).*$")))
 _END_OF_BLOCK = {"if": "endif", "while": "endwhile", "for": "endfor", "do": "until", "loop": "endloop", "repeat": "endrepeat",
           "sub": "endsub"}
 

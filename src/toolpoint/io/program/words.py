@@ -13,6 +13,7 @@ _EXPRESSION_START = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|
                                r"ABS|POT|TRUNC|ROUND|\b(?:CYCLE\d+|HOLES\d|POCKET\d|SLOT\d|LONGHOLE|MSG|WORKPIECE|PROC\s+\w+))\s*$")
 _ASSIGN = re.compile(r"\s*(#\s*(?:\d+|<[^>]*>|\[|#)|R(?:\d+|\[[^\]]*\])(?=\s*=)|(?!CR\b)[A-Z_]{2,}[A-Z_0-9]*(?=\s*=(?!=)))")
 _EXTENDED_ADDRESS = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
+_VECTOR = re.compile(r"\s*([ABC])([2-7])\s*=\s*(AC|IC)?")
 _LETTER = re.compile(r"\s*(CR|[A-Z])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")
 _STRING = re.compile(r'"[^"]*"')
 
@@ -81,6 +82,8 @@ def split_words(text: str, variables: MutableMapping[str, float], unset: set[str
         try:
             if match := _ASSIGN.match(reader.text, reader.position):
                 _assign(reader, match, assigned)
+            elif match := _VECTOR.match(reader.text, reader.position):
+                words.append(_direction(reader, match, column))
             elif match := _EXTENDED_ADDRESS.match(reader.text, reader.position):
                 reader.position = match.end()
                 words.append(Word(match[1], "", reader.sum() if reader.skip() else 0.0, column))
@@ -91,6 +94,16 @@ def split_words(text: str, variables: MutableMapping[str, float], unset: set[str
         except RecursionError:
             raise WordFault(column, "an expression nested too deeply") from None
     return words, assigned
+
+
+def _direction(reader: Reader, match: re.Match[str], column: int) -> Word:
+    """Return a component of the tool's vector (A3, B3, C3); refuse the other ways to give a direction."""
+    if match[2] != "3":
+        what = {"2": "Euler or roll-pitch-yaw angles", "4": "a normal of the surface", "5": "a normal of the surface"}
+        raise WordFault(column, f"{match[1]}{match[2]}=: {what.get(match[2], 'this direction of the tool')} not computed; post "
+                        "A3, B3, C3 or the angles of the axes")
+    reader.position = match.end()
+    return Word(f"{match[1]}3", "", reader.sum(), column)
 
 
 def _assign(reader: Reader, match: re.Match[str], assigned: dict[str, float]) -> None:

@@ -33,6 +33,13 @@ def read(path: str | Path, units: Mapping[str, str] | None = None, sample_time: 
         Of a table whose header names none.
     sample_time : float, optional
         s; of a table without a time column.
+
+    >>> import tempfile
+    >>> from toolpoint.samples import write_samples
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     record = read(write_samples("servo", Path(folder, "servo")).folder / "trace.csv")
+    >>> record
+    AxisRecord(3 signals of Z; 3.998 s)
     """
     path = Path(path)
     try:

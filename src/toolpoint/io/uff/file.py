@@ -32,14 +32,32 @@ CODES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
 
 @door("universal file")
 def headers(path: str | Path) -> list[FunctionHeader]:
-    """Return the headers of all functions of a file, without reading their values."""
+    """Return the headers of all functions of a file, without reading their values.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "tip.uff")
+    ...     write(path, Frf([10.0, 20.0], np.full((2, 1, 1), 1e-8 + 0j), ["7:+x"], ["7:+x"]))
+    ...     len(headers(path))
+    1
+    """
     file = UniversalFile(path)
     return [functions.header(file, dataset) for dataset in file.sets if dataset.number == 58]
 
 
 @door("universal file")
 def read_record(path: str | Path | UniversalFile) -> Record:
-    """Return all time records of a file (function type 1) as one Record; SI."""
+    """Return all time records of a file (function type 1) as one Record; SI.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "blow.uff")
+    ...     write(path, Record(np.arange(8.0)[:, None], 1000.0, ["7:+x"], "acceleration"))
+    ...     read_record(path).samples[:, 0].tolist()
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)
     records = [(dataset, head) for dataset in file.sets if dataset.number == 58
@@ -82,7 +100,15 @@ def _step(file: UniversalFile, axes: list[FloatArray]) -> float:
 
 @door("universal file")
 def read_geometry(path: str | Path | UniversalFile) -> MeasuredGeometry:
-    """Return points (m) and lines of a file."""
+    """Return points (m) and lines of a file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "points.uff")
+    ...     write(path, MeasuredGeometry((1, 2), [[0, 0, 0], [0.5, 0, 0]]))
+    ...     read_geometry(path).coordinates.tolist()
+    [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]]
+    """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     shape = geometry.geometry(file, units(file).length)
     report(file)
@@ -91,7 +117,15 @@ def read_geometry(path: str | Path | UniversalFile) -> MeasuredGeometry:
 
 @door("universal file")
 def read_modes(path: str | Path | UniversalFile) -> Modes:
-    """Return the mode shapes (sets 55 or 2414) of a file; see `modes.modes`."""
+    """Return the mode shapes (sets 55 or 2414) of a file; see `modes.modes`.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "modes.uff")
+    ...     write(path, Modes([80.0], [0.02], [[1.0]], ["7:+x"]))
+    ...     read_modes(path).frequency.round(6).tolist()
+    [80.0]
+    """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     result = modes.modes(file)
     report(file)
@@ -112,6 +146,13 @@ def write(path: str | Path, *items: Frf | Record | Modes | MeasuredGeometry, tex
         Functions as text (set 58, 13 digits) instead of binary (58b, exact to the last bit).
     append : bool
         Behind what the file holds, instead of in its place.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "test.uff")
+    ...     write(path, MeasuredGeometry((7,), [[0, 0, 0.5]]), Modes([80.0], [0.02], [[1.0]], ["7:+x"]))
+    ...     read_geometry(path).points, read_modes(path).count
+    ((7,), 1)
     """
     parts = [] if append else [_title(), _si()]
     labels = NumberedLabels.of([dof for item in items for dof in _dofs(item)], UniversalFile(path).labels if append else None)

@@ -24,6 +24,10 @@ class MeasuredGeometry(NotebookText):
         m.
     lines : tuple of tuples of int
         Point numbers of every polyline.
+
+    >>> frame = MeasuredGeometry((1, 2, 3), [[0, 0, 0], [1, 0, 0], [1, 1, 0]], lines=((1, 2, 3),))
+    >>> frame.coordinates.shape
+    (3, 3)
     """
 
     points: tuple[int, ...]

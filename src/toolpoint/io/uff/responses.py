@@ -39,6 +39,15 @@ def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> F
     ToolpointError
         For a file that is no universal file, without responses, with unequal axes, a response that is missing or there
         twice, or values that are not finite. Repairs give a ToolpointWarning and stand in `notes`.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from toolpoint.io import uff
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "tip.uff")
+    ...     uff.write(path, Frf([10.0, 20.0], np.full((2, 1, 1), 1e-8 + 0j), ["7:+x"], ["7:+x"]))
+    ...     read_frf(path).frequency.tolist()
+    [10.0, 20.0]
     """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)

@@ -55,6 +55,14 @@ class UniversalFile:
     ------
     ToolpointError
         Where the file cannot be read or is not a universal file.
+
+    >>> import tempfile
+    >>> from toolpoint.io import uff
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "points.uff")
+    ...     uff.write(path, uff.MeasuredGeometry((1, 2), [[0, 0, 0], [1, 0, 0]]))
+    ...     uff.read_geometry(UniversalFile(path)).points
+    (1, 2)
     """
 
     def __init__(self, path: str | Path) -> None:

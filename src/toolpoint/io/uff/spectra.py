@@ -36,6 +36,12 @@ class UniversalFunction(NotebookText):
 
     `type` is its name (``auto spectrum``, ``power spectral density``, ``coherence`` ...), `abscissa` (n,) in Hz or s,
     `values` (n,) real or complex.
+
+    >>> import numpy as np
+    >>> lines = np.array([1.0, 2.0])
+    >>> function = UniversalFunction("auto spectrum", Dof("tip", "+x"), None, lines, np.ones(2), "(m/s^2)^2", "run-out")
+    >>> function.unit, function.reference
+    ('(m/s^2)^2', None)
     """
 
     type: str
@@ -60,6 +66,16 @@ def read_functions(path: str | Path | UniversalFile, type: str | None = None) ->
     ------
     ToolpointError
         For a file that is no universal file, an unknown type, or a function that is cut short.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from toolpoint.io import uff
+    >>> from toolpoint.vibration import Frf
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "tip.uff")
+    ...     uff.write(path, Frf([10.0, 20.0], np.full((2, 1, 1), 1e-8 + 0j), ["7:+x"], ["7:+x"]))
+    ...     [function.type for function in read_functions(path)]
+    ['frequency response']
     """
     if type is not None and type not in TYPES.values():
         raise ToolpointError(f"type: {type!r}; must be one of {', '.join(TYPES.values())}")

@@ -14,7 +14,12 @@ from toolpoint.vibration import Dof
 
 @dataclass(frozen=True)
 class Units:
-    """Factors of set 164: a value in SI is the file's value over its factor."""
+    """Factors of set 164: a value in SI is the file's value over its factor.
+
+    >>> millimetres = Units(length=1000.0, force=1.0, stated=True)
+    >>> 250.0 / millimetres.length  # a coordinate of 250 in the file, m
+    0.25
+    """
 
     length: float = 1.0
     force: float = 1.0
@@ -22,7 +27,17 @@ class Units:
 
 
 def units(file: UniversalFile) -> Units:
-    """Return the units of a file; SI, and a repair noted, where it states none."""
+    """Return the units of a file; SI, and a repair noted, where it states none.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from toolpoint.io import uff
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "points.uff")
+    ...     uff.write(path, uff.MeasuredGeometry((1, 2), [[0, 0, 0], [1, 0, 0]]))
+    ...     units(uff.UniversalFile(path)).length  # written in SI
+    1.0
+    """
     for dataset in file.sets:
         if dataset.number == 164:
             words = file.text(dataset).upper().replace("D", "E").splitlines()

@@ -30,15 +30,34 @@ def read_robot(path: str | Path, mass: float | None = None) -> UrdfRobot:
 
     mass : kg, of the whole robot by its catalogue, to compare with. Raises ToolpointError for a damaged file, cycles, several
     roots, joints of kinds that are not read, and links that move without inertia.
+
+    >>> import tempfile
+    >>> inertial = "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "block.urdf")
+    ...     _ = file.write_text(f"<robot name='block'><link name='base'>{inertial}</link></robot>")
+    ...     list(read_robot(file).links)
+    ['base']
     """
     robot = parse_robot(Path(path))
     return replace(robot, doubts=tuple(question_inertias(robot, mass)))
 
 
 def read(path: str | Path, stiffness: Mapping[str, Mapping[str, float]] | None = None) -> d.MachineDescription:
-    """Return the machine of a URDF file; joints are rigid unless `stiffness` names them (joint -> direction -> N m/rad, N/m).
+    r"""Return the machine of a URDF file; joints are rigid unless `stiffness` names them (joint -> direction -> N m/rad, N/m).
 
     Doubts about its inertias stand among the assumptions. A link whose inertia no body can have is refused.
+
+    >>> import tempfile
+    >>> inertial = "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    >>> joint = "<joint name='q1' type='revolute'><parent link='base'/><child link='arm'/><axis xyz='0 0 1'/>" \
+    ...         "<limit lower='-1' upper='1' effort='0' velocity='0'/></joint>"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "arm.urdf")
+    ...     _ = file.write_text(f"<robot name='arm'><link name='base'/><link name='arm'>{inertial}</link>{joint}</robot>")
+    ...     machine = read(file)
+    >>> machine.axes["q1"].limits
+    (-1.0, 1.0)
     """
     robot = read_robot(path)
     elastic = dict(stiffness or {})

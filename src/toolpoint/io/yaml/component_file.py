@@ -88,7 +88,15 @@ def _written_out(entry: int | str) -> list[int | str]:
 
 @door("component file")
 def read(path: str | Path) -> Components:
-    """Return the components of a file; raises FileFaults with every fault."""
+    """Return the components of a file; raises FileFaults with every fault.
+
+    >>> import tempfile
+    >>> from toolpoint.io import write_template
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     components = read(write_template(Path(folder, "parts.yaml"), "components"))
+    >>> list(components.points)
+    ['bed', 'column', 'table']
+    """
     document = parse(Path(path))
     document.check_version(FILE_VERSION)
     part: ComponentFile | None = validate(ComponentFile, document.data, (), document=document)

@@ -16,7 +16,13 @@ from toolpoint.io.yaml.document import FILE_VERSION
 
 @door("drive file")
 def read(path: str | Path) -> DriveDescription:
-    """Return the drives of a YAML file, SI; raises FileFaults with every fault of the file."""
+    """Return the drives of a YAML file, SI; raises FileFaults with every fault of the file.
+
+    >>> from importlib.resources import files
+    >>> drives = read(files("toolpoint.app") / "machines" / "three_axis_vertical_servo_on_structure.yaml")
+    >>> list(drives.axes)
+    ['X', 'Y']
+    """
     return read_described(Path(path), DriveDescription, FILE_VERSION, find_faults=find_faults)
 
 
@@ -29,6 +35,18 @@ def write_gains(source: str | Path, drives: DriveDescription, path: str | Path) 
     """Write the drive file `source` with the gains and torque filters of a description; all else, and comments, stay.
 
     Raises ToolpointError where the text that was written does not read as the description.
+
+    >>> import tempfile
+    >>> from dataclasses import replace
+    >>> from importlib.resources import files
+    >>> source = files("toolpoint.app") / "machines" / "three_axis_vertical_servo_on_structure.yaml"
+    >>> drives = read(source)
+    >>> axis = drives.axes["X"]
+    >>> slower = replace(axis, position=replace(axis.position, gain=12.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_gains(source, replace(drives, axes={**drives.axes, "X": slower}), Path(folder, "slower.yaml"))
+    ...     read(Path(folder, "slower.yaml")).axes["X"].position.gain
+    12.0
     """
     yaml = YAML()
     yaml.preserve_quotes, yaml.width = True, 125

@@ -28,14 +28,23 @@ SCHEMAS: dict[str, str] = {"machine": "machine_schema", "servo": "drive_file", "
 
 
 def json_schema(kind: str) -> dict[str, Any]:
-    """Return the JSON schema of a kind of file, one of `SCHEMAS`, for editors that check YAML while it is typed."""
+    """Return the JSON schema of a kind of file, one of `SCHEMAS`, for editors that check YAML while it is typed.
+
+    >>> "bodies" in json_schema("machine")["properties"]
+    True
+    """
     module = importlib.import_module(f"toolpoint.io.yaml.{SCHEMAS[one_of('kind', kind, SCHEMAS)]}")
     schema: dict[str, Any] = module.json_schema()
     return schema
 
 
 def kind_of(path: str | Path) -> str:
-    """Return the kind of a file: machine, servo, cut, or one of `KINDS`; ``machine`` where nothing else is recognised."""
+    """Return the kind of a file: machine, servo, cut, or one of `KINDS`; ``machine`` where nothing else is recognised.
+
+    >>> from importlib.resources import files
+    >>> kind_of(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml")
+    'machine'
+    """
     file = Path(path)
     if file.suffix.lower() == ".urdf":
         return "machine"
@@ -53,7 +62,13 @@ def kind_of(path: str | Path) -> str:
 
 
 def read_kind(path: str | Path, kind: str) -> tuple[str, Any]:
-    """Read a file by the reader of its kind, whose faults it raises; return what it is in words, and what it describes."""
+    """Read a file by the reader of its kind, whose faults it raises; return what it is in words, and what it describes.
+
+    >>> from importlib.resources import files
+    >>> words, sheet = read_kind(files("toolpoint.app") / "machines" / "milling_robot_datasheet.yaml", "datasheet")
+    >>> words
+    "a robot's datasheet, Milling robot"
+    """
     if kind == "cut":
         return "a section 'cutting', to be pasted into a machine file", _read_cut(Path(path))
     if kind == "servo":

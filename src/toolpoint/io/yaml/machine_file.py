@@ -56,6 +56,10 @@ def read(path: str | Path) -> Machine:
     -----
     FileDoubt
         For every doubt that the file states, and where the modes differ from its measured `reference`.
+
+    >>> from importlib.resources import files
+    >>> read(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").size  # six freedoms
+    6
     """
     if Path(path).suffix.lower() == ".urdf":
         from toolpoint.io import urdf  # loaded for this format only
@@ -168,6 +172,11 @@ def _matrices(part: BaseModel, document: Document) -> MatricesBody:
     described, folder = describe(MatricesDescription, part), document.file.parent
     mass = folder / described.mass_file if described.mass_file else None
     content = matrix_files.read_matrices(folder / described.file, mass, units=described.units)
+    if not described.geometry:
+        if not content.coordinates:
+            raise ToolpointError(f"geometry: left out, and {described.file} holds no places; must be a table (point, x, y, z) "
+                                 "or a mesh of its points", argument="geometry")
+        return MatricesBody(described, content)
     geometry = folder / described.geometry
     size = 1e-3 if described.units.startswith("mm") else 1.0
     if mesh_files.is_mesh(geometry):

@@ -14,7 +14,13 @@ from toolpoint.machine.description.screening_plan import ScreeningPlan, find_pla
 
 @door("screening plan")
 def read(path: str | Path) -> ScreeningPlan:
-    """Return the plan of a YAML file, SI; raises FileFaults with every fault of the file."""
+    """Return the plan of a YAML file, SI; raises FileFaults with every fault of the file.
+
+    >>> from importlib.resources import files
+    >>> plan = read(files("toolpoint.app") / "machines" / "milling_robot_screening.yaml")
+    >>> plan.design
+    'one at a time'
+    """
     return read_described(Path(path), ScreeningPlan, FILE_VERSION, find_faults=find_plan_faults, place_error=_place)
 
 

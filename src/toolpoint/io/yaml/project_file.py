@@ -197,7 +197,14 @@ class TriedFile(Part):
 
 @door("project file")
 def read(path: str | Path) -> ProjectDescription:
-    """Return the project of a YAML file, SI; raises FileFaults with every fault of the file."""
+    """Return the project of a YAML file, SI; raises FileFaults with every fault of the file.
+
+    >>> import tempfile
+    >>> from toolpoint.project import write_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     read(write_folder(Path(folder, "mill"))).name
+    'My mill'
+    """
     document = parse(Path(path))
     document.check_version(FILE_VERSION)
     # A section whose entries are all comments is none.
@@ -210,7 +217,15 @@ def read(path: str | Path) -> ProjectDescription:
 
 
 def find_parts_without_cut(path: Path) -> list[str]:
-    """Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut."""
+    r"""Return the goals and programs of a project file, as ``SECTION.NAME``, that name no cut.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "project.yaml")
+    ...     _ = file.write_text("toolpoint: 1\ngoals:\n  rough: {speed: 8000 rpm, depth: 3 mm}\n")
+    ...     find_parts_without_cut(file)
+    ['goals.rough']
+    """
     data = parse(path).data
     return [f"{section}.{name}" for section in CUT_SECTIONS for name, entry in (data.get(section) or {}).items()
             if isinstance(entry, dict) and not entry.get("cut")]
@@ -218,7 +233,16 @@ def find_parts_without_cut(path: Path) -> list[str]:
 
 @door("file of tried cuts")
 def read_tried(path: str | Path) -> tuple[TriedCut, ...]:
-    """Return the cuts of a YAML file that were tried, SI; raises FileFaults with every fault of the file."""
+    r"""Return the cuts of a YAML file that were tried, SI; raises FileFaults with every fault of the file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "tried.yaml")
+    ...     cut = "{speed: 8000 rpm, depth: 3 mm, outcome: chatter, frequency: 612 Hz}"
+    ...     _ = file.write_text(f"toolpoint: 1\ntried: [{cut}]\n")
+    ...     read_tried(file)[0].frequency
+    612.0
+    """
     document = parse(Path(path))
     document.check_version(FILE_VERSION)
     part: TriedFile | None = validate(TriedFile, document.data, (), document=document)
@@ -229,7 +253,12 @@ def read_tried(path: str | Path) -> tuple[TriedCut, ...]:
 
 
 def line_of_tried(cut: TriedCut) -> str:
-    """Return a tried cut as a line of its file."""
+    """Return a tried cut as a line of its file.
+
+    >>> from toolpoint.project import TriedCut
+    >>> line_of_tried(TriedCut(8000.0, 3e-3, stable=True)).strip()
+    '- {speed: 8000.0 rpm, depth: 3 mm, outcome: stable}'
+    """
     parts = [f"speed: {cut.speed!r} rpm", f"depth: {cut.depth * 1e3:.12g} mm",
              f"outcome: {'stable' if cut.stable else 'chatter'}"]
     parts += [] if cut.frequency is None else [f"frequency: {cut.frequency!r} Hz"]

@@ -15,7 +15,7 @@ _TOP_KEY = re.compile(r"[A-Za-z_]\w*\s*:")
 
 
 def enter_part(text: str, place: str, value: str) -> str:
-    """Return the text of a project file with one part more, or another value of it.
+    r"""Return the text of a project file with one part more, or another value of it.
 
     Parameters
     ----------
@@ -29,6 +29,12 @@ def enter_part(text: str, place: str, value: str) -> str:
     ------
     ToolpointError
         For a place that a project file lacks, a value of several lines, and an entry that is written over several lines.
+
+    >>> print(enter_part("toolpoint: 1\nname: mill\n", "goals.rough", "{speed: 8000 rpm, depth: 3 mm}").strip())
+    toolpoint: 1
+    name: mill
+    goals:
+      rough: {speed: 8000 rpm, depth: 3 mm}
     """
     if "\n" in value or "\r" in value or not value.strip() or len(value) > MAX_PROJECT_PART_LENGTH:
         fail(place, f"{len(value)} characters", f"must be one line of at most {MAX_PROJECT_PART_LENGTH} characters")
@@ -43,9 +49,14 @@ def enter_part(text: str, place: str, value: str) -> str:
 
 
 def name_cut(text: str, place: str, cut: str) -> str:
-    """Return the text of a project file whose part ``SECTION.NAME`` names its cut; the rest of its line stays.
+    r"""Return the text of a project file whose part ``SECTION.NAME`` names its cut; the rest of its line stays.
 
     Raises ToolpointError for a part that is not written on one line between braces.
+
+    >>> text = "goals:\n  rough: {speed: 8000 rpm, depth: 3 mm}\n"
+    >>> print(name_cut(text, "goals.rough", "steel").strip())
+    goals:
+      rough: {cut: steel, speed: 8000 rpm, depth: 3 mm}
     """
     section, _, name = place.partition(".")
     lines, is_inside = text.split("\n"), False

@@ -33,14 +33,26 @@ _UNITS: dict[Literal["m", "mm", "cm", "in"], float] = {"m": 1.0, "mm": 1e-3, "cm
 
 @door("robot datasheet")
 def read(path: str | Path) -> RobotDatasheet:
-    """Return the datasheet of a YAML file, SI; raises FileFaults with every fault of the file."""
+    """Return the datasheet of a YAML file, SI; raises FileFaults with every fault of the file.
+
+    >>> from importlib.resources import files
+    >>> sheet = read(files("toolpoint.app") / "machines" / "milling_robot_datasheet.yaml")
+    >>> len(sheet.axes)  # of an arm
+    6
+    """
     return _read(Path(path))[0]
 
 
 @door("robot datasheet")
 def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = None, *, pose: Mapping[str, float] | None = None
                        ) -> MachineDescription:
-    """Return the machine of a datasheet with the cut that stands in its file, see `machine.robot.model.robot_machine`."""
+    """Return the machine of a datasheet with the cut that stands in its file, see `machine.robot.model.robot_machine`.
+
+    >>> from importlib.resources import files
+    >>> machine = read_robot_machine(files("toolpoint.app") / "machines" / "milling_robot_datasheet.yaml")
+    >>> list(machine.axes)
+    ['q1', 'q2', 'q3', 'q4', 'q5', 'q6']
+    """
     sheet, cutting, document = _read(Path(path))
     folder = document.file.parent
     parts = {name: part for name, part in sheet.members.items() if part.kind == "mesh"}

@@ -13,7 +13,15 @@ from toolpoint.substructuring.shaft import ShaftDescription
 
 @door("shaft file")
 def read(path: str | Path) -> ShaftDescription:
-    """Return the shaft of a YAML file, SI; raises FileFaults with every fault of the file."""
+    r"""Return the shaft of a YAML file, SI; raises FileFaults with every fault of the file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "gauge.yaml")
+    ...     _ = file.write_text("toolpoint: 1\nname: gauge\nsegments:\n  rod: {length: 100 mm, diameter: 20 mm}\n")
+    ...     read(file).length
+    0.1
+    """
     return read_described(Path(path), ShaftDescription, FILE_VERSION)
 
 

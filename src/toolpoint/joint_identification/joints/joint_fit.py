@@ -53,6 +53,9 @@ class Criterion:
         Relative motion below this share of the components' own motion counts as none, whatever the noise: no casting
         is perfectly rigid and no joint perfectly stiff in its locked directions. It widens the intervals only where the
         twists scatter more than their noise.
+
+    >>> Criterion(floor=1e-3).significance  # castings that bend by a thousandth of their motion
+    0.0001
     """
 
     significance: float = 1e-4

@@ -9,7 +9,7 @@ no arc, so a large one falsifies the rotation (by its square) and a small one dr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,17 @@ from toolpoint.spatial.rotation import to_vector
 
 @dataclass(frozen=True)
 class FiniteRotation:
-    """Registration of matched points (Kabsch) at a finite displacement of `amplitude` times the component's size."""
+    """Registration of matched points (Kabsch) at a finite displacement of `amplitude` times the component's size.
+
+    >>> from toolpoint.joint_identification.motion.measured import component
+    >>> from toolpoint.vibration import Modes
+    >>> points = {1: (0.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0), 3: (0.0, 1.0, 0.0)}
+    >>> dofs = [f"{name}:+{axis}" for name in points for axis in "xyz"]
+    >>> turn = [np.cross((0.0, 0.0, 1.0), place) for place in points.values()]  # about z, through the origin
+    >>> part = component("head", Modes([50.0], [0.02], np.ravel(turn)[:, None], dofs), points, labels=list(points))
+    >>> FiniteRotation(amplitude=1e-4).twists(part)[5].round(6).tolist()
+    [1.0]
+    """
 
     amplitude: float = 0.01
 
@@ -127,10 +137,19 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
     Both components are displaced with one enlargement, the parent's finite motion is undone on the child's displaced
     points (eq. 5), and the axis of what is left is found by `bisector_axis`.
     """
+    return tuple(bisector_axis(child.at, moved) for moved, _ in _compensated_places(parent, child, amplitude))
+
+
+def compensated_displacements(parent: Component | None, child: Component, amplitude: float = 0.01) -> FloatArray:
+    """Return the child's shapes with the parent's motion undone (eq. 5), (n_points, 3, n_columns), in the shapes' unit."""
+    return np.stack([(moved - child.at) / gain for moved, gain in _compensated_places(parent, child, amplitude)], axis=2)
+
+
+def _compensated_places(parent: Component | None, child: Component, amplitude: float) -> Iterator[tuple[FloatArray, float]]:
+    """Yield the child's displaced points (n, 3) less the parent's motion, and the enlargement, of every column."""
     positive("amplitude", amplitude, 1.0)
     child_motion = displacements(child)
     other = None if parent is None else displacements(parent)
-    result = []
     for i in range(child_motion.shape[2]):
         size = np.sqrt((child_motion[:, :, i] ** 2).sum(axis=1).max())
         if other is not None:
@@ -140,8 +159,7 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
         if parent is not None and other is not None:
             parent_transform = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
             moved = tf.move(tf.inverse(parent_transform), moved)
-        result.append(bisector_axis(child.at, moved))
-    return tuple(result)
+        yield moved, gain
 
 
 def meeting_point(axes: tuple[BisectorAxis, ...]) -> FloatArray:

@@ -31,6 +31,9 @@ class Grouping(NotebookText):
 
     `components` maps ``part 1``, ``part 2`` ... (the one that moves least first) to their points; `undecided` maps points
     to all clusters that explain them (they are counted to the one that does it best); `left_out` are explained by none.
+
+    >>> Grouping({"part 1": (1, 2, 3), "part 2": (4, 5)}, {}, (9,))
+    Grouping(part 1: 3, part 2: 2 points; 0 undecided, 1 left out)
     """
 
     components: Mapping[str, tuple[Point, ...]]

@@ -43,6 +43,15 @@ class RigidMotion(NotebookText):
         Of the measured displacements by noise, as they are judged: known or taken from the residual, times the excess.
     full_covariance : (n_columns, 6, n_columns, 6) floats
         Covariance of all twists together, see `motion_errors`; its diagonal blocks are `covariance`.
+
+    >>> from toolpoint.joint_identification.motion.measured import component
+    >>> from toolpoint.vibration import Modes
+    >>> points = {1: (0.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0), 3: (0.0, 1.0, 0.0)}
+    >>> dofs = [f"{name}:+{axis}" for name in points for axis in "xyz"]
+    >>> turn = [np.cross((0.0, 0.0, 1.0), place) for place in points.values()]
+    >>> part = component("head", Modes([50.0], [0.02], np.ravel(turn)[:, None], dofs), points, labels=list(points))
+    >>> bool(rigid_motion(part).residual[0] < 1e-12)  # a turn leaves nothing that bends
+    True
     """
 
     component: str
@@ -67,7 +76,17 @@ class RigidMotion(NotebookText):
 
 @dataclass(frozen=True)
 class SmallMotion:
-    """Closed-form weighted least-squares twist of small motions: the default."""
+    """Closed-form weighted least-squares twist of small motions: the default.
+
+    >>> from toolpoint.joint_identification.motion.measured import component
+    >>> from toolpoint.vibration import Modes
+    >>> points = {1: (0.0, 0.0, 0.0), 2: (1.0, 0.0, 0.0), 3: (0.0, 1.0, 0.0)}
+    >>> dofs = [f"{name}:+{axis}" for name in points for axis in "xyz"]
+    >>> turn = [np.cross((0.0, 0.0, 1.0), place) for place in points.values()]  # about z, through the origin
+    >>> part = component("head", Modes([50.0], [0.02], np.ravel(turn)[:, None], dofs), points, labels=list(points))
+    >>> bool(np.allclose(SmallMotion().twists(part)[:, 0], [0, 0, 0, 0, 0, 1]))
+    True
+    """
 
     def twists(self, part: Component) -> FloatArray:
         """Return the twists (6, n_columns) about the origin."""

@@ -27,7 +27,30 @@ from toolpoint.substructuring.linked_bodies import FreeBody, LinkedBodies
 _MIN_SPRING_RATIO = 1e-14  # of the largest of a joint: below, a combination of its directions is free
 
 
-def link_full_meshes(machine: Machine, pose: Pose | None = None) -> LinkedBodies:
+@dataclass(frozen=True, eq=False)
+class MeshedBody:
+    """A meshed body of a machine at a pose: its model, its frame (4, 4), and its rows among all coordinates."""
+
+    model: SolidModel
+    frame: FloatArray
+    rows: slice
+    held: csc_array | None = None
+
+    def shapes(self, vectors: FloatArray) -> FloatArray:
+        """Return the motion of the mesh (model.size, k), in the body's axes, of vectors over all coordinates (size, k)."""
+        part = vectors[self.rows]
+        return part if self.held is None else np.asarray(self.held @ part)
+
+
+@dataclass(frozen=True, eq=False)
+class FullMeshes:
+    """A machine with all elements: bodies and joints as links, and its meshed bodies by name."""
+
+    linked: LinkedBodies
+    meshed: Mapping[str, MeshedBody]
+
+
+def link_full_meshes(machine: Machine, pose: Pose | None = None) -> FullMeshes:
     """Return the bodies at a pose (m, rad) and their joints as links; castings and solids with all coordinates of meshes.
 
     Bodies that are rigid, beams or imported matrices have the coordinates that `assemble` gives them.
@@ -45,11 +68,14 @@ def link_full_meshes(machine: Machine, pose: Pose | None = None) -> LinkedBodies
     parts = {name: within(f"bodies.{name}", partial(_part, machine), i) for i, name in enumerate(machine.body_names)}
     links = [*(_tree_link(place, parts, i) for i in range(len(machine.joints))), *_loop_links(place, parts)]
     compliance = np.concatenate([link.compliance for link in links])
-    bodies = {}
+    bodies, meshed, start = {}, {}, 0
     for i, (name, part) in enumerate(parts.items()):
         columns = [link.columns(i, part.size) for link in links]
         bodies[name] = FreeBody(part.stiffness, part.mass, csc_array(np.hstack(columns)), part.coordinates)
-    return LinkedBodies(bodies, compliance)
+        if part.model is not None:
+            meshed[name] = MeshedBody(part.model, place.frames[0, i], slice(start, start + part.size), part.held)
+        start += part.size
+    return FullMeshes(LinkedBodies(bodies, compliance), meshed)
 
 
 def _check_carried(machine: Machine) -> None:

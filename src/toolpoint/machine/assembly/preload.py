@@ -66,6 +66,14 @@ def static_equilibrium(machine: Machine, pose: Pose | None = None) -> StaticEqui
     """Return deflections and joint reactions under the machine's gravity and loads, linear, at one pose.
 
     Raises ToolpointError where free directions are out of balance, or where there is neither gravity nor a load.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"z": 1e7})
+    >>> machine = build(MachineDescription("slide", {"table": table}, {"guide": guide}, gravity=(0.0, 0.0, -10.0)))
+    >>> static_equilibrium(machine).reactions["guide"][2].item()  # N, the weight
+    1000.0
     """
     place = place_machine(machine, pose)
     if place.poses != 1:

@@ -49,6 +49,16 @@ def assemble(
     ToolpointError
         For an unknown axis or point, a position beyond the limits, or (with gravity or loads) a pose that is not an
         equilibrium of the free directions.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
+    >>> slide = MachineDescription("slide", {"table": table}, {"guide": guide}, points={"vice": PointDescription("table")})
+    >>> system = assemble(build(slide))
+    >>> system.mass.tolist(), system.stiffness.tolist()
+    ([[100.0]], [[10000000.0]])
     """
     place = place_machine(machine, poses)
     output_dofs = dofs(outputs) if outputs is not None else _all_points(machine)

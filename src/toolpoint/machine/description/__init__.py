@@ -19,28 +19,30 @@ Examples
 2.0
 """
 
-from toolpoint.machine.description.machine import (
+from toolpoint.machine.description.body import (
     ELASTIC_KINDS,
-    GROUND,
     ORIGIN_VECTOR,
-    AxisDescription,
     BodyDescription,
+    FrameDescription,
+    InertiaDescription,
+    MeshDescription,
+    ShapeDescription,
+    SpinDescription,
+    Vector,
+)
+from toolpoint.machine.description.machine import (
+    GROUND,
+    AxisDescription,
     CoordinateDescription,
     DrivenDirection,
-    FrameDescription,
     IdentifiedDescription,
-    InertiaDescription,
     JointDescription,
     LoadDescription,
     MachineDescription,
     Matrix,
-    MeshDescription,
     PointDescription,
     ReferenceDescription,
-    ShapeDescription,
-    SpinDescription,
     TaskDescription,
-    Vector,
     parameters,
 )
 

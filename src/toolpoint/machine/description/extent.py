@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.description.machine import BodyDescription, ShapeDescription
+from toolpoint.machine.description.body import BodyDescription, ShapeDescription
 
 
 def shape_size(shape: ShapeDescription) -> FloatArray:

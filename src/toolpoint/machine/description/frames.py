@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.description.machine import FrameDescription
+from toolpoint.machine.description.body import FrameDescription
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint.machine.description.machine import MachineDescription, Vector
+from toolpoint.machine.description.body import Vector
+from toolpoint.machine.description.machine import MachineDescription
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 

@@ -1,7 +1,6 @@
 """The description of a machine: plain frozen data, one to one with the YAML file, SI units.
 
-Body data (centre, inertia, mesh, points) are in the body's frame; a body's frame is the machine frame at the reference
-pose (all axes at zero) unless `frame` places it elsewhere. Joint frames are in the machine frame at the reference pose.
+Points of a body are in its frame (see `body`); joint frames are in the machine frame at the reference pose (all axes at zero).
 """
 
 from __future__ import annotations
@@ -15,104 +14,20 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint._doubt import Doubt
 from toolpoint.joints.law import LawDescription
-from toolpoint.machine.description.beam import BeamDescription
-from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
-from toolpoint.machine.description.matrices import MatricesBody
+from toolpoint.machine.description.body import (
+    ELASTIC_KINDS,
+    MACHINE_FRAME,
+    SCALING_KEYS,
+    BodyDescription,
+    FrameDescription,
+    Vector,
+)
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription
 
-Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
 GROUND = "ground"
-ORIGIN_VECTOR: Vector = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class FrameDescription:
-    """Place and orientation of a frame in the machine frame: `at` in m, `rotation` as zyx Euler angles in rad."""
-
-    at: Vector = (0.0, 0.0, 0.0)
-    rotation: Vector = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class ShapeDescription:
-    """A uniform shape: ``box`` (size), ``cylinder`` (diameter, length, axis, bore) or ``sphere`` (diameter), in m."""
-
-    kind: str
-    size: Vector | None = None
-    diameter: float | None = None
-    length: float | None = None
-    axis: str = "z"
-    bore: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class MeshDescription:
-    """A closed triangle mesh: the STL file's name, and the triangle corners (t, 3, 3) in m that were read from it."""
-
-    file: str
-    corners: FloatArray
-
-
-@dataclass(frozen=True)
-class InertiaDescription:
-    """Inertia tensor about the centre of mass, kg m^2; products of inertia with their sign in the tensor."""
-
-    xx: float
-    yy: float
-    zz: float
-    xy: float = 0.0
-    xz: float = 0.0
-    yz: float = 0.0
-
-    @property
-    def tensor(self) -> FloatArray:
-        """The tensor, shape (3, 3)."""
-        return np.array([[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]])
-
-
-@dataclass(frozen=True)
-class SpinDescription:
-    """Steady spin of a body that is symmetric about its axis: `speed` in rad/s about `axis` (machine frame, reference pose)."""
-
-    speed: float
-    axis: Vector = (0.0, 0.0, 1.0)
-
-
-ELASTIC_KINDS = ("elastic", "solid", "beam", "matrices")  # keys of a body, one of which makes it elastic
-SCALING_KEYS = {"elastic": "materials", "solid": "materials", "beam": "segments"}  # where the listed numbers of such a body are
-
-
-@dataclass(frozen=True)
-class BodyDescription:
-    """A body: mass properties given, or from a shape or a mesh and a density; and how it is drawn.
-
-    mass in kg, centre in m, inertia in kg m^2 about the centre; `shape` with `mass` gives the inertia of the
-    uniform shape of that mass, `shape` or `mesh` with `density` (kg/m^3) gives all. `draw` is a box size in m.
-    """
-
-    mass: float | None = None
-    centre: Vector = (0.0, 0.0, 0.0)
-    inertia: InertiaDescription | None = None
-    density: float | None = None
-    shape: ShapeDescription | None = None
-    mesh: MeshDescription | None = None
-    frame: FrameDescription = FrameDescription()
-    draw: ShapeDescription | None = None
-    draw_at: Vector | None = None
-    source: str = ""
-    spin: SpinDescription | None = None
-    elastic: ElasticDescription | None = None
-    beam: BeamDescription | None = None
-    matrices: MatricesBody | None = None
-    solid: SolidBody | None = None
-
-    @property
-    def is_elastic(self) -> bool:
-        """Whether finite elements stand for the body."""
-        return any(getattr(self, kind) is not None for kind in ELASTIC_KINDS)
 
 
 @dataclass(frozen=True)
@@ -130,11 +45,15 @@ class JointDescription:
     `passive` (which may have springs), follow the loop at every pose, rotations in the order written; `limits` (m, rad) and
     `largest_tilt` (rad, between the z axes of both sides of a loop joint) say how far.
     `placed` is false where a file says nowhere where the joint is, so that 0, 0, 0 is assumed.
+
+    >>> guide = JointDescription("bed", "table", stiffness={"x": 2e8, "z": 1e9}, loss_factor=0.02)
+    >>> guide.stiffness.get("y") is None  # not named, so locked
+    True
     """
 
     parent: str
     child: str
-    frame: FrameDescription = FrameDescription()
+    frame: FrameDescription = MACHINE_FRAME
     stiffness: Mapping[str, float] = field(default_factory=dict)
     damping: Mapping[str, float] = field(default_factory=dict)
     loss_factor: Mapping[str, float] | float = 0.0
@@ -156,7 +75,12 @@ class JointDescription:
 
 @dataclass(frozen=True)
 class DrivenDirection:
-    """A joint direction that an axis drives, by `factor` m or rad for every m or rad of the axis."""
+    """A joint direction that an axis drives, by `factor` m or rad for every m or rad of the axis.
+
+    >>> gantry = AxisDescription("left rail", "y", drives=(DrivenDirection("right rail", "y"),))
+    >>> [part.joint for part in gantry.moved]
+    ['left rail', 'right rail']
+    """
 
     joint: str
     direction: str
@@ -168,6 +92,9 @@ class AxisDescription:
     """An axis: the joint and direction that it moves, or several in `drives`, and its limits in m or rad.
 
     `at_reference` is what the axis shows at the reference pose.
+
+    >>> AxisDescription("swivel", "rx", limits=(-2.0, 2.0)).is_rotary
+    True
     """
 
     joint: str = ""
@@ -189,7 +116,11 @@ class AxisDescription:
 
 @dataclass(frozen=True)
 class CoordinateDescription:
-    """A coordinate of the tool: ``x y z tilt azimuth torsion``, with limits in m or rad."""
+    """A coordinate of the tool: ``x y z tilt azimuth torsion``, with limits in m or rad.
+
+    >>> CoordinateDescription("tilt", limits=(0.0, 0.7)).limits  # rad
+    (0.0, 0.7)
+    """
 
     coordinate: str
     limits: tuple[float, float] = (float("-inf"), float("inf"))
@@ -197,7 +128,13 @@ class CoordinateDescription:
 
 @dataclass(frozen=True)
 class TaskDescription:
-    """Coordinates of a point and of the tool's direction, in which the machine may be posed in place of some of its axes."""
+    """Coordinates of a point and of the tool's direction, in which the machine may be posed in place of some of its axes.
+
+    >>> coordinates = {name: CoordinateDescription(name) for name in ("x", "y", "z")}
+    >>> legs = TaskDescription("tool", ("leg 1", "leg 2", "leg 3"), coordinates)
+    >>> len(legs.axes) == len(legs.coordinates)  # as many coordinates as axes that they replace
+    True
+    """
 
     point: str
     axes: tuple[str, ...]
@@ -206,7 +143,11 @@ class TaskDescription:
 
 @dataclass(frozen=True)
 class PointDescription:
-    """A named point on a body, in the body's frame, m; on an elastic body an interface instead."""
+    """A named point on a body, in the body's frame, m; on an elastic body an interface instead.
+
+    >>> PointDescription("head", at=(0.0, 0.0, -0.3)).interface is None  # a place on a rigid body
+    True
+    """
 
     body: str
     at: Vector = (0.0, 0.0, 0.0)
@@ -215,7 +156,12 @@ class PointDescription:
 
 @dataclass(frozen=True)
 class LoadDescription:
-    """A constant force (N, machine frame) and moment (N m) at a named point."""
+    """A constant force (N, machine frame) and moment (N m) at a named point.
+
+    >>> weight = LoadDescription("vice", force=(0.0, 0.0, -20.0 * 9.81))
+    >>> round(weight.force[2], 1)
+    -196.2
+    """
 
     point: str
     force: Vector = (0.0, 0.0, 0.0)
@@ -224,7 +170,11 @@ class LoadDescription:
 
 @dataclass(frozen=True)
 class ReferenceDescription:
-    """Natural frequencies (Hz) from a test or another model, to compare with; `damping_ratio` where known."""
+    """Natural frequencies (Hz) from a test or another model, to compare with; `damping_ratio` where known.
+
+    >>> ReferenceDescription("hammer test", (41.0, 63.5), source="measured 2026-03-02").is_measured
+    True
+    """
 
     name: str
     frequencies: tuple[float, ...]
@@ -240,7 +190,12 @@ class ReferenceDescription:
 @dataclass(frozen=True)
 class IdentifiedDescription:
     """Numbers of a machine that were identified together: their paths (``joints.guide.stiffness.x``), and their covariance
-    as the rows of its lower triangle, in the units of the numbers (SI)."""
+    as the rows of its lower triangle, in the units of the numbers (SI).
+
+    >>> pair = IdentifiedDescription(("joints.guide.stiffness.x", "joints.guide.stiffness.z"), ((4.0,), (1.0, 9.0)))
+    >>> pair.matrix.tolist()
+    [[4.0, 1.0], [1.0, 9.0]]
+    """
 
     parameters: tuple[str, ...]
     covariance: Matrix
@@ -266,6 +221,11 @@ class MachineDescription:
     `doubts` are those of the study that made the description: every result that rests on it repeats them. `up` is a unit
     direction of the machine frame, against which gravity acts where only its size is given (`gravity.gravity_of`).
     `reduction_error` is what condensed castings and solids may err by in frequencies, 0 keeps all their shapes (`condense`).
+
+    >>> slide = MachineDescription("slide", {"table": BodyDescription(100.0)},
+    ...                            {"guide": JointDescription("ground", "table", stiffness={"x": 1e7})})
+    >>> slide.with_values({"joints.guide.stiffness.x": 2e7}).value("joints.guide.stiffness.x")
+    20000000.0
     """
 
     name: str
@@ -323,7 +283,13 @@ class MachineDescription:
 
 
 def parameters(machine: MachineDescription) -> Iterator[str]:
-    """Yield the paths of all numbers of the bodies and joints, in file order."""
+    """Yield the paths of all numbers of the bodies and joints, in file order.
+
+    >>> slide = MachineDescription("slide", {"table": BodyDescription(100.0)},
+    ...                            {"guide": JointDescription("ground", "table", stiffness={"x": 1e7})})
+    >>> [path for path in parameters(slide) if "stiffness" in path or "mass" in path]
+    ['bodies.table.mass', 'joints.guide.stiffness.x']
+    """
     for room in ("bodies", "joints"):
         for name, part in getattr(machine, room).items():
             for path in _numbers(part):

@@ -26,15 +26,16 @@ class PointGroupDescription:
 class MatricesDescription:
     """Stiffness and mass of a free body as another program wrote them (`file`, and `mass_file` where the mass stands apart).
 
-    `geometry` holds the places of the points, as a table (point, x, y, z) or a mesh; `units` are those of all these files;
+    `geometry` holds the places of the points, as a table (point, x, y, z) or a mesh; left out where `file` is bulk data with
+    grid points of its own; `units` are those of all these files;
     `interfaces` are groups of points where joints, loads and points hold on; `band` is the frequency up to which the machine is
     asked for; `size` the number of elastic coordinates, as many as the interfaces ask for where left out.
     """
 
     file: str
-    geometry: str
     interfaces: Mapping[str, PointGroupDescription]
     band: Annotated[float, Quantity("frequency", "Hz", above=0)]
+    geometry: str = ""
     mass_file: str = ""
     units: Units = "m-kg-s"
     size: int | None = None

@@ -168,7 +168,11 @@ class ProjectDescription:
 
 @dataclass(frozen=True)
 class TriedCut:
-    """Cut that was tried: speed (rev/min), depth (m), whether it was stable, its chatter frequency (Hz) where it was heard."""
+    """Cut that was tried: speed (rev/min), depth (m), whether it was stable, its chatter frequency (Hz) where it was heard.
+
+    >>> TriedCut(8000.0, 3e-3, stable=False, frequency=612.0).pose  # at the reference pose
+    {}
+    """
 
     speed: float
     depth: float

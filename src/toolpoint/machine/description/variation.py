@@ -21,6 +21,10 @@ class Factor:
 
     paths : parameter paths, ``*`` for any part: ``joints.joint_q1.stiffness.rz``, ``bodies.link2.density``. cost : of the
     whole range, for `improve`.
+
+    >>> softer = Factor("feet", ("joints.feet.stiffness.*",), low=0.5, high=1.0)
+    >>> softer.kind, softer.cost
+    ('scale', 1.0)
     """
 
     name: str
@@ -52,7 +56,12 @@ class Factor:
 @dataclass(frozen=True)
 class Option:
     """One option of a swap: numbers put in place (`values`), multiplied (`scale`), added to (`add`), by path; `branch` of an
-    arm."""
+    arm.
+
+    >>> longer = Option(scale={"bodies.head.mass": 1.1}, add={"joints.guide.stiffness.x": -1e7})
+    >>> longer.scale["bodies.head.mass"]
+    1.1
+    """
 
     values: Mapping[str, float] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
@@ -62,7 +71,12 @@ class Option:
 
 @dataclass(frozen=True)
 class Swap:
-    """A choice between options by name; the first is what stands now (an empty option changes nothing)."""
+    """A choice between options by name; the first is what stands now (an empty option changes nothing).
+
+    >>> wide = Option(scale={"joints.guide.stiffness.rx": 2.0})
+    >>> Swap("rails", {"as they are": Option(), "wide": wide}).share(1)  # the middle of the second half
+    0.75
+    """
 
     name: str
     options: Mapping[str, Option]

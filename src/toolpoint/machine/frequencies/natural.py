@@ -39,6 +39,15 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     path : str
         ``numpy``, or ``compiled`` (trees, and closed machines of rigid bodies, without preload; others are refused with the
         reason). With elastic bodies the eigenvalues alone are compiled: nine tenths of the time are theirs.
+
+    >>> import numpy as np
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
+    >>> frequencies = natural_frequencies(build(MachineDescription("slide", {"table": table}, {"guide": guide})), {}, modes=1)
+    >>> np.allclose(frequencies, np.sqrt(1e7 / 100) / (2 * np.pi))
+    True
     """
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))

@@ -11,9 +11,10 @@ from toolpoint._check import ToolpointError, fail, suggestion, within
 from toolpoint.bodies import Body
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.body import BodyDescription
 from toolpoint.machine.description.faults import tree_faults
 from toolpoint.machine.description.frames import frame
-from toolpoint.machine.description.machine import GROUND, BodyDescription, MachineDescription
+from toolpoint.machine.description.machine import GROUND, MachineDescription
 from toolpoint.machine.parts.chain import build_chain, large_freedoms
 from toolpoint.machine.parts.laws import laws_of
 from toolpoint.machine.parts.mass import check_sources, mass_properties
@@ -39,6 +40,12 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     ToolpointError
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
+
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7})
+    >>> build(MachineDescription("slide", {"table": table}, {"guide": guide})).name
+    'slide'
     """
     reduced = {name: within(f"bodies.{name}", partial(_reduced, (kept or {}).get(name)), body)
                for name, body in description.bodies.items()

@@ -123,19 +123,26 @@ def _place(matrices: ImportedMatrices, group: PointGroup) -> FloatArray:
 
 def _weights(matrices: ImportedMatrices, name: str, group: PointGroup, interface_place: FloatArray) -> FloatArray:
     """Return W (n, 6): the interface's twist about its place is W^T u. Rotations count where there are no other rows."""
-    all_rows = [k for k, dof in enumerate(matrices.dofs) if dof.point in group.points]
-    translation_rows = [k for k in all_rows if not matrices.dofs[k].is_rotation]
+    dofs = (*matrices.dofs, *(matrices.tied.dofs if matrices.tied else ()))
+    all_rows = [k for k, dof in enumerate(dofs) if dof.point in group.points]
+    translation_rows = [k for k in all_rows if not dofs[k].is_rotation]
     point_weights = np.ones(len(group.points)) if group.weights is None else floats("weights", group.weights,
                                                                                     (len(group.points),))
     for rows in (translation_rows, all_rows):
-        motion = _motions(matrices, [matrices.dofs[k] for k in rows], interface_place) if rows else np.zeros((0, 6))
+        motion = _motions(matrices, [dofs[k] for k in rows], interface_place) if rows else np.zeros((0, 6))
         arm = max(float(np.abs(motion[:, 3:]).max(initial=0.0)), 1e-12)
         scaled = motion / np.array([1, 1, 1, arm, arm, arm])
         singular = np.linalg.svd(scaled, compute_uv=False) if len(rows) >= 6 else np.zeros(1)
         if singular[-1] > MIN_SINGULAR_RATIO * singular[0] and singular[0] > 0:
-            weight = np.array([point_weights[list(group.points).index(matrices.dofs[k].point)] for k in rows])
-            result = np.zeros((matrices.size, 6))
+            weight = np.array([point_weights[list(group.points).index(dofs[k].point)] for k in rows])
+            result = np.zeros((len(dofs), 6))
             result[rows] = weight[:, None] * motion @ np.linalg.inv(motion.T @ (weight[:, None] * motion))
-            return result
+            return _on_rows(matrices, result)
     fail(f"interfaces.{name}", f"{len(group.points)} points with {len(all_rows)} rows", "must tell six motions apart",
          remedy="an interface of one point, or of points on a line, leaves a rotation open: take points around the place")
+
+
+def _on_rows(matrices: ImportedMatrices, weights: FloatArray) -> FloatArray:
+    """Return weights of the rows (n, 6) equal to those of all coordinates (n + n_tied, 6): a follower's go to its leaders."""
+    rows, followers = weights[:matrices.size], weights[matrices.size:]
+    return rows if matrices.tied is None else rows + matrices.tied.motion.T @ followers

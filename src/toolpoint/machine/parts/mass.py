@@ -9,8 +9,8 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, suggestion, within
 from toolpoint.bodies import mesh, shapes
 from toolpoint.bodies.inertia import MassProperties
+from toolpoint.machine.description.body import ELASTIC_KINDS, BodyDescription, ShapeDescription
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
-from toolpoint.machine.description.machine import ELASTIC_KINDS, BodyDescription, ShapeDescription
 
 
 def _box(shape: ShapeDescription, density: float) -> MassProperties:

@@ -64,6 +64,14 @@ class Machine(NotebookText):
 
     Link i is body i of the tree order; it hangs by tree joint i. Minimal coordinates, in this order for every link:
     the unlocked directions of its joint, then its body's modal coordinates.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription
+    >>> table = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> guide = JointDescription("ground", "table", stiffness={"x": 1e7, "z": 2e8})
+    >>> machine = build(MachineDescription("slide", {"table": table}, {"guide": guide}))
+    >>> machine.size, machine.body_names  # two directions have springs, four are locked
+    (2, ('table',))
     """
 
     description: MachineDescription

@@ -12,7 +12,7 @@ from toolpoint._check import FloatArray, ToolpointError, fail, one_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.joints import Reducer
 from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_frames
-from toolpoint.machine.description import machine as d
+from toolpoint.machine import description as d
 from toolpoint.machine.description.elastic import SolidBody
 from toolpoint.machine.description.frames import describe_frame, frame
 from toolpoint.machine.parts.mass import mass_properties

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.machine.description import machine as d
+from toolpoint.machine import description as d
 from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from toolpoint._check import fail
-from toolpoint.machine.description import machine as d
+from toolpoint.machine import description as d
 from toolpoint.machine.description.elastic import (
     CastingBox,
     ElasticDescription,

@@ -10,9 +10,10 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.band import noise_level
 from toolpoint.modal_identification.basis import pole_terms, real_rows
-from toolpoint.modal_identification.fit.dense_lines import MAX_UNAVERAGED_LINES, AveragedLines
+from toolpoint.modal_identification.fit.dense_lines import AveragedLines
 from toolpoint.modal_identification.fit.refinement import Data, PoleFit
 
+MAX_SEARCHED_LINES = 2000  # lines on which every trial pole is tried; on more of them each is tried on averaged lines about it
 MIN_CANDIDATE_GAIN = 3.0  # residual energy explained per unknown, over the noise
 MIN_SEARCHED_MISFIT = 1e-4  # of a response's rms: smaller misfits are not searched
 EXCLUDED_HALF_WIDTHS = 4.0  # about a pole that was tried in vain
@@ -66,7 +67,7 @@ def _best_candidate(data: Data, fit: PoleFit, residual: ComplexArray, *, trial: 
     """Return the best of the trial poles with this damping ratio, None where it is no more than noise (unless `is_given`)."""
     if trial.size == 0:
         return None
-    if not is_given and data.p.size > MAX_UNAVERAGED_LINES:
+    if not is_given and data.p.size > MAX_SEARCHED_LINES:
         gram, moments = AveragedLines.of(data, fit.poles, residual, ratio=ratio).moments(trial, ratio)
     else:
         gram, moments = _moments(data, fit, residual, trial)

@@ -79,6 +79,13 @@ class Identification(NotebookText):
         Changes that a person made in the identified modes.
     repeated : RepeatedModes, optional
         Modes that are seen once in every set-up of sensors: one mode under another mass.
+
+    >>> from toolpoint.modal_identification import identify
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([60.0, 100.0], [0.01, 0.02], [[0.1, 0.05]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(30.0, 150.0, 0.25), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> identify(frf).quality.round(6).tolist()  # responses without noise are explained whole
+    [[1.0]]
     """
 
     modes: Modes

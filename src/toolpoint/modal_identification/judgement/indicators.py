@@ -21,6 +21,10 @@ class Indicator:
 
     For the CMIF `shape` (n_f, n_outputs, n) and `participation` (n_f, n_inputs, n) are the singular vectors: shape and
     participation of the mode that dominates a line.
+
+    >>> two_references = Indicator(np.array([10.0, 20.0]), np.array([[5.0, 0.1], [4.0, 3.5]]))
+    >>> two_references.frequency[two_references.values[:, 1].argmax()].item()  # the second value is high at a repeated mode
+    20.0
     """
 
     frequency: FloatArray
@@ -30,7 +34,15 @@ class Indicator:
 
 
 def cmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
-    """Return the singular values of the response matrix on every line; a peak is a mode, a second high value a repeated one."""
+    """Return the singular values of the response matrix on every line; a peak is a mode, a second high value a repeated one.
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> indicator = cmif(frf)
+    >>> indicator.frequency[indicator.values[:, 0].argmax()].item()
+    100.0
+    """
     inside = cut(frf, band, 1)
     left, values, right = np.linalg.svd(inside.values, full_matrices=False)
     return Indicator(inside.frequency, values, left, np.swapaxes(right, -1, -2))
@@ -41,6 +53,13 @@ def mvmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
 
     The force pattern f that leaves least in-phase response: :math:`(H_R^T H_R) f = \lambda (H_R^T H_R + H_I^T H_I) f`,
     H_R the part that vanishes at a resonance (real of receptance and accelerance, imaginary of mobility).
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> indicator = mvmif(frf)
+    >>> indicator.frequency[indicator.values[:, 0].argmin()].item()
+    100.0
     """
     inside = cut(frf, band, 1)
     values = inside.values * 1j if inside.quantity == "mobility" else inside.values

@@ -21,6 +21,10 @@ class Significance:
     """Peak relative receptance (m/N where the modes have a scale) of every mode and direction, (n_modes, n_directions).
 
     `share` (n_modes,) is the largest over the directions, each over the highest mode in that direction.
+
+    >>> modes = Modes([50.0, 80.0], [0.02, 0.02], [[0.1, 0.1], [0.1, -0.1]], ["tool:+x", "table:+x"])
+    >>> significance(modes, "tool", "table", directions=["x"]).selected().frequency.tolist()
+    [80.0]
     """
 
     modes: Modes
@@ -44,6 +48,10 @@ def significance(modes: Modes, plus: str | int, minus: str | int,
     """Return the relative motion of point `plus` against point `minus` (tool and table) in every mode.
 
     Unscaled modes are compared by their shapes relative to the rms of each; the peaks then have no unit.
+
+    >>> modes = Modes([50.0, 80.0], [0.02, 0.02], [[0.1, 0.1], [0.1, -0.1]], ["tool:+x", "table:+x"])
+    >>> significance(modes, "tool", "table", directions=["x"]).share.tolist()  # at 50 Hz both move alike
+    [0.0, 1.0]
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")

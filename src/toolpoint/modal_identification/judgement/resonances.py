@@ -44,6 +44,9 @@ class Resonance:
         stronger modes.
     frequency : float
         Frequency at which its modes together move the responses most, Hz: between them where they overlap.
+
+    >>> Resonance((0, 1), strongest=1, share=0.9).stands_out  # two modes that together make nine tenths of the response
+    True
     """
 
     modes: tuple[int, ...]

@@ -14,7 +14,20 @@ from toolpoint.vibration.modes import Modes
 
 
 def without_window(frf: Frf, modes: Modes) -> Frf:
-    """Return responses (one pose) without the decay of their window, by the modes that were identified from them."""
+    """Return responses (one pose) without the decay of their window, by the modes that were identified from them.
+
+    >>> import numpy as np
+    >>> omega = 2 * np.pi * 100.0
+    >>> s = omega * (-0.01 + 1j * np.sqrt(1 - 0.01**2))
+    >>> modes = Modes([100.0], [0.01], [[1 / np.sqrt(2j * s.imag)]], ["tool:+x"], scaling="modal A")
+    >>> def receptance(p):  # of a unit modal mass
+    ...     return (1 / ((p - s) * (p - s.conjugate())))[:, None, None]
+    >>> frequency = np.arange(80.0, 121.0)
+    >>> iw = 2j * np.pi * frequency  # a window of 5 1/s moves the response from i w to i w + 5
+    >>> windowed = Frf(frequency, receptance(iw + 5.0), ["tool:+x"], ["tool:+x"], decay=5.0)
+    >>> bool(np.allclose(without_window(windowed, modes).values, receptance(iw), rtol=1e-9, atol=0))
+    True
+    """
     if frf.decay == 0:
         return frf
     bare = replace(frf, decay=0.0)

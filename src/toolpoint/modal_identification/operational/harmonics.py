@@ -58,6 +58,10 @@ class Harmonic(NotebookText):
         False where a very light mode would look the same in a record so short: it is then left in the record.
     order : int, optional
         Multiple of the lowest rotating frequency that explains at least two lines.
+
+    >>> line = Harmonic(50.0, wander=1e-4, power_share=0.2, kurtosis=1.01, is_removed=True, order=1)
+    >>> line.kurtosis < MAX_ENVELOPE_KURTOSIS[0]  # a constant amplitude, so no mode
+    True
     """
 
     frequency: float

@@ -43,6 +43,12 @@ class OperationalIdentification(NotebookText):
         Length of all records, s.
     doubts : tuple of Doubt
     notes : tuple of str
+
+    >>> none = np.zeros(0)
+    >>> modes = Modes(none, none, np.zeros((1, 0)), ["tool:+x"], scaling="unscaled")
+    >>> line = Harmonic(50.0, wander=1e-4, power_share=0.2, kurtosis=1.01, is_removed=True)
+    >>> OperationalIdentification(modes, (line,), none, none, none, (), (), "ssi-cov", 60.0).status.splitlines()
+    ['No mode was found.', '1 harmonic of rotating parts (no modes): 50 Hz.']
     """
 
     modes: Modes

@@ -23,7 +23,12 @@ Hertz = Annotated[float, Quantity("frequency", "Hz", above=0)]
 
 @dataclass(frozen=True)
 class AddedPole:
-    """A pole that is added: frequency (Hz) and damping ratio."""
+    """A pole that is added: frequency (Hz) and damping ratio.
+
+    >>> pole = AddedPole(120.0, 0.02)
+    >>> 2 * pole.damping_ratio * pole.frequency  # Hz, half-power bandwidth
+    4.8
+    """
 
     frequency: Hertz
     damping_ratio: Annotated[float, Quantity("ratio", "1", above=0, most=0.5)]
@@ -31,7 +36,12 @@ class AddedPole:
 
 @dataclass(frozen=True)
 class PoleChoice:
-    """Changes of a person in the identified modes: `add` poles, `remove` modes by their frequency (Hz)."""
+    """Changes of a person in the identified modes: `add` poles, `remove` modes by their frequency (Hz).
+
+    >>> choice = PoleChoice().extended(add=[(120.0, 0.02)], remove=[87.5])
+    >>> choice.add, choice.remove
+    ((AddedPole(frequency=120.0, damping_ratio=0.02),), (87.5,))
+    """
 
     add: tuple[AddedPole, ...] = ()
     remove: tuple[Hertz, ...] = ()

@@ -23,7 +23,15 @@ from toolpoint.vibration.frf import Frf
 
 @dataclass(frozen=True)
 class CircleFit:
-    """Circle fit of the modes that quadrature picking finds; `prominence` and `floor` as there."""
+    """Circle fit of the modes that quadrature picking finds; `prominence` and `floor` as there.
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 120.0, 0.1), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> pole = CircleFit().start(frf).poles[0]
+    >>> [round(float(value), 4) for value in (abs(pole) / (2 * np.pi), -pole.real / abs(pole))]
+    [100.0, 0.01]
+    """
 
     prominence: float = 0.1
     floor: float = 0.003
@@ -49,7 +57,14 @@ class CircleFit:
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Quadrature picking as a method of `identify`; see `quadrature`."""
+    """Quadrature picking as a method of `identify`; see `quadrature`.
+
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 120.0, 0.1), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> round(float(abs(Quadrature().start(frf).poles[0])) / (2 * np.pi), 2)
+    100.0
+    """
 
     prominence: float = 0.1
     floor: float = 0.003

@@ -77,6 +77,13 @@ def quadrature(
     ------
     ToolpointError
         Where no peak meets the criterion, or the band is too narrow.
+
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([100.0], [0.01], [[0.1]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(80.0, 120.0, 0.1), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> picked = quadrature(frf)
+    >>> picked.frequency.round(2).tolist(), picked.damping_ratio.round(4).tolist(), abs(picked.shape).round(4).tolist()
+    ([100.0], [0.01], [[0.1]])
     """
     positive("prominence", prominence, 1.0)
     positive("floor", floor, 1.0)

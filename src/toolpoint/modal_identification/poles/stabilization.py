@@ -32,6 +32,11 @@ class Diagram(NotebookText):
         0 new, 1 stable in frequency, 2 also in damping, 3 also in participation, against the next lower order.
     orders : tuple of int
         All orders that were solved.
+
+    >>> pole = 2 * np.pi * 100.0 * (-0.01 + 1j)
+    >>> pairs = [(order, np.array([pole]), np.ones((1, 1))) for order in (4, 6)]
+    >>> Diagram.collected(pairs, (1.0, 1e4)).level.tolist()  # new, then stable in frequency, damping and participation
+    [0, 3]
     """
 
     order: np.ndarray

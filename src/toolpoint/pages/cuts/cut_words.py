@@ -28,6 +28,7 @@ def plane_words(plane: PlaneDynamics) -> str:
     """Return the dynamics in words: modes, or lines that were measured."""
     if plane.is_modal:
         f = np.abs(plane.poles) / (2 * np.pi)
+        # Modes of both directions with one frequency read as a range of nothing otherwise.
         frequency_text = f"{f.min():.4g}" if np.ptp(f) < 1e-3 * f.max() else f"{f.min():.4g} to {f.max():.4g}"
         return f"{f.size} mode{'s' if f.size > 1 else ''}, {frequency_text} Hz"
     lines = plane.lines[0]
@@ -37,9 +38,11 @@ def plane_words(plane: PlaneDynamics) -> str:
 def dynamics_parts(plane: PlaneDynamics) -> list[Chart | Table | str]:
     """Return the dynamics that a chart stands on: the response along x and y, and the modes with their stiffness."""
     frequency_min, frequency_max = plane.span
+    # Beyond the outer modes, so that their flanks and the static response are seen.
     f = np.linspace(max(0.3 * frequency_min, 1e-3 * frequency_max), 1.4 * frequency_max,
                     1500) if plane.is_modal else np.asarray(plane.frequency)
     values = plane.response(f)
+    # A direction that was not given is zero on every line: it has no curve on a logarithmic axis.
     ways = [k for k in range(plane.size) if np.abs(values[:, k, k]).max() > 0]
     responses = {"xyz"[k]: Frf(f, values[:, k:k + 1, k:k + 1], (Dof("tool", f"+{'xyz'[k]}"),), (Dof("tool", f"+{'xyz'[k]}"),))
                  for k in ways}

@@ -18,7 +18,18 @@ LINES_MARGIN = 1.3  # of the highest strong line
 
 
 def listening_page(result: ListenedCut, warnings: Sequence[str] = (), name: str = "") -> Report:
-    """Return the page of a listened cut."""
+    """Return the page of a listened cut.
+
+    >>> import numpy as np
+    >>> from toolpoint.studies import listen
+    >>> from toolpoint.vibration import Record
+    >>> time = np.arange(12_000) / 16_000
+    >>> cut = sum(np.cos(2 * np.pi * 533.6 * k * time + k) / k for k in range(1, 9))
+    >>> sound = cut + 0.05 * np.random.default_rng(0).standard_normal(time.size)
+    >>> page = listening_page(listen(Record(sound[:, None], 16_000.0, ["microphone:+x"], ("",)), teeth=4, speed=8004.0))
+    >>> page.summary[:26]
+    'No chatter at 8004 rev/min'
+    """
     e = result.evidence
     report = Report("Chatter by ear", result.answer(), subtitle=f"{name}{': ' if name else ''}{e.teeth} teeth, "
                                                                 f"{e.speed.speed:.0f} rev/min, {e.duration:.2g} s of cut")

@@ -28,7 +28,17 @@ from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, cont
 
 
 def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability."""
+    """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability.
+
+    >>> from toolpoint.cutting import ZeroOrder
+    >>> from toolpoint.studies import chart_lobes, modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tip = Modes([900.0, 900.0], 0.02, 1.5 * np.eye(2), ("tip:+x", "tip:+y"))
+    >>> cut = {"diameter": 0.012, "teeth": 2, "direction": "slot", "tangential": 8e8, "normal": 3e8}
+    >>> page = lobes_page(chart_lobes(modal_dynamics(tip), cut, speeds=np.linspace(6e3, 9e3, 5), method=ZeroOrder()))
+    >>> page.title
+    'Stability of a milling cut'
+    """
     report = Report("Stability of a milling cut", _answer(result), subtitle=problem_words(result.problem))
     report = _with_chart(report, result)
     report = report.with_section("Cuts to make", *result.contradictions, Table(ADVICE, result.advice))
@@ -47,7 +57,9 @@ def _answer(result: LobesStudy) -> str:
     chart, best = result.chart, from_chart(result.chart)
     words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
+        # Limits are positive and scatter by factors: the interval is even in their logarithm.
         log_half_width = result.spread.factor * result.spread.lowest
+        # Rounded both ways alike: only a depth that is advised is rounded down.
         lower_end, upper_end = (1e3 * float(np.min(chart.limit)) * np.exp(sign * log_half_width) for sign in (-1, 1))
         words += f" Its 95 % interval from the machine's identified numbers: {number_text(lower_end, digits=3)} to " \
                  f"{number_text(upper_end, digits=3)} mm."
@@ -77,9 +89,11 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
                              max_depth=depth_top,
                              points=points)
+    # Without a best cut any charted speed will do: the field must begin with an answer.
     start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
                     "depth", _coefficient_field(result.problem, chart), _other_cuts(result))
+    # A field that answers with a depth recommends it, whatever stands beside it.
     looked_up = [] if result.withheld else [lookup]
     parts: list[Chart | ClickedSeries]
     if runs:
@@ -139,6 +153,7 @@ def _with_probability(report: Report, sampled: ProbabilityChart, uncertainty: Un
              + (f", weighed by the outcome of {len(cuts)} cuts." if cuts else ".")
              + (f" Not to be relied on: {CONTRADICTED}." if contradictions(sampled, uncertainty.cuts) else ""))
     report = report.with_section("Probability of stability", words, Chart(probability_chart(after, cuts), name="probability"))
+    # After the tried cuts: they may have settled what mattered most before.
     share = after.importance()
     first = next(iter(share))
     return report.with_section(

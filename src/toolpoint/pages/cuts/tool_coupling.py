@@ -22,7 +22,17 @@ from toolpoint.substructuring.receptance import PlaneReceptance
 
 
 def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a coupled tool; doubts stand first."""
+    """Return the page of a coupled tool; doubts stand first.
+
+    >>> import numpy as np
+    >>> from toolpoint.studies import study_tool
+    >>> from toolpoint.substructuring import SegmentDescription, ShaftDescription
+    >>> from toolpoint.substructuring.receptance import PlaneReceptance
+    >>> spindle = PlaneReceptance(np.arange(1.0, 99.0), np.tile(np.diag([1e-8, 1e-6]), (98, 1, 1)), "x")  # m/N, rad/(N m)
+    >>> page = tool_coupling_page(study_tool([spindle], ShaftDescription({"rod": SegmentDescription(0.1, 0.02)})))
+    >>> page.summary[:36]
+    'The tip is most compliant along x at'
+    """
     source = f"; {result.tool.source}" if result.tool.source else ""
     report = Report("Tool-point response by receptance coupling", _answer(result), subtitle=f"{result.tool.words}{source}")
     report = report.with_doubts(*doubts_among(result.notes))

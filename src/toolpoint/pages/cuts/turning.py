@@ -17,7 +17,17 @@ from toolpoint.vibration import Dof, Frf
 
 
 def turning_page(result: TurningStudy) -> Report:
-    """Return the page of a turning cut."""
+    """Return the page of a turning cut.
+
+    >>> from toolpoint.studies import TurningCut, chart_turning, modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> stiffness, ratio, cutting = 2e7, 0.03, 1.5e9
+    >>> tip = Modes([150.0], ratio, [[2 * np.pi * 150.0 / np.sqrt(stiffness)]], ("tip:+x",))
+    >>> result = chart_turning(modal_dynamics(tip), TurningCut(cutting), np.linspace(500, 5000, 20))
+    >>> page = turning_page(result)
+    >>> "stable at any speed" in page.summary
+    True
+    """
     chart, limit, cut = result.chart, result.limit, result.cut
     words = f"K_f {cut.cutting / 1e6:g} N/mm^2" + (f", K_t {cut.tangential / 1e6:g} N/mm^2" if cut.tangential else "") + (
         f", process damping {cut.process_damping:g} N/m" if cut.process_damping else "")
@@ -27,6 +37,7 @@ def turning_page(result: TurningStudy) -> Report:
     if limit is not None and np.isfinite(limit.width) and not result.withheld:
         always = np.full(chart.speeds.size, limit.width)
         curves.append(StabilityCurve(chart.speeds, always, "stable at every speed"))
+    # Without any limit the chart has no scale of its own: it ends where the search did.
     best, finite = from_chart(chart), np.isfinite(chart.limit).any()
     figure = stability_chart(curves, max_depth=None if finite else chart.depth_max, depth_name="Width of cut",
                              points=[] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")])

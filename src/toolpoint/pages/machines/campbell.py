@@ -12,7 +12,20 @@ from toolpoint.studies.machines.pose_words import pose_words
 
 
 def campbell_page(result: Campbell) -> Report:
-    """Return the page of a Campbell diagram: the diagram, the critical speeds (rev/min) and the assumptions."""
+    """Return the page of a Campbell diagram: the diagram, the critical speeds (rev/min) and the assumptions.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription, SpinDescription
+    >>> from toolpoint.studies import map_speeds
+    >>> rotor = BodyDescription(4.0, inertia=InertiaDescription(0.03, 0.03, 0.02), spin=SpinDescription(2000.0))
+    >>> bearings = JointDescription("ground", "rotor", stiffness={"rx": 4e5, "ry": 4e5})
+    >>> spindle = build(MachineDescription("rotor", {"rotor": rotor}, {"bearings": bearings},
+    ...                                    points={"nose": PointDescription("rotor")}, tool="nose"))
+    >>> page = campbell_page(map_speeds(spindle, [0.0, 15000.0, 30000.0], 2))
+    >>> page.summary.split(";")[0]
+    '3 critical speeds lie between 0 and 30000 rev/min'
+    """
     report = Report(f"Campbell diagram: {result.machine.name}", _answer(result),
                     subtitle=pose_words(result.machine, result.pose))
     chart = campbell_diagram(result.speeds, result.frequency, result.whirl, orders=result.orders)

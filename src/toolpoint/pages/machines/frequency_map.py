@@ -25,7 +25,16 @@ _MOTION_GROUPS: tuple[tuple[str, Callable[[MotionColumn], bool]], ...] = (
 
 
 def map_page(result: PoseMap | StiffnessMap | ResponseMap | MotionMap, name: str) -> Report:
-    """Return the page of a map of frequencies, stiffness, responses or motion; name : of the machine, for the title."""
+    """Return the page of a map of frequencies, stiffness, responses or motion; name : of the machine, for the title.
+
+    >>> from importlib.resources import files
+    >>> from toolpoint.io import read_machine
+    >>> from toolpoint.studies import map_frequencies
+    >>> machine = read_machine(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml")
+    >>> page = map_page(map_frequencies(machine, {"X": [-0.1, 0.1]}, 2), "mill")
+    >>> page.summary
+    'The lowest natural frequency is lowest, 21.49 Hz, at X 100 mm; it rises to 21.50 Hz at X -100 mm.'
+    """
     if isinstance(result, MotionMap):
         return motion_map_page(result, name)
     if isinstance(result, ResponseMap):

@@ -27,6 +27,19 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
     """Return the page of a machine.
 
     source, file_name : text and name of the machine file; problems : doubts to be printed first.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.studies import study_machine
+    >>> from toolpoint.cutting import ZeroOrder
+    >>> page = machine_page(study_machine(machine, method=ZeroOrder()), "", "slide.yaml")
+    >>> page.summary.split(";")[0]  # sqrt(1e7 / 100) / (2 pi)
+    'The lowest mode is at 50.33 Hz'
     """
     description = result.machine.description
     summary = "\n\n".join(part for part in (answer(result), description.description) if part)

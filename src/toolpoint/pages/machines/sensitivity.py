@@ -22,7 +22,20 @@ _PARAMETER_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_
 def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,
                      pose: Mapping[str, float] | None = None,
                      warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a study; change : relative change of a parameter for which shapes are extrapolated."""
+    """Return the page of a study; change : relative change of a parameter for which shapes are extrapolated.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.studies import study_sensitivity
+    >>> page = sensitivity_page(study_sensitivity(machine, None, 2), machine)
+    >>> "50.33 Hz by slide (+0.50)" in page.summary  # frequencies go with the root of the stiffness
+    True
+    """
     report = Report(f"Sensitivities of {machine.name}", _summary(result), subtitle=f"{len(result.paths)} parameters")
     order = _largest(np.abs(result.frequency).max(axis=1))
     names = [result.paths[k] for k in order]

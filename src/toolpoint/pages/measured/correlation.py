@@ -25,7 +25,24 @@ _DRAWN_RESPONSES = 4  # responses drawn, those that agree least
 
 
 def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a comparison of a machine with a test."""
+    """Return the page of a comparison of a machine with a test.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.machine import assemble
+    >>> from toolpoint.studies import compare_with_test
+    >>> from toolpoint.studies.measured.measured_comparison import MeasuredTest
+    >>> from toolpoint.vibration import eigen
+    >>> modes = eigen.solve_undamped(assemble(machine)).with_damping(0.03)
+    >>> page = correlation_page(compare_with_test(machine, MeasuredTest(modes)))
+    >>> page.summary.split(';')[0]
+    '2 of 2 measured modes have a partner in the model'
+    """
     now, machine, test = result.correlation, result.machine, result.test
     words = f"{_answer(now)} {len(now.points.pairs)} points are paired ({now.points.status})."
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))

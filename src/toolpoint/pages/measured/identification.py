@@ -26,11 +26,20 @@ _MAX_ANSWER_MODES = 5  # modes in the answer
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
-                        *, warnings: Sequence[str] = (), command: str = "",
-                        components: Mapping[str, Sequence[str | int]] | None = None) -> Report:
+                         *, warnings: Sequence[str] = (), command: str = "",
+                         components: Mapping[str, Sequence[str | int]] | None = None) -> Report:
     """Return the page of an identification.
 
     command : the one that made it, without a choice of poles; components : to the points on each, whose hulls are drawn.
+
+    >>> import numpy as np
+    >>> from toolpoint.modal_identification import identify
+    >>> from toolpoint.vibration import Modes, frequency_response
+    >>> modes = Modes([60.0, 100.0], [0.01, 0.02], [[0.1, 0.05]], ["tool:+x"])
+    >>> frf = frequency_response.modal(modes, np.arange(30.0, 150.0, 0.25), outputs=["tool:+x"], inputs=["tool:+x"])
+    >>> page = identification_page(identify(frf))
+    >>> page.summary.split(":")[0]
+    '2 modes, of which 2 stand out'
     """
     report = Report("Modal identification", answer(result), subtitle=", ".join(names))
     report = report.with_doubts(*result.doubts, *warnings, *result.frf.notes)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.machines.joint_views import joint_views
 from toolpoint.plot.shape_view.hulls import HULL_WORDS, with_hulls
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.studies.measured.bisector_steps import BisectorSteps
 from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import HEADER
 
 HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness (95 %)",
                     "loss factor (95 %)", "status"]
-HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passes the joint above, mm"]
+HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passes the joint above, mm",
+                   "uncompensated, mm"]
 
 
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
@@ -28,13 +32,14 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
         joint_views(geometry.points, components.points, joints.joints),
         "Crosses: joints; lines: their free directions; areas: hulls of the measured points (dots) of each component."),
         *([Notes(result.joints.notes, "note")] if result.joints.notes else []))
-    rows = [row for steps in result.steps() for row in steps.rows()]
-    report = report.with_section(
-        "The source's steps", Table(HEADER_OF_STEPS, rows, "Each component against the one before it, whose motion is undone; "
-                                    "axes by perpendicular bisectors"),
-        "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
-        "weigh every mode by its uncertainty.")
     scene = with_hulls(Scene.of_points(geometry.points, geometry.lines, components=components.points))
+    steps = result.steps()
+    report = report.with_section(
+        "The source's steps", Table(HEADER_OF_STEPS, [row for step in steps for row in step.rows()],
+                                    "Each component against the one before it, whose motion is undone; axes by perpendicular "
+                                    "bisectors; the last column has those of the motion as it was measured"),
+        "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
+        "weigh every mode by its uncertainty.", *_compensated_view(result, scene, steps))
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured", caption=HULL_WORDS))
     report = report.with_assumptions(
@@ -46,6 +51,21 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     drawn, moved = machine_shapes(machine, {}, min(12, machine.size))
     return report.with_section("The machine of these joints", result.checked.status, Table(HEADER, result.checked.rows()),
                                ShapeView(drawn, moved, "model"))
+
+
+def _compensated_view(result: JointStudy, scene: Scene, steps: Sequence[BisectorSteps]) -> list[ShapeView]:
+    """Return the shapes with the motion of the component before undone, each component on its own; none without steps."""
+    retraced = [step for step in steps if not step.reason]
+    if not retraced:
+        return []
+    row = {point: k for k, point in enumerate(result.geometry.points)}
+    shape = np.zeros((len(retraced[0].frequency), len(row), 3), complex)
+    is_known = np.zeros(len(row), bool)
+    for step in retraced:
+        places = [row[point] for point in step.points]
+        shape[:, places], is_known[places] = step.shape.transpose(2, 0, 1), True
+    shapes = AnimatedShapes(retraced[0].frequency, np.zeros(len(shape)), shape, (), is_known)
+    return [ShapeView(scene, shapes, "compensated", "each component without the motion of the one before it")]
 
 
 def _answer(result: JointStudy) -> str:

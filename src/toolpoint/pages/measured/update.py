@@ -25,7 +25,24 @@ _MAX_DRAWN_UPDATES = 4  # responses drawn
 
 
 def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of an update of a machine to measurements."""
+    """Return the page of an update of a machine to measurements.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.machine import assemble
+    >>> from toolpoint.studies import Measurement, update_machine
+    >>> from toolpoint.vibration import eigen
+    >>> truth = machine.with_values({"joints.slide.stiffness.x": 1.2e7})
+    >>> modes = eigen.solve_undamped(assemble(truth)).with_damping(0.03)
+    >>> page = update_page(update_machine(machine, [Measurement(modes)], ["joints.slide.stiffness.x"]))
+    >>> "(+20 %)" in page.summary
+    True
+    """
     original, updated, measured, samples = result.start_machine, result.update, result.measured, result.samples
     free = f"{len(updated.fit.free)} of {len(updated.problem.parameters)} parameters moved"
     status = updated.fit.status[:1].upper() + updated.fit.status[1:] + "."

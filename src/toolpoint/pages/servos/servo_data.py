@@ -13,7 +13,19 @@ from toolpoint.studies.servos.servo_data import ServoData
 
 
 def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of findings; `warnings` are those of the run."""
+    """Return the page of findings; `warnings` are those of the run.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from toolpoint.io import read_servo_data
+    >>> from toolpoint.samples import write_samples
+    >>> from toolpoint.studies import judge_servo_data
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     trace = write_samples("servo", Path(folder, "servo")).folder / "trace.csv"
+    ...     page = servo_data_page(judge_servo_data(read_servo_data(trace)))
+    >>> "25 1/s" in page.summary  # the gain that was put in
+    True
+    """
     report = Report(f"Servo data: {result.source}", _answer(result)).with_doubts(*result.doubts(), *warnings)
     report = report.with_section("Result", Table(["axis", "quantity", "value"], result.rows()))
     for axis in result.axes:

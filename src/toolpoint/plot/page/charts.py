@@ -86,6 +86,12 @@ class ClickedSeries:
         Words before a list from which a set is chosen by its label; no list where empty.
     mode : str
         How curves are drawn: ``lines``, ``lines+markers``.
+
+    >>> import plotly.graph_objects as go
+    >>> sets = [("limit", [1.0, 2.0], [[3.0, 4.0], [5.0, 6.0]])]  # one curve for each point of the other chart
+    >>> series = ClickedSeries(go.Figure(), "map", "depth", ["X 0", "X 100 mm"], ["#000"], sets)
+    >>> series.names
+    ['X 0', 'X 100 mm']
     """
 
     figure: go.Figure
@@ -123,6 +129,10 @@ class InverseField:
     label, unit, start : of the field, start the number of which the values were computed; factor : from a value to
     `value_unit`, in which it is printed; words : when the rule holds, printed small; upper : the largest value that was
     searched, for places without a limit.
+
+    >>> pressure = InverseField("cutting force coefficient", "MPa", 800.0, 1e3, "mm", 5e-3, "above 5 mm")
+    >>> pressure.start
+    800.0
     """
 
     label: str
@@ -222,6 +232,10 @@ class Lookup:
         A second number with which the values go inversely.
     table : TableFields, optional
         Two further numbers for which the values were computed too.
+
+    >>> lookup = Lookup("spindle speed", "rev/min", [6000.0, 8000.0], [1e-3, 2e-3], ["1 mm", "2 mm"], 6000.0)
+    >>> "2 mm" in lookup.fragment()
+    True
     """
 
     label: str

@@ -16,7 +16,11 @@ KINDS = ("assumed", "warning", "note")
 
 @dataclass(frozen=True)
 class Text:
-    """Paragraphs; an empty line starts the next one."""
+    r"""Paragraphs; an empty line starts the next one.
+
+    >>> Text("First.\n\nSecond.").fragment().count("<p")
+    2
+    """
 
     text: str
 
@@ -28,7 +32,11 @@ class Text:
 
 @dataclass(frozen=True)
 class Notes:
-    """A list of remarks: what was ``assumed``, a ``warning``, or a plain ``note``."""
+    """A list of remarks: what was ``assumed``, a ``warning``, or a plain ``note``.
+
+    >>> "is assumed" in Notes(["Damping of 2 % is assumed."]).fragment()
+    True
+    """
 
     lines: Sequence[str]
     kind: str = "assumed"
@@ -51,7 +59,11 @@ class Notes:
 
 @dataclass(frozen=True)
 class Listing:
-    """Text shown as it is (an input file), folded away until asked for."""
+    """Text shown as it is (an input file), folded away until asked for.
+
+    >>> "diameter" in Listing("cut.yaml", "cutting: {diameter: 12 mm}").fragment()
+    True
+    """
 
     title: str
     text: str
@@ -63,7 +75,11 @@ class Listing:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A picture in the page itself: the bytes of a PNG, JPEG, GIF or WebP file, also a moving one."""
+    """A picture in the page itself: the bytes of a PNG, JPEG, GIF or WebP file, also a moving one.
+
+    >>> 'alt="one black pixel"' in Picture(b"GIF89a", "one black pixel").fragment()
+    True
+    """
 
     data: bytes
     alt: str

@@ -25,6 +25,10 @@ class PolePicker:
         The command that made the page, without a choice.
     added : sequence of (frequency Hz, damping ratio)
         Poles that were added already; `removed`: frequencies (Hz) of modes that are gone already.
+
+    >>> picker = PolePicker("stabilisation", [(80.0, 0.02)], "toolpoint identify tip.uff", removed=[80.0])
+    >>> "identify tip.uff" in picker.fragment()
+    True
     """
 
     chart: str

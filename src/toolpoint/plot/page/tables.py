@@ -23,6 +23,9 @@ class Cell:
 
     `uncertainty` is the half-width of the value's interval: both are then shown to the digits that it carries
     (`toolpoint._rounding`).
+
+    >>> Cell(21.5, uncertainty=0.02).value  # written with the digits that its interval leaves
+    21.5
     """
 
     value: Any

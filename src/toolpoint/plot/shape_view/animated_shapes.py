@@ -32,6 +32,10 @@ class AnimatedShapes:
         False for nodes without data: they are drawn grey and unmoved.
     notes : sequence of str
         Remarks shown under the view.
+
+    >>> still_and_moving = np.array([[[0, 0, 0], [0, 0, 1e-3]]], complex)  # one mode of two nodes
+    >>> AnimatedShapes(np.array([80.0]), np.array([0.02]), still_and_moving).displacement.shape
+    (1, 2, 3)
     """
 
     frequency: FloatArray

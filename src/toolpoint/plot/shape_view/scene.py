@@ -32,6 +32,10 @@ class Box:
         Edge lengths along the box's own axes, m.
     orientation : 3x3 rotation matrix, optional
         Columns are the box's axes in the machine frame; the identity where none is given.
+
+    >>> table = Box("table", centre=[0, 0, 0.1], size=[0.6, 0.4, 0.2])
+    >>> float(table.centre[2] + table.size[2] / 2)  # m, its upper face
+    0.2
     """
 
     body: str
@@ -71,6 +75,10 @@ class Scene:
     ------
     ToolpointError
         For indices outside the nodes or bodies, nodes that are not finite, repeated body names.
+
+    >>> plate = Scene(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), triangles=np.array([[0, 1, 2]]))
+    >>> plate.triangles.shape, plate.body_names
+    ((1, 3), ('body',))
     """
 
     nodes: FloatArray

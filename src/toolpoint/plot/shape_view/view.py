@@ -54,6 +54,12 @@ class ShapeView:
     ------
     ToolpointError
         Where shapes and scene have other numbers of nodes, or two sets of shapes other numbers of modes.
+
+    >>> import numpy as np
+    >>> nodes = np.array([[0, 0, 0], [0, 0, 1.0]])
+    >>> shapes = AnimatedShapes(np.array([80.0]), np.array([0.02]), np.array([[[0, 0, 0], [1e-3, 0, 0]]], complex))
+    >>> ShapeView(Scene(nodes, lines=np.array([[0, 1]])), shapes, title="Column").title
+    'Column'
     """
 
     scene: Scene

@@ -28,7 +28,12 @@ BY_HAND_REMEDY = "remove the file, or run with --overwrite, to have it computed"
 
 @dataclass(frozen=True)
 class StepEvent:
-    """Beginning or end of a step in a run: its decision, seconds and words (both empty at the beginning)."""
+    """Beginning or end of a step in a run: its decision, seconds and words (both empty at the beginning).
+
+    >>> from toolpoint.project.engine.decision import Decision
+    >>> StepEvent(Decision("limits/rough", "run", "the cut was changed"), ended=False).decision.step
+    'limits/rough'
+    """
 
     decision: Decision
     ended: bool

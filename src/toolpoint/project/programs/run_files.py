@@ -91,7 +91,7 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
     stock, parsed = read_stock_and_program(files, settings)
     text = files.program.read_text(encoding="utf-8-sig", errors="replace")
     cuts = {int(number): io.read_tool(path) for number, path in zip(settings["tools"], files.tools, strict=True)}
-    is_tilted, tips = parsed.is_tilted, read_tips(files, settings)
+    is_tilted, tips = parsed.is_tilted or parsed.is_five_axis, read_tips(files, settings)
     servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
     setup = studies.describe_machining(
         stock, _cut(machine, settings), cuts=cuts, stick_out=settings["stick_out"], holder_diameter=settings["holder"],
@@ -99,17 +99,18 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         limits=studies.CuttingLimits(**settings["spindle"]), drives=servo,
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
     name, record = files.program.name, _read_record(files.record, settings)
-    if is_tilted:
+    if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress, tips=tips,
                                     with_advice=with_advice and dynamics is not None)
         if record is not None:
             staged = studies.compare_stages(staged, *record[0], **record[1])
         return ProgramRun(staged, *_deviations(files, settings), tuple(_left_out(files)), tips)
-    study = studies.run_program(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
-                                with_advice=with_advice and dynamics is not None, progress=progress)
+    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
+    study = run_all(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
+                    with_advice=with_advice and dynamics is not None, progress=progress)
     if record is not None:
         study = studies.compare_record(study, *record[0], **record[1])
-    return ProgramRun(study, *_deviations(files, settings), (), tips)
+    return ProgramRun(study, *_deviations(files, settings), tuple(_left_out(files)) if is_tilted else (), tips)
 
 
 def read_tips(files: ProgramFiles, settings: Mapping[str, Any]) -> studies.ToolTips:
@@ -159,5 +160,5 @@ def _deviations(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[dict[
 def _left_out(files: ProgramFiles) -> list[Doubt]:
     """Return the doubt about files that programs in tilted planes do not take."""
     names = [name for name in ("servo", "part") if getattr(files, name) is not None]
-    return [] if not names else [Doubt("program in tilted planes", f"{', '.join(names)} left out: taken upright alone",
+    return [] if not names else [Doubt("program with a turned tool", f"{', '.join(names)} left out: taken upright alone",
                                        "judge the upright part of the program by itself")]

@@ -124,6 +124,16 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     other_cuts : bool, optional
         Whether limits at other immersions and numbers of teeth are computed too; None where that takes few seconds.
     progress : function of name, done and total
+
+    >>> from toolpoint.cutting import ZeroOrder
+    >>> from toolpoint.studies import modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tip = Modes([900.0, 900.0], 0.02, 1.5 * np.eye(2), ("tip:+x", "tip:+y"))
+    >>> cut = {"diameter": 0.012, "teeth": 2, "direction": "slot", "tangential": 8e8, "normal": 3e8}
+    >>> soft, hard = (chart_lobes(modal_dynamics(tip), {**cut, "tangential": factor * 8e8, "normal": factor * 3e8},
+    ...                           speeds=np.array([9000.0]), method=ZeroOrder()).chart.limit[0] for factor in (1, 2))
+    >>> round(float(soft / hard), 6)  # limits go with one over both coefficients
+    2.0
     """
     uncertainty = uncertainty or Uncertainty()
     problem, cut, notes = build_problem(dynamics, values or {})

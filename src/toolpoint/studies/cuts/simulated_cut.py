@@ -114,6 +114,13 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
         rev/min, m.
     revolutions : int, optional
         Where left out the cut is run on until its state is decided, up to 20 million time steps.
+
+    >>> from toolpoint.studies import modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tip = Modes([900.0, 900.0], 0.02, 1.5 * np.eye(2), ("tip:+x", "tip:+y"))
+    >>> cut = {"diameter": 0.012, "teeth": 2, "direction": "slot", "tangential": 8e8, "normal": 3e8}
+    >>> simulate_cut(modal_dynamics(tip), cut, speed=9000.0, depth=2e-5, revolutions=15).verdict.state
+    'stable'
     """
     check_cut(values or {}, speed, depth)
     problem, _, notes = build_problem(dynamics, values or {}, in_time=True)

@@ -148,7 +148,13 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
 
 def bases_of_responses(frf: Frf, point: str, *, draws: int = DEFAULT_DRAW_COUNT, generator: np.random.Generator | None = None
                        ) -> list[PlaneReceptance]:
-    """Return the receptance of a point that was measured or computed with its rotations, in the planes that are there."""
+    """Return the receptance of a point that was measured or computed with its rotations, in the planes that are there.
+
+    >>> dofs = ["nose:+x", "nose:+ry"]
+    >>> frf = Frf([10.0, 20.0], np.tile(np.diag([1e-8, 1e-6]) + 0j, (2, 1, 1)), dofs, dofs)
+    >>> [base.plane for base in bases_of_responses(frf, "nose")]
+    ['x']
+    """
     planes = [plane for plane in SLOPES if Dof(point, f"+{plane}") in frf.outputs]
     if not planes:
         fail("point", repr(point), f"must be a point of the responses along +x or +y, of {', '.join(map(str, frf.outputs))}")
@@ -174,6 +180,15 @@ def study_tool(bases: Sequence[PlaneReceptance] | SpindleReceptance, tool: Shaft
     generator : numpy Generator, optional
         For the deviations of the tool.
     progress : function of name, done and total
+
+    >>> from toolpoint.substructuring import SegmentDescription, ShaftDescription
+    >>> lines = np.arange(1.0, 9.0)
+    >>> rod = ShaftDescription({"rod": SegmentDescription(0.1, 0.02)})
+    >>> spindle = PlaneReceptance(lines, np.tile(np.diag([1e-8, 1e-6]), (8, 1, 1)), "x")  # m/N and rad/(N m)
+    >>> tip = study_tool([spindle], rod).tips[0].values[0, 0, 0].real
+    >>> bending = 0.1**3 / (3 * 2.1e11 * np.pi * 0.02**4 / 64)
+    >>> bool(abs(tip / (1e-8 + 0.1**2 * 1e-6 + bending) - 1) < 0.05)  # shear is left out by hand
+    True
     """
     lengths = () if stick_out is None else tuple(float(v) for v in stick_out[1])
     tools = [] if stick_out is None else [tool.with_length(stick_out[0], length) for length in lengths]

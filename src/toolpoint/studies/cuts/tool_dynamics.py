@@ -82,7 +82,12 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:
-    """Return the dynamics of identified modes; x and y as in `tool_directions`. Its notes begin with the doubts of the tip."""
+    """Return the dynamics of identified modes; x and y as in `tool_directions`. Its notes begin with the doubts of the tip.
+
+    >>> tip = Modes([150.0], [0.03], [[0.2]], ["tip:+x"])
+    >>> str(modal_dynamics(tip).x)
+    'tip:+x'
+    """
     ways = tool_directions(modes.dofs, x, y, what=what)
     return ToolDynamics(modes, ways.x, ways.y, None, (*question_modes(modes, ways.labels, what), *ways.notes), what)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -66,6 +67,11 @@ class DriftModel(NotebookText):
     hypotheses: tuple[Hypothesis, ...]
     count: int
 
+    @cached_property
+    def _unchanged(self) -> Modes:
+        """The lowest modes of the unchanged machine: each of thousands of trials begins with them."""
+        return self.nominal.selected(range(self.count))
+
     def modes(self, *changes: tuple[Hypothesis, float]) -> Modes:
         """Return the lowest modes with the factor exp(theta) of each change (hypothesis, theta)."""
         scale, changes_made = 1.0, False
@@ -77,7 +83,7 @@ class DriftModel(NotebookText):
                 changes_made = True
                 target = stiffness if hypothesis.term == "stiffness" else mass
                 target += (np.exp(theta) - 1) * hypothesis.slope
-        unchanged = self.nominal.selected(range(self.count))
+        unchanged = self._unchanged
         if not changes_made:
             return replace(unchanged, frequency=unchanged.frequency * scale)
         squares, vectors = scipy.linalg.eigh(stiffness, mass, subset_by_index=[0, self.count - 1])

@@ -45,5 +45,19 @@ class MatrixModes(NotebookText):
 
 
 def solve_matrix_modes(matrices: ImportedMatrices, count: int = 12) -> MatrixModes:
-    """Return the lowest modes of imported matrices, counted so that none is missing."""
+    """Return the lowest modes of imported matrices, counted so that none is missing.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from scipy.io import mmwrite
+    >>> from scipy.sparse import csc_array
+    >>> from toolpoint.io import read_matrices
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     files = [Path(folder, f"{name}.mtx") for name in "km"]
+    ...     mmwrite(files[0], csc_array([[2.0, -1.0], [-1.0, 2.0]]), symmetry="symmetric")
+    ...     mmwrite(files[1], csc_array([[1.0, 0.0], [0.0, 1.0]]), symmetry="symmetric")
+    ...     result = solve_matrix_modes(read_matrices(*files), 2)
+    >>> (result.modes.omega**2).round(9).tolist()  # of two masses between three springs
+    [1.0, 3.0]
+    """
     return MatrixModes(matrices, matrices.modes(count))

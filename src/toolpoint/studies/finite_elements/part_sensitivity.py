@@ -17,9 +17,6 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs
 
-# Share of a part's effect whose elements are counted.
-_HELD_FRACTION = 0.8
-
 
 @dataclass(frozen=True, eq=False)
 class PartSensitivity(NotebookText):
@@ -39,19 +36,11 @@ class PartSensitivity(NotebookText):
 
     def hertz_a_kilogram(self, part: str) -> FloatArray:
         """Return the gain of every frequency by a kilogram that thickens an element (E and mass), (k, e), Hz/kg."""
-        slopes = self.frequency[part]
-        masses = element_masses(self.machine.parts[part])
-        # A thicker wall has more stiffness and more mass by the same share.
-        return slopes.frequency[:, None] * (slopes.modulus + slopes.density) / masses
+        return self.frequency[part].hertz_a_kilogram(element_masses(self.machine.parts[part]))
 
     def holders(self, part: str, mode: int) -> tuple[float, float]:
         """Return the share of a part's elements, and of its mass, that hold 80 % of its effect by E on a mode (from 0)."""
-        values = self.frequency[part].modulus[mode]
-        # The elements with the largest effect first, until they hold the stated share.
-        order = np.argsort(-values)
-        count = int(np.searchsorted(np.cumsum(values[order]), _HELD_FRACTION * values.sum())) + 1
-        masses = element_masses(self.machine.parts[part])
-        return count / len(values), float(masses[order[:count]].sum() / masses.sum())
+        return self.frequency[part].holders(element_masses(self.machine.parts[part]), mode)
 
     def rows(self, modes: int = 3) -> list[list[str]]:
         """Return a row of text for every part, see `HEADER`: sensitivities to E and density of the first modes, and `holders`.

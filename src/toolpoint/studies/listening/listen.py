@@ -72,6 +72,15 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
     ------
     ToolpointError
         For silence, a cut shorter than 0.5 s or 12 revolutions, a channel that is not there, teeth below one.
+
+    >>> from toolpoint.vibration import Record
+    >>> time = np.arange(2 * 16_000) / 16_000
+    >>> cut = sum(np.cos(2 * np.pi * 533.6 * k * time + k) / k for k in range(1, 9))
+    >>> cut += sum(0.4 ** abs(k) * np.cos(2 * np.pi * (1417.0 + 533.6 * k) * time + k) for k in range(-2, 3))
+    >>> sound = cut + 0.05 * np.random.default_rng(0).standard_normal(time.size)
+    >>> heard = listen(Record(sound[:, None], 16_000.0, ["microphone:+x"], ("",)), teeth=4, speed=8004.0)
+    >>> round(heard.line.frequency)
+    1417
     """
     teeth = count("teeth", teeth)
     if speed is not None:

@@ -125,7 +125,11 @@ class _Heard:
 
 
 def question_windows(windows: list[HeardWindow]) -> list[Doubt]:
-    """Return the doubt that few of many windows say chatter: the strongest of many is strong by chance alone."""
+    """Return the doubt that few of many windows say chatter: the strongest of many is strong by chance alone.
+
+    >>> question_windows([])
+    []
+    """
     cuts = [each.cut for each in windows if each.cut is not None]
     count = sum(cut.verdict == CHATTER for cut in cuts)
     if not count or len(cuts) < MIN_JUDGED_WINDOWS or count > MAX_LONE_SHARE * len(cuts):
@@ -135,6 +139,10 @@ def question_windows(windows: list[HeardWindow]) -> list[Doubt]:
 
 
 def decisive_window(windows: list[HeardWindow]) -> HeardWindow | None:
-    """Return the window with the highest probability of chatter, untorn before torn ones; None where no cut was heard."""
+    """Return the window with the highest probability of chatter, untorn before torn ones; None where no cut was heard.
+
+    >>> decisive_window([]) is None  # nothing was heard
+    True
+    """
     cuts = [each for each in windows if each.cut is not None]
     return max(cuts, key=lambda each: (not each.is_torn, each.cut.probability if each.cut else 0.0), default=None)

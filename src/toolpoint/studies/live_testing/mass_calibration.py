@@ -33,6 +33,10 @@ class MassCalibration(NotebookText):
     factor : true force over the reading; half_width : 95 % of it; band : lowest and highest line (Hz) at which the response is
     that of the mass within 5 %; spread : of the lines there; used, hits : blows; sensitivity : as it should be written, empty
     where none was stated.
+
+    >>> found = MassCalibration(1.04, 0.01, (50.0, 800.0), 0.004, used=5, hits=6, sensitivity="2.25 mV/N", doubts=())
+    >>> found.factor - found.half_width > 1  # the hammer reads too little
+    True
     """
 
     factor: float

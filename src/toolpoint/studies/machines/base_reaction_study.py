@@ -56,6 +56,16 @@ def study_base_reactions(machine: Machine, poses: Sequence[Mapping[str, float]] 
         Springs are taken as rigid: what they give under the weight moves no mass to speak of.
     poses : sequence of mappings of axis name to m or rad
         Those of the description, or the reference pose, where left out.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> float(study_base_reactions(machine).wrench[0, 2])  # N, 100 kg of standard gravity
+    980.665
     """
     chosen = tuple(check_poses(poses) if poses else machine.description.poses) or ({},)
     gravity = gravity_of(machine.description)

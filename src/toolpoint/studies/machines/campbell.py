@@ -70,6 +70,17 @@ def map_speeds(machine: Machine, speeds: ArrayLike, modes: int = 8, *, pose: Map
     pose : mapping of axis name to m or rad, optional
     orders : floats
         Excitations per revolution whose crossings are critical speeds: 1 for unbalance, the number of teeth for a cut.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription, SpinDescription
+    >>> rotor = BodyDescription(4.0, inertia=InertiaDescription(0.03, 0.03, 0.02), spin=SpinDescription(2000.0))
+    >>> bearings = JointDescription("ground", "rotor", stiffness={"rx": 4e5, "ry": 4e5})
+    >>> spindle = build(MachineDescription("rotor", {"rotor": rotor}, {"bearings": bearings},
+    ...                                    points={"nose": PointDescription("rotor")}, tool="nose"))
+    >>> frequency, whirl = map_speeds(spindle, [0.0, 30000.0], 2).frequency, 30000 / 60
+    >>> float(frequency[1].max() - frequency[1].min()).__round__(1)  # the whirls of tilt part by I_p W / (2 pi I_d)
+    333.3
     """
     speed_grid = increasing("speeds", floats("speeds", speeds))
     if speed_grid.size < 2:

@@ -113,7 +113,7 @@ def compare_full_mesh(machine: Machine, pose: Mapping[str, float] | None = None,
     >>> result.size, bool((abs(result.rise) <= result.stated + 1e-7).all())
     (96, True)
     """
-    linked = link_full_meshes(machine, pose)
+    linked = link_full_meshes(machine, pose).linked
     reduced = solve_modes(machine, pose, count)
     moving = reduced.frequency[reduced.frequency > _MIN_SHIFT_FREQUENCY * reduced.frequency.max(initial=0.0)]
     pairs = linked.modes(len(reduced.frequency), shift=(2 * np.pi * float(moving.min())) ** 2)

@@ -113,6 +113,16 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     Results that cannot be computed are named with their reason.
 
     `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> study_machine(machine).frequency.round(2).tolist()
+    [50.33, 100.66]
     """
     description = machine.description
     step("modes")

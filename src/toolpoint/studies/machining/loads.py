@@ -45,7 +45,8 @@ def place_loads(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSet
         cut = setup.cut_of(number)
         tool, shape = tool_of(cut), removed.shapes[k]
         speed = laid.speed[block[places]]
-        feed = laid.feed[block[places]] * 60 / (speed * tool.teeth)
+        rate = laid.feed[block[places]] if laid.place_feed is None else laid.place_feed[places]
+        feed = rate * 60 / (speed * tool.teeth)
         way = removed.feed[places]
         direction = np.stack([np.hypot(way[:, 0], way[:, 1]), way[:, 2]], axis=1)
         lever = setup.stick_out or cut.tool.flute_length or 3 * tool.diameter

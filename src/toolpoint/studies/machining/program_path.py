@@ -47,7 +47,10 @@ class ParsedProgram(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ProgramPath:
-    """Segments of a program as they are run: speed (rev/min), tool number, feed (m/s) and time (s) of each, and the pieces."""
+    """Segments of a program as they are run: speed (rev/min), tool number, feed (m/s) and time (s) of each, and the pieces.
+
+    place_feed : (places,) feed of the cutting edge at every place of the removal, m/s, where it is not that of the segment.
+    """
 
     path: Path
     moves: Moves
@@ -57,6 +60,7 @@ class ProgramPath:
     feed: FloatArray
     time: FloatArray
     remarks: tuple[str, ...]
+    place_feed: FloatArray | None = None
 
 
 def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -> ProgramPath:
@@ -65,21 +69,8 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
     Raises ToolpointError for a cutting segment without a spindle speed, with its line.
     """
     _check_rotary(program)
-    path = _raised(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
-    remarks = list(program.notes)
-    tool = np.asarray(program.tool) if len(program.tool) else np.zeros(path.count, int)
-    speed = np.asarray(program.speed) if len(program.speed) else np.zeros(path.count)
-    cutting = ~path.rapid & (path.lengths > 0)
-    numbers = tuple(sorted(set(tool[cutting].tolist()))) or (0,)
-    _check_tools(path, tool, cutting, numbers, setup)
-    unset = cutting & (speed <= 0)
-    if unset.any() and not setup.speed:
-        k = int(np.argmax(unset))
-        raise ToolpointError(f"program: line {path.line[k]} cuts without a spindle speed; program S before it, or give `speed`")
-    if unset.any():
-        remarks.append(f"the program holds no S before line {path.line[int(np.argmax(unset))]}: {setup.speed:g} "
-                       f"rev/min, as given")
-    speed = np.where(speed > 0, speed, setup.speed)
+    path = raise_reference_moves(program.path, text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
+    tool, speed, numbers, remarks = tools_and_speeds(program, path, path.lengths > 0, setup=setup)
     feed, time, words = _feeds(path, setup)
     shapes = {number: setup.shape_of(number) for number in numbers}
     step = STEP_RATIO * min(shape.radius for shape in shapes.values())
@@ -89,13 +80,42 @@ def lay_program(program: ParsedProgram, setup: MachiningSetup, text: str = "") -
     return ProgramPath(path, pieces, speed, tool, numbers, feed, time, (*remarks, words))
 
 
+def tools_and_speeds(program: ParsedProgram, path: Path, is_moving: np.ndarray, *, setup: MachiningSetup
+                     ) -> tuple[np.ndarray, FloatArray, tuple[int, ...], list[str]]:
+    """Return tool number and spindle speed of every segment, the numbers of the tools that cut, and the remarks of the program.
+
+    Raises ToolpointError for a cutting segment without a spindle speed, and for several tools that are not given.
+    """
+    remarks = list(program.notes)
+    tool = np.asarray(program.tool) if len(program.tool) else np.zeros(path.count, int)
+    speed = np.asarray(program.speed) if len(program.speed) else np.zeros(path.count)
+    cutting = ~path.rapid & is_moving
+    numbers = tuple(sorted(set(tool[cutting].tolist()))) or (0,)
+    _check_tools(path, tool, cutting, numbers, setup)
+    unset = cutting & (speed <= 0)
+    if unset.any() and not setup.speed:
+        k = int(np.argmax(unset))
+        raise ToolpointError(f"program: line {path.line[k]} cuts without a spindle speed; program S before it, or give `speed`")
+    if unset.any():
+        remarks.append(f"the program holds no S before line {path.line[int(np.argmax(unset))]}: {setup.speed:g} "
+                       f"rev/min, as given")
+    return tool, np.where(speed > 0, speed, setup.speed), numbers, remarks
+
+
 def _check_rotary(program: ParsedProgram) -> None:
     """Refuse a program whose words turn A, B or C: its engagement is another than that of X, Y and Z alone."""
+    if getattr(program, "is_five_axis", False):
+        raise ToolpointError("program: it moves under tool centre control (G43.4, TRAORI, M128); `run_five_axes` takes it")
+    refuse_rotary(program)
+
+
+def refuse_rotary(program: ParsedProgram) -> None:
+    """Refuse a program that cuts with axes turned by words of their own, without tool centre control."""
     lines: Sequence[int] = getattr(program, "rotary", ())
     if len(lines):
         number = "" if len(lines) == 1 else f" and {len(lines) - 1} more"
-        raise ToolpointError(f"program: line {lines[0]}{number} turn A, B or C by words of their own; five axes (G43.4, "
-                             "TRAORI, M128) and indexed positions are not computed; tilt the plane by G68.2, CYCLE800 "
+        raise ToolpointError(f"program: line {lines[0]}{number} cut with A, B or C turned by words of their own and "
+                             "without tool centre control; program G43.4, TRAORI or M128, or tilt the plane by G68.2, CYCLE800 "
                              "or PLANE SPATIAL")
 
 
@@ -109,7 +129,7 @@ def _check_tools(path: Path, tool: np.ndarray, cutting: np.ndarray, numbers: tup
                              f"the others by number too: {lines}")
 
 
-def _raised(path: Path, text: str, height: float) -> Path:
+def raise_reference_moves(path: Path, text: str, height: float) -> Path:
     """Return the path with moves to the reference point, and from it to the next height, raised over the stock."""
     lines = text.splitlines()
     reference = np.array([bool(0 < n <= len(lines) and _REFERENCE_PATTERN.search(lines[n - 1].upper().split("(")[0]))

@@ -108,7 +108,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         classes = groups.count
         margins = place_margins(arcs, groups, laid, piece=removed.piece, solver=solver, pose=pose, folder=folder,
                                 progress=lambda finished, total: progress("distinct engagements", finished, total))
-        doubts += _margin_doubts(margins, arcs)
+        doubts += margin_doubts(margins, arcs)
         if isinstance(dynamics, Machine):
             interval = find_limit_interval(dynamics, poses, arcs, margins=margins, pose=pose, laid=laid, piece=removed.piece,
                                            setup=setup, tips=solver.tips)
@@ -185,7 +185,7 @@ def _arc_error(removed: RemovedMaterial, laid: ProgramPath, setup: MachiningSetu
     return max(float(np.quantile(np.abs(fine_mean - coarse_mean), 0.95)), ARC_RESOLUTION)
 
 
-def _margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
+def margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
     """Return doubts about limits: hulls of arcs, grouping, and cuts that could not be solved."""
     doubts = [Doubt("stability", f"not computed for some engagements: {reason}") for reason in margins.failures[:3]]
     hull_fraction = float(arcs.is_hull.mean())

@@ -27,7 +27,7 @@ def find_tilted_poses(machine: Machine, removed: RemovedMaterial, setup: Machini
 
     Raises ToolpointError where rotary axes do not stand at zero there, and where no pose within the travels is found.
     """
-    _check_zero(machine, setup)
+    check_zero(machine, setup)
     origin = tool_place(machine, dict(setup.zero))[0][0]
     cuts = removed.reach > 0
     cells = np.rint(removed.tip / TILTED_POSE_STEP).astype(int)
@@ -48,7 +48,8 @@ def find_tilted_poses(machine: Machine, removed: RemovedMaterial, setup: Machini
     return pose, dynamics, np.array(angles)
 
 
-def _check_zero(machine: Machine, setup: MachiningSetup) -> None:
+def check_zero(machine: Machine, setup: MachiningSetup) -> None:
+    """Refuse a program's zero where rotary axes do not stand at zero."""
     for axis in machine.chain.axes:
         if axis.is_rotary and abs(setup.zero.get(axis.name, 0.0)) > _REFERENCE_TOLERANCE:
             raise ToolpointError(f"zero: axis {axis.name} does not stand at zero; in tilted planes the program's axes are "

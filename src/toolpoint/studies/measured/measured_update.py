@@ -146,6 +146,22 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
         Of the samples.
     what : str
         What to call the measurements in messages.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.machine import assemble
+    >>> from toolpoint.studies import Measurement
+    >>> from toolpoint.vibration import eigen
+    >>> truth = machine.with_values({"joints.slide.stiffness.x": 1.2e7})
+    >>> modes = eigen.solve_undamped(assemble(truth)).with_damping(0.03)
+    >>> result = update_machine(machine, [Measurement(modes)], ["joints.slide.stiffness.x"])
+    >>> round(result.machine.value("joints.slide.stiffness.x") / 1.2e7, 4)
+    1.0
     """
     if samples:
         require_emcee()

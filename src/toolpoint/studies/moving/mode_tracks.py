@@ -18,7 +18,13 @@ MIN_TRACK_WINDOWS = 4  # in which a mode must be seen to be followed
 
 @dataclass(frozen=True, eq=False)
 class TraverseWindow:
-    """Part of a record with what changed during it: the value in its middle and how far it went (m, rad, m/s ..)."""
+    """Part of a record with what changed during it: the value in its middle and how far it went (m, rad, m/s ..).
+
+    >>> from toolpoint.vibration import Record
+    >>> window = TraverseWindow(Record(np.zeros((1000, 1)), 100.0, ["tip:+x"], "acceleration"), value=-0.2, extent=0.05)
+    >>> window.record.duration
+    10.0
+    """
 
     record: Record
     value: float

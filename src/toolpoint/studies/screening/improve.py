@@ -107,6 +107,20 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
     poses : sequence of poses
     doubts, draws, rng
         Uncertain inputs: how the promised value scatters over them.
+
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description import PointDescription
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> slide = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 4e7})
+    >>> machine = build(MachineDescription("slide", {"head": head}, {"slide": slide}, points={"tip": PointDescription("head")},
+    ...                                    tool="tip", damping_ratio=0.03))
+    >>> from toolpoint.machine.description.variation import Factor
+    >>> from toolpoint.studies.screening.answers import ResponsePeak
+    >>> spring = Factor("spring", ("joints.slide.stiffness.x",), 1.0, 2.0)
+    >>> result = improve(machine, [spring], ResponsePeak(static=True), goal=0.8e-7)  # 1 / 1e7 m/N as it is
+    >>> round(result.value / result.goal, 3)
+    1.0
     """
     description = machine.description
     check_changes(description, factors)

@@ -29,6 +29,12 @@ def structure_of(drives: DriveDescription, machine: Machine | None, pose: Mappin
     """Return the structure of a machine at a pose for drives whose axes end on it; None for drives on the ground.
 
     Raises ToolpointError where the drives end at points of a machine and none is given, or the other way round.
+
+    >>> from importlib.resources import files
+    >>> from toolpoint.io import read_drives
+    >>> drives = read_drives(files("toolpoint.app") / "machines" / "three_axis_vertical_servo.yaml")
+    >>> structure_of(drives, None) is None  # drives on mechanics of their own need no machine
+    True
     """
     check_description(drives)
     if machine is None:

@@ -84,6 +84,16 @@ def judge_servo_data(data: AxisRecord | PositioningRun | LoopResponse, *, source
     ------
     ToolpointError
         For a record in which no signal of an axis is known, with the signals that it holds.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from toolpoint.io import read_servo_data
+    >>> from toolpoint.samples import write_samples
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     trace = write_samples("servo", Path(folder, "servo")).folder / "trace.csv"
+    ...     result = judge_servo_data(read_servo_data(trace))
+    >>> round(result.axes[0].velocity_gain, 2)  # 1/s, as put in
+    25.0
     """
     if isinstance(data, PositioningRun):
         targets = data.targets[:, None]

@@ -52,6 +52,14 @@ def fit(
     ------
     ToolpointError
         For a Bayesian fit of a parameter without a prior, and for what the model refuses.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> round(fit(problem).values["k"])
+    8000000
     """
     method = method or LeastSquares()
     x0 = problem.start if start is None else np.array(start, float)

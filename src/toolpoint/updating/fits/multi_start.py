@@ -27,7 +27,16 @@ class Optimum:
 
 @dataclass(frozen=True, eq=False)
 class MultiStart(NotebookText):
-    """Different optima, the best first; `failures`: start to reason, where no minimum was reached."""
+    """Different optima, the best first; `failures`: start to reason, where no minimum was reached.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> multi_start(problem, np.random.default_rng(1), starts=2).table().splitlines()[0]
+    '1 optima, 0 as good as the best, 0 starts failed'
+    """
 
     optima: tuple[Optimum, ...]
     failures: dict[int, str]
@@ -79,6 +88,15 @@ def multi_start(
     ------
     ToolpointError
         Where no start reaches a minimum, with the reasons.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> result = multi_start(problem, np.random.default_rng(1), starts=3)
+    >>> len(result.optima), round(result.best.values["k"])  # one minimum, whatever the start
+    (1, 8000000)
     """
     count("starts", starts)
     positive("spread", spread)

@@ -25,6 +25,16 @@ class ParameterFit(NotebookText):
     included; free : names of those moved; left_alone : name to reason; covariance : (n_free, n_free) of x; chi_square : of the
     data; prior_cost : of the prior or the regularisation; converged : whether it is a minimum; status : in words, with what to
     try next; residuals : at the result; identifiability : at the start; weights : what the weights come from, in words.
+
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> from toolpoint.updating import fit
+    >>> result = fit(problem)
+    >>> result.free, result.left_alone, result.n_data
+    (('k',), {}, 1)
     """
 
     parameters: tuple[Parameter, ...]

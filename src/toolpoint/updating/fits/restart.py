@@ -35,6 +35,15 @@ def fit_with_restarts(
     restarts : int
         0 for none.
     spread : float
+
+    >>> import numpy as np
+    >>> from toolpoint.updating import Parameter, Prediction, Problem, Targets
+    >>> from toolpoint.vibration import Modes
+    >>> def model(values, names=()):  # a mass of 2 kg on a spring
+    ...     return Prediction(Modes([np.sqrt(values["k"] / 2.0) / (2 * np.pi)], [0.01], [[1.0]], ["tool:+x"]))
+    >>> problem = Problem(model, [Parameter("k", 5e6, 1e6, 2e7)], Targets(model({"k": 8e6}).modes), "finite differences")
+    >>> "restarts" in fit_with_restarts(problem).status  # the first fit explains the data
+    False
     """
     first = fit(problem, method, limit, least_influence=least_influence, free=free, start=start)
     assumed = problem.assumed

@@ -61,6 +61,10 @@ class Targets:
         diagonal. Both from repeated measurements: `frf_noise.correlations`.
     lowest_mac : float
         Pairs below are called doubtful in the result.
+
+    >>> modes = Modes([100.0, 250.0], [0.01, 0.02], [[1.0, 0.5]], ["tool:+x"])
+    >>> Targets(modes, frequency_sd=0.002).assumed  # the modes carry no covariance, so the deviation is an assumption
+    True
     """
 
     modes: Modes | None = None

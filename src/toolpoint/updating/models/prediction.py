@@ -54,6 +54,11 @@ class Prediction:
         Hz and 1 per unit.
     shape_slopes : (n_p, n_dofs, n_modes), or `ShapeSlopes`, optional
     frf_slopes : (n_p, n_f, n_outputs, n_inputs) complex, optional
+
+    >>> modes = Modes([318.31], [0.01], [[1.0]], ["tool:+x"])
+    >>> slope = modes.frequency / (2 * 8e6)  # of a frequency that grows as the root of a stiffness of 8e6 N/m
+    >>> Prediction(modes, frequency_slopes=slope[None, :]).frequency_slopes.shape  # numbers, modes
+    (1, 1)
     """
 
     modes: Modes | None = None

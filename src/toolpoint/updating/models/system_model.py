@@ -39,6 +39,12 @@ class AffineSystem:
     """A system whose matrices are affine in its numbers: base + sum (p - p_base) dM/dp, and so on.
 
     base : SecondOrderSystem, one pose; slopes : derivatives; values : the numbers at the base, in the order of slopes.
+
+    >>> from toolpoint.vibration.sensitivity import MatrixDerivatives
+    >>> base = SecondOrderSystem([[2.0]], [[8e6]])
+    >>> springs = AffineSystem(base, MatrixDerivatives(("k",), stiffness=[[[1.0]]]), (8e6,))
+    >>> springs.system({"k": 9e6}).stiffness.tolist()
+    [[9000000.0]]
     """
 
     base: SecondOrderSystem

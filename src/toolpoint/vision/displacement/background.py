@@ -133,7 +133,20 @@ def without_camera(field: DisplacementField, camera: CameraMotion) -> Displaceme
 
 
 def without_shake(field: DisplacementField, is_background: BoolArray) -> DisplacementField:
-    """Return the field less the camera motion that its fixed background windows show."""
+    """Return the field less the camera motion that its fixed background windows show.
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import choose_points, clip_of, measure, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> field = measure(scanned, choose_points(scanned.reference, scanned.survey, 4, side=15))
+    >>> still = without_shake(field, np.array([False, True, True, True]))  # all windows move alike: it is the camera
+    >>> bool(np.abs(still.values[:, 0, 0]).max() < 0.1 * np.abs(field.values[:, 0, 0]).max())
+    True
+    """
     return without_camera(field, camera_motion(field.selected(np.flatnonzero(is_background))))
 
 

@@ -19,7 +19,11 @@ from toolpoint.vision.displacement.templates import Pass
 
 @dataclass(frozen=True)
 class LucasKanade:
-    """Lucas-Kanade steps until they are shorter than `tolerance` pixels; windows that see both directions only."""
+    """Lucas-Kanade steps until they are shorter than `tolerance` pixels; windows that see both directions only.
+
+    >>> LucasKanade(tolerance=1e-4).name
+    'Lucas-Kanade'
+    """
 
     tolerance: float = 1e-3
 

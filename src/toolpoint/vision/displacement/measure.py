@@ -25,7 +25,15 @@ MAX_LOST_FRACTION = 0.01  # of the frames
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A clip that was looked through: its survey and its picture at rest."""
+    """A clip that was looked through: its survey and its picture at rest.
+
+    A clip before anything is measured in it:
+
+    >>> from toolpoint.vision import clip_of
+    >>> frames = np.random.default_rng(0).integers(90, 160, (60, 48, 64)).astype(np.uint8)
+    >>> scan(clip_of(frames, 200.0)).clip.frame_rate
+    200.0
+    """
 
     clip: Clip
     survey: Survey
@@ -33,7 +41,18 @@ class Scan:
 
 
 def scan(clip: Clip, progress: Progress | None = None) -> Scan:
-    """Return the survey and the reference of a clip: what every measurement in it begins with."""
+    """Return the survey and the reference of a clip: what every measurement in it begins with.
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import clip_of
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> scanned.survey.frames, scanned.reference.picture.shape
+    (60, (48, 64))
+    """
     survey = survey_clip(clip, progress)
     return Scan(clip, survey, take_reference(clip, survey))
 
@@ -50,6 +69,17 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
         From `choose_points`, `grid_windows` or `windows_at`.
     method : str or method object
         ``templates`` (default), ``lucas-kanade``, ``phase``, or one with its own settings, e.g. ``LocalPhase(wavelength=10)``.
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import choose_points, clip_of
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> field = measure(scanned, choose_points(scanned.reference, scanned.survey, 4, side=15))
+    >>> bool(np.abs(field.values[:, :, 0] - decay[:, None] - (field.values[:, :, 0].mean() - decay.mean())).max() < 0.03)
+    True
     """
     tracker = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     if len(windows.corners) == 0:

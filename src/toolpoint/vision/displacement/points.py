@@ -81,7 +81,19 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
 @rename_argument("coarsest", "max_deviation", since="0.2")
 def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4,
                  max_deviation: float = MAX_POINT_DEVIATION) -> Windows:
-    """Return windows side by side over the whole picture."""
+    """Return windows side by side over the whole picture.
+
+    >>> import numpy as np
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import clip_of, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> len(grid_windows(scanned.reference, scanned.survey, side=16).corners)  # two rows of three, a margin of 4 pixels around
+    6
+    """
     rows, columns = reference.picture.shape
     first_rows, first_columns = np.arange(margin, rows - side - margin + 1,
                                           side), np.arange(margin, columns - side - margin + 1, side)
@@ -94,6 +106,17 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, *, sid
 
     The picture is parted into cells, four a point wanted; each gives its best place (least bound across the worse direction,
     or along the normal where there are only edges), the best cells win.
+
+    >>> import numpy as np
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import clip_of, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> choose_points(scanned.reference, scanned.survey, 4, side=15).corners.shape  # windows; row and column
+    (4, 2)
     """
     rows, columns = reference.picture.shape
     margin = side // 2 + 6

@@ -37,7 +37,19 @@ class Quality:
 
 
 def judge_quality(scanned: Scan) -> Quality:
-    """Return whether a clip can carry amplitudes and damping."""
+    """Return whether a clip can carry amplitudes and damping.
+
+    >>> import numpy as np
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import clip_of, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> judge_quality(scanned).accepts_amplitude
+    True
+    """
     clip, survey, reference = scanned.clip, scanned.survey, scanned.reference
     refusals: list[Doubt] = []
     notes: list[Doubt] = []

@@ -39,6 +39,17 @@ class DisplacementField(NotebookText):
     common : (2,) floats
         Variance of an error that all windows share in a frame, right and down, pixels squared: of the camera's motion that was
         taken off.
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import choose_points, clip_of, measure, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> field = measure(scanned, choose_points(scanned.reference, scanned.survey, 4, side=15))
+    >>> field.values.shape, field.frame_rate  # frames, windows, right and down
+    ((60, 4, 2), 200.0)
     """
 
     windows: Windows

@@ -40,7 +40,13 @@ def find_edges(picture: FloatArray, blur: float = EDGE_BLUR, weak_fraction: floa
 
 
 def overlay(reference: FloatArray, deformed: FloatArray) -> NDArray[np.uint8]:
-    """Return the picture at rest, faint, with its edges in blue and those of the deformed one in red, (rows, columns, 3)."""
+    """Return the picture at rest, faint, with its edges in blue and those of the deformed one in red, (rows, columns, 3).
+
+    >>> picture = np.zeros((16, 16))
+    >>> picture[:, 8:] = 200.0
+    >>> overlay(picture, picture).shape  # rows, columns, colours
+    (16, 16, 3)
+    """
     grey = np.clip(np.asarray(reference, float), 0, None)
     grey = grey * (255 / max(float(grey.max()), 1.0))
     canvas = np.repeat((170 + grey[..., None] / 3), 3, axis=2).astype(np.uint8)

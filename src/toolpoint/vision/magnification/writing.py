@@ -22,6 +22,12 @@ def write_frames(frames: Iterable[Frames], path: str | os.PathLike[str], rate: f
 
     ``.mp4``: H.264 by PyAV; ``.gif``, ``.webp``: for pages; a path without ending: a folder of PNG images, 16 bits kept.
     Raises ToolpointError for an animation of more than `MAX_ANIMATION_PIXELS`.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     files = sorted(write_frames(np.zeros((2, 8, 8), np.uint8), Path(folder, "frames")).iterdir())
+    >>> len(files)
+    2
     """
     target = Path(path)
     kind = target.suffix.lower()

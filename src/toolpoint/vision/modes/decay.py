@@ -92,6 +92,16 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     ------
     ToolpointError
         Where no window sees motion, no motion stands out of the noise, or the decay has fewer than 48 frames.
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import choose_points, clip_of, measure, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> find_decay(measure(scanned, choose_points(scanned.reference, scanned.survey, 4, side=15))).first  # rings from the start
+    0
     """
     values, sigma, _, _ = field.measured()
     if values.shape[1] == 0:

@@ -106,6 +106,19 @@ def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, 
     """Return the shapes of all windows for these poles from frame `first` to `stop`, phases at the first row's exposure.
 
     The first `skip` frames are left out of the fit (`count_transient_frames`).
+
+    >>> from scipy import ndimage
+    >>> from toolpoint.vision import choose_points, clip_of, measure, scan
+    >>> rng, time = np.random.default_rng(0), np.arange(60) / 200  # s
+    >>> texture = 128 + 60 * ndimage.zoom(rng.standard_normal((12, 16)), 4)
+    >>> decay = 0.5 * np.exp(-3 * time) * np.cos(2 * np.pi * 20 * time)  # pixels to the right
+    >>> frames = [ndimage.shift(texture, (0, x), mode="nearest") + rng.normal(0, 1, texture.shape) for x in decay]
+    >>> scanned = scan(clip_of(np.clip(frames, 0, 255).astype(np.uint8), 200.0))
+    >>> field = measure(scanned, choose_points(scanned.reference, scanned.survey, 4, side=15))
+    >>> shapes = point_shapes(field, np.array([-3.0 + 2j * np.pi * 20.0]))
+    >>> right, down = np.abs(shapes.shape[:, :, 0]).T
+    >>> bool(np.allclose(right, 0.5, atol=0.05) and (down < 0.05).all())  # the amplitude that was put in, pixels
+    True
     """
     part = field.values[first:stop]
     times = np.arange(len(part)) / field.frame_rate

@@ -47,6 +47,11 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
     ------
     ToolpointError
         Without a common Dof, or where no mode can be joined.
+
+    >>> front = Modes([80.0], [0.02], [[1.0], [0.5]], ["1:+x", "1:-z"], scaling="unscaled")
+    >>> side = Modes([80.0], [0.02], [[0.25], [0.5]], ["1:+y", "1:-z"], scaling="unscaled")
+    >>> [str(dof) for dof in join_views(front, side).modes.dofs]
+    ['1:+x', '1:-z', '1:+y']
     """
     common = [dof for dof in first.dofs if dof in second.dofs]
     if not common:

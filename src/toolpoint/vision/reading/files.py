@@ -43,6 +43,13 @@ def read(
     ------
     ToolpointError
         For a missing or damaged file, an unknown kind, wrong shapes, frames of unequal size, a video without luminance.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.save(Path(folder, "clip.npy"), np.zeros((20, 16, 32), np.uint8))
+    ...     read(Path(folder, "clip.npy"), 500.0).shape
+    (16, 32)
     """
     place = Path(path)
     kind = _kind(place)

@@ -96,7 +96,8 @@ def _solve_group(problem: MillingProblem | TurningProblem, speeds: FloatArray, g
     period = 60 / (teeth * speeds[group])
     f = _frequency_lines(plane, lines, period)
     curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
-    branches = [_crossings(curves, f, branch, period, depth_max) for branch in (0, 1)]
+    inverse = curves.inverse(f)  # of both branches at once: the responses at all lines are most of the work
+    branches = [_crossings(curves, (f, inverse[:, branch]), branch, period, depth_max) for branch in (0, 1)]
     speed_index, depth, frequency, change = (np.concatenate(c) for c in zip(*branches))
     theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[speed_index])))
     return group[speed_index], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
@@ -186,11 +187,14 @@ def _invert(values: ComplexArray) -> ComplexArray:
     return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
 
 
-def _crossings(curves: Curves, f: FloatArray, branch: int, period: FloatArray,
+def _crossings(curves: Curves, points: tuple[FloatArray, ComplexArray], branch: int, period: FloatArray,
                depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
     """Return the crossings of one branch with every speed: place of the speed, depth, frequency, change of the unstable
-    count."""
-    inverse = curves.inverse(f)[:, branch]
+    count.
+
+    points : frequencies, Hz, and the inverse eigenvalue of the branch at each.
+    """
+    f, inverse = points
     w, e = curves.depth(inverse, f, branch)
     lower_depth = np.fmin(w[:-1], w[1:])
     both = np.flatnonzero(np.isfinite(w[:-1]) & np.isfinite(w[1:]) & (lower_depth <= 3 * depth_max))

@@ -13,7 +13,15 @@ from toolpoint.modal_identification import PoleChoice
 
 @door("choice file")
 def read(path: str | Path) -> PoleChoice:
-    """Return the choice of a YAML file; raises FileFaults with every fault of the file."""
+    r"""Return the choice of a YAML file; raises FileFaults with every fault of the file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "choice.yaml")
+    ...     _ = file.write_text("toolpoint: 1\nremove: [87.5 Hz]\n")
+    ...     read(file).remove
+    (87.5,)
+    """
     return read_described(Path(path), PoleChoice, FILE_VERSION, find_faults=_find_faults,
                           place_error=lambda error: ((error.argument,), str(error)))
 

@@ -12,13 +12,30 @@ WAYS = ("+x", "+y", "+z")
 
 
 def write_geometry(places: Mapping[str | int, FloatArray], points: Sequence[str | int], path: str | Path) -> None:
-    """Write points as CSV (point,x,y,z in m), which `--geometry` reads; an existing file is never written over."""
+    """Write points as CSV (point,x,y,z in m), which `--geometry` reads; an existing file is never written over.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "points.csv")
+    ...     write_geometry({1: np.array([0.0, 0.0, 0.5])}, [1], file)
+    ...     file.read_text().splitlines()
+    ['point,x,y,z', '1,0,0,0.5']
+    """
     lines = ["point,x,y,z", *(",".join([str(name), *(f"{float(v):.6g}" for v in places[name])]) for name in points)]
     _write(Path(path), "\n".join(lines) + "\n")
 
 
 def write_test(name: str, struck: Sequence[Dof], path: str | Path, *, block: float, geometry: str | None = None) -> None:
-    """Write the test file of a roving sensor of three directions; an existing file is never written over."""
+    """Write the test file of a roving sensor of three directions; an existing file is never written over.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "test.yaml")
+    ...     write_test("mill", [Dof.parse("tip:+x")], file, block=2.0)
+    ...     file.exists()
+    True
+    """
     lines = ["# A planned hammer test: put your sensors' sensitivities in, measure, then: toolpoint frf THIS_FILE",
              "toolpoint: 1", f'test: "{name}"', f"block: {block:g} s",
              *([f'geometry: "{geometry}"'] if geometry else []), "channels:",

@@ -36,7 +36,10 @@ def json_schema() -> dict[str, Any]:
 
 
 def write(description: HammerTestDescription, path: str | Path, *, replace: bool = False) -> None:
-    """Write a test to a YAML file that reads back to the same description; an existing file is only replaced where asked."""
+    """Write a test to a YAML file that reads back to the same description; an existing file is only replaced where asked.
+
+    >>> import tempfile
+    """
     path = Path(path)
     if path.exists() and not replace:
         raise ToolpointError(f"{path}: exists already; nothing was written; choose another name")

@@ -34,6 +34,10 @@ class StabilityCurve:
         Stated error of the depth, m, shown on hover.
     kind : (n,) str, optional
         Type of instability (Hopf, flip, fold), shown on hover.
+
+    >>> curve = StabilityCurve(np.array([6000.0, 8000.0]), np.array([1e-3, 2e-3]))
+    >>> stability_chart(curve).layout.yaxis.title.text
+    'Axial depth of cut, mm'
     """
 
     speed_rpm: FloatArray
@@ -69,6 +73,10 @@ class StabilityIntervals:
     error : n arrays (k,), optional
         Stated error of the upper end, m.
     name : str
+
+    >>> islands = StabilityIntervals(np.array([6000.0]), [[[0.0, 1e-3], [2e-3, 2.5e-3]]])
+    >>> len(islands.intervals[0])  # stable again between 2 and 2.5 mm
+    2
     """
 
     speed_rpm: FloatArray
@@ -110,6 +118,10 @@ def stability_chart(
         that a lobe's peak does not flatten the rest).
     points : (speed rev/min, depth m, words), optional
         Cuts marked on the chart.
+
+    >>> curve = StabilityCurve(np.array([6000.0, 8000.0]), np.array([1e-3, 2e-3]))
+    >>> float(max(stability_chart(curve).data[0].y))  # mm
+    2.0
     """
     parts = [limits] if isinstance(limits, (StabilityCurve, StabilityIntervals)) else list(limits)
     if not parts:

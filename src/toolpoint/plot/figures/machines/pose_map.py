@@ -40,6 +40,10 @@ def frequency_curves(
         Mode names; mode 1, 2 ... where none are given.
     quantity : str
         Title of the value axis with its unit.
+
+    >>> figure = frequency_curves([0.0, 0.1, 0.2], [[40.0, 60.0], [41.0, 61.0], [43.0, 60.0]])
+    >>> len(figure.data)  # one curve a mode
+    2
     """
     positions = increasing("position", floats("position", position))
     values = floats("frequency", frequency, (positions.size, None), finite=False)
@@ -87,6 +91,10 @@ def frequency_map(
         The values are logarithms: their colours go from the lowest to the highest.
 
     Otherwise the colours span at least `_MIN_COLOUR_SPAN` of the value in the middle, so that a difference of 3 % looks small.
+
+    >>> figure = frequency_map([0.0, 0.1], [0.0, 0.2], np.array([[[40.0], [41.0]], [[42.0], [43.0]]]))
+    >>> figure.data[0].type
+    'heatmap'
     """
     across, along = increasing("x", floats("x", x)), increasing("y", floats("y", y))
     values = floats("frequency", frequency, (across.size, along.size, None), finite=False)

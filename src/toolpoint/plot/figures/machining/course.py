@@ -14,7 +14,13 @@ MAX_DRAWN_BLOCKS = 4000  # of a course; of each run of blocks beyond them the la
 
 
 def course_over_time(ends: FloatArray, curves: Mapping[str, FloatArray], *, labels: Sequence[str], quantity: str) -> go.Figure:
-    """Return curves of one value a block over the times (s) at which the blocks end."""
+    """Return curves of one value a block over the times (s) at which the blocks end.
+
+    >>> power = {"power": np.array([200.0, 500.0])}
+    >>> figure = course_over_time(np.array([1.0, 3.0]), power, labels=["N10", "N20"], quantity="W")
+    >>> figure.layout.yaxis.title.text
+    'W'
+    """
     chart = figure("", 360)
     group = max(1, int(np.ceil(ends.size / MAX_DRAWN_BLOCKS)))
     starts = np.arange(0, ends.size, group)
@@ -30,7 +36,12 @@ def course_over_time(ends: FloatArray, curves: Mapping[str, FloatArray], *, labe
 
 
 def record_over_time(time: FloatArray, values: FloatArray, *, expected: FloatArray, quantity: str) -> go.Figure:
-    """Return a record over the time of its program (s), and what was expected of it."""
+    """Return a record over the time of its program (s), and what was expected of it.
+
+    >>> time = np.linspace(0, 1, 5)
+    >>> len(record_over_time(time, 100 * time, expected=90 * time, quantity="Power, W").data)
+    2
+    """
     chart = figure("", 360)
     group = max(1, int(np.ceil(time.size / MAX_DRAWN_BLOCKS)))
     count = time.size // group * group

@@ -33,6 +33,10 @@ def mac_matrix(
         Modes give number and frequency.
     pairs : (n, 2) indices, optional
         Cells of paired modes, framed.
+
+    >>> figure = mac_matrix([[1.0, 0.25], [0.0, 0.75]], ["1", "2"], ["1", "2"])
+    >>> figure.data[0].z.tolist()
+    [[1.0, 0.25], [0.0, 0.75]]
     """
     mac = floats("values", values, (None, None))
     if mac.ndim != 2 or mac.size == 0:

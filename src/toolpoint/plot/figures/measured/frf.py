@@ -58,6 +58,12 @@ def bode(
     ------
     ToolpointError
         For batches of poses, mixed quantities, unknown labels, more than 24 curves.
+
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([100.0], [0.02], [[0.1]], ["tip:+x"])
+    >>> figure = bode(frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tip:+x"], inputs=["tip:+x"]))
+    >>> figure.layout.yaxis.type
+    'log'
     """
     named, curves = _curves(frfs, outputs, inputs)
     has_coherence = with_coherence and any(curve.coherence is not None for curve in curves)
@@ -87,7 +93,14 @@ def real_imaginary(
     log_frequency: bool = False,
     title: str = "",
 ) -> go.Figure:
-    """Return the real part over the imaginary part; parameters as for `bode`."""
+    """Return the real part over the imaginary part; parameters as for `bode`.
+
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([100.0], [0.02], [[0.1]], ["tip:+x"])
+    >>> figure = real_imaginary(frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tip:+x"], inputs=["tip:+x"]))
+    >>> len(figure.data)  # real over imaginary part
+    2
+    """
     named, curves = _curves(frfs, outputs, inputs)
     chart = _stacked([0.5, 0.5], title, 540)
     for curve in curves:
@@ -101,7 +114,14 @@ def real_imaginary(
 def nyquist(
     frfs: Frf | Mapping[str, Frf], outputs: Labels = None, inputs: Labels = None, *, title: str = ""
 ) -> go.Figure:
-    """Return imaginary against real part at equal scales, the frequency on hover; parameters as for `bode`."""
+    """Return imaginary against real part at equal scales, the frequency on hover; parameters as for `bode`.
+
+    >>> from toolpoint.vibration import frequency_response
+    >>> modes = Modes([100.0], [0.02], [[0.1]], ["tip:+x"])
+    >>> figure = nyquist(frequency_response.modal(modes, np.arange(80.0, 121.0), outputs=["tip:+x"], inputs=["tip:+x"]))
+    >>> bool(max(figure.data[0].y) < 0)  # a receptance at its own driving point lies below the real axis
+    True
+    """
     named, curves = _curves(frfs, outputs, inputs)
     chart = figure(title, 540)
     for curve in curves:
@@ -120,7 +140,12 @@ def nyquist(
 def coherence(
     frfs: Frf | Mapping[str, Frf], outputs: Labels = None, inputs: Labels = None, *, title: str = ""
 ) -> go.Figure:
-    """Return the coherence over frequency; an Frf without one is refused. Parameters as for `bode`."""
+    """Return the coherence over frequency; an Frf without one is refused. Parameters as for `bode`.
+
+    >>> frf = Frf([10.0, 20.0], np.full((2, 1, 1), 1e-8 + 0j), ["tip:+x"], ["tip:+x"], coherence=np.full((2, 1, 1), 0.75))
+    >>> coherence(frf).data[0].y.tolist()
+    [0.75, 0.75]
+    """
     named, curves = _curves(frfs, outputs, inputs)
     without = [name for name, frf in named.items() if frf.coherence is None]
     if without:

@@ -150,6 +150,14 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
 
     speeds : rev/min; where left out, 400 over the range of the machine's cut, or of a usual lathe. The largest width is doubled
     until half of the speeds have a limit, at most `MAX_WIDTH_DOUBLINGS` times.
+
+    >>> from toolpoint.studies import TurningCut, modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> stiffness, ratio, cutting = 2e7, 0.03, 1.5e9
+    >>> tip = Modes([150.0], ratio, [[2 * np.pi * 150.0 / np.sqrt(stiffness)]], ("tip:+x",))
+    >>> result = chart_turning(modal_dynamics(tip), TurningCut(cutting), np.linspace(500, 5000, 40))
+    >>> bool(np.isclose(result.limit.width, 2 * stiffness * ratio * (1 + ratio) / cutting, rtol=1e-3))
+    True
     """
     problem, assumed = build_turning(dynamics, cut)
     described = None if dynamics.machine is None else dynamics.machine.description.cutting

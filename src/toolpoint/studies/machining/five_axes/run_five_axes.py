@@ -1,0 +1,297 @@
+"""One call: a five-axis program over its stock on a machine: tri-dexels, loads and stability at the pose of every place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt, doubts_among
+from toolpoint.drives.program.path import Path as DrivePath
+from toolpoint.machine import Machine
+from toolpoint.material_removal import RemovalSettings
+from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval, remove_by_turned_tool
+from toolpoint.studies.cuts.described_cut import unit_doubts
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machining.advice import AdviceCase, ProgramAdvice, advise
+from toolpoint.studies.machining.block_lobes import EngagementLobes, lobes_of_blocks
+from toolpoint.studies.machining.blocks import table_blocks
+from toolpoint.studies.machining.contacts import contact_doubts, question_loads
+from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
+from toolpoint.studies.machining.five_axes.turned_path import (
+    MAX_STEP_TURN,
+    FiveAxisProgram,
+    TurnedPath,
+    find_ends,
+    split_turned,
+)
+from toolpoint.studies.machining.five_axes.turned_poses import (
+    TURNED_POSE_STEP,
+    TURNED_POSE_TURN,
+    find_turned_poses,
+)
+from toolpoint.studies.machining.judged_places import JudgedPlaces
+from toolpoint.studies.machining.limit_interval import find_limit_interval
+from toolpoint.studies.machining.loads import CutLoads, place_loads
+from toolpoint.studies.machining.margins import PlaceMargins, place_margins
+from toolpoint.studies.machining.program_path import (
+    SAFE_HEIGHT,
+    ProgramPath,
+    find_speed_lines,
+    raise_reference_moves,
+    refuse_rotary,
+    tools_and_speeds,
+)
+from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.run_program import ARC_RESOLUTION, NamedProgress, margin_doubts
+from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
+from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.tool_tips import ToolTips
+
+FIVE_AXIS_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
+MAX_UNDOUBTED_WAY = 0.5  # degrees, beside the straight turn between two vectors
+MAX_UNDOUBTED_FEED_SPREAD = 0.2  # of the feed of the middle of the edge
+LEFT_OUT = Doubt("five axes", "errors of walls and floors, the servo's contour, gouges into the part and the travel of X, Y "
+                 "and Z between the poses are not computed", "judge what is cut with a constant direction as tilted planes too")
+_LEVER_OF_UNKNOWN_EDGES = 2.0  # diameters, where no length of the edges is given
+
+
+def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
+                  name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0, folder: Path | None = None,
+                  tips: ToolTips | None = None, progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
+    """Return what every block of a program with tool centre control meets.
+
+    Parameters
+    ----------
+    program : Program
+        As `io.read_program` gives it, with `is_five_axis`.
+    setup, name, text, with_advice, lobes, folder, tips, progress : as in `run_program`
+    dynamics : Machine or ToolDynamics, optional
+        A machine turns the tool by its own rotary axes and is posed along the program. A tip alone is the same everywhere,
+        along the tool's x and y; directions must then be programmed as vectors, which turn along great circles between blocks.
+
+    Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, for
+    places that it does not reach, and for drives and a part, which are known of three axes alone.
+
+    Examples
+    --------
+    A chamfer of 45 degrees along an edge, by the end of a tool that leans:
+
+    >>> from toolpoint import studies
+    >>> from toolpoint.cutting.description import CuttingDescription
+    >>> from toolpoint.io.program.gcode import parse
+    >>> text = "S9000\\nG0 X-8 Y0 Z20\\nG43.5 H1\\nG0 X-8 Y0 Z-3 J-1 K1\\nG1 X48 J-1 K1 F1800\\nG49\\nG0 Z50"
+    >>> setup = studies.describe_machining(studies.stock_of("box", (0, 0, -0.01, 0.04, 0.02, 0)),
+    ...     CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8, flute_length=0.02), spacing=5e-4)
+    >>> study = studies.run_five_axes(parse(text, start=(0, 0, 0.05)), setup)
+    >>> abs(1e9 * study.removed.total_volume - 180) < 1  # a prism of 3 x 3 / 2 x 40 mm, mm^3
+    True
+    """
+    _check(program, setup)
+    if not setup.spacing:  # lines in three directions, cut one by one
+        shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]
+        setup = replace(setup, spacing=FIVE_AXIS_SPACING_FACTOR * setup.spacing_for(shapes))
+    rotary = RotaryAxes(dynamics, setup) if isinstance(dynamics, Machine) else None
+    path = raise_reference_moves(program.tip_path(), text, float(setup.stock.upper[2]) + SAFE_HEIGHT)
+    ends = find_ends(program, rotary, path.line)
+    is_moving = (np.linalg.norm(path.end - path.start, axis=1) > 0) | (np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 0)
+    tool, speed, numbers, remarks = tools_and_speeds(program, path, is_moving, setup=setup)
+    turned = _steps(path, ends, rotary, setup=setup, tool=tool, numbers=numbers, is_seen=~program.unseen)
+    removed, error = _remove(turned, setup, numbers, progress)
+    laid = _lay(path, turned, removed, tool=tool, speed=speed, numbers=numbers, remarks=remarks)
+    case = _Case(setup, laid, removed, arcs_of_places(removed), place_loads(removed, laid, setup), turned)
+    verdicts = _Verdicts()
+    if dynamics is not None and case.arcs.place.size:
+        verdicts = _judge(case, dynamics, rotary, folder=folder, tips=tips or ToolTips(), progress=progress)
+        if lobes:
+            assert verdicts.judged is not None
+            verdicts.charts = lobes_of_blocks(verdicts.judged, lobes,
+                                              lambda finished, total: progress("lobes", finished, total))
+        if with_advice:
+            verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
+                                     lambda finished, total: progress("advice for tools", finished, total))
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, path.line),
+              *verdicts.doubts]
+    return _study(name, text, case, verdicts, doubts=doubts, error=error)
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """Case of a study: setup, path, removal, arcs and loads of its places, and the steps."""
+
+    setup: MachiningSetup
+    laid: ProgramPath
+    removed: TurnedRemoval
+    arcs: PlaceArcs
+    loads: CutLoads
+    turned: TurnedPath
+
+
+@dataclass(eq=False)
+class _Verdicts:
+    """Verdicts of the dynamics, empty without them."""
+
+    margins: PlaceMargins | None = None
+    judged: JudgedPlaces | None = None
+    pose: np.ndarray | None = None
+    notes: list[str] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
+    charts: tuple[EngagementLobes, ...] = ()
+    advice: ProgramAdvice | None = None
+
+
+def _check(program: FiveAxisProgram, setup: MachiningSetup) -> None:
+    refuse_rotary(program)
+    if program.is_tilted:
+        raise ToolpointError("program: it tilts planes and moves under tool centre control; program one of them")
+    if setup.drives is not None or len(setup.part):
+        raise ToolpointError("drives, part: the program moves under tool centre control; they are taken with three axes alone: "
+                             "leave them out")
+
+
+def _steps(path: DrivePath, ends: FloatArray, rotary: RotaryAxes | None, *, setup: MachiningSetup, tool: np.ndarray,
+           numbers: tuple[int, ...], is_seen: np.ndarray) -> TurnedPath:
+    """Return the steps of the path, as short as the smallest tool asks for."""
+    shapes = [setup.shape_of(number) for number in numbers]
+    lever = max(min(shape.flute_length, _LEVER_OF_UNKNOWN_EDGES * shape.diameter) for shape in shapes)
+    index = np.minimum(np.searchsorted(numbers, np.clip(tool, numbers[0], numbers[-1])), len(numbers) - 1)
+    return split_turned(path, ends, rotary, step=STEP_RATIO * min(shape.radius for shape in shapes), lever=lever,
+                        is_seen=is_seen, shape=index)
+
+
+def _remove(turned: TurnedPath, setup: MachiningSetup, numbers: tuple[int, ...], progress: NamedProgress
+            ) -> tuple[TurnedRemoval, float]:
+    """Return the removal, and by how much arcs at twice the spacing differ from its own, rad: the 95 % point over places."""
+    shapes, spacing = [setup.shape_of(number) for number in numbers], setup.spacing
+    holders = [setup.holder_of(number) for number in numbers]
+    fine = remove_by_turned_tool(turned.moves, setup.stock, shapes, settings=RemovalSettings(spacing, setup.slices),
+                                 holders=holders, progress=lambda finished, total: progress("steps cut", finished, total))
+    coarse = remove_by_turned_tool(
+        turned.moves, setup.stock, shapes, settings=RemovalSettings(2 * spacing, setup.slices), with_volume=False,
+        progress=lambda finished, total: progress("steps cut coarsely", finished, total))
+    both = (fine.reach > 0) & (coarse.reach > 0)
+    if not both.any():
+        return fine, ARC_RESOLUTION
+    # Slices of the two may lie at other heights: means over the height of the finer are compared.
+    share = coarse.reach[both] / fine.reach[both]
+    difference = fine.arc_length[both].mean(axis=1) - coarse.arc_length[both].mean(axis=1) * share
+    return fine, max(float(np.quantile(np.abs(difference), 0.95)), ARC_RESOLUTION)
+
+
+def _lay(path: DrivePath, turned: TurnedPath, removed: TurnedRemoval, *, tool: np.ndarray, speed: FloatArray,
+         numbers: tuple[int, ...], remarks: list[str]) -> ProgramPath:
+    """Return the path with times and feeds: those programmed, at the tip; of a turn about the tip by its angle."""
+    lengths = np.linalg.norm(path.end - path.start, axis=1)
+    way = np.where(lengths > 0, lengths, turned.turn)
+    time = way / np.where(path.feed > 0, path.feed, 1.0)
+    step_time = (time / np.maximum(turned.steps, 1))[removed.moves.block[removed.piece]]
+    assert removed.feed_way is not None
+    place_feed = removed.feed_way / np.where(step_time > 0, step_time, np.inf)
+    words = ["feeds are those programmed, at the tip; loads take the feed of the middle of the cutting edge; limits of rotary "
+             "axes and of their accelerations are not in the times"]
+    return ProgramPath(path, removed.moves, speed, tool, numbers, np.where(lengths > 0, path.feed, 0.0), time + path.dwell,
+                       (*remarks, *words), place_feed)
+
+
+def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
+    """Return the doubt about places whose cutting edge advances much faster at one end than at the other."""
+    assert removed.feed_spread is not None
+    spread = np.where(removed.reach > 0, removed.feed_spread, 0.0)
+    if spread.max(initial=0.0) <= MAX_UNDOUBTED_FEED_SPREAD:
+        return []
+    k, place_count = int(spread.argmax()), int((spread > MAX_UNDOUBTED_FEED_SPREAD).sum())
+    return [Doubt("feed along the edge", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: the tool turns so fast "
+                  f"that the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is "
+                  f"taken for all of it ({place_count} places)", "the largest chip is thicker by as much",
+                  figure=float(spread[k]))]
+
+
+def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, line: np.ndarray) -> list[Doubt]:
+    """Return the doubt about vectors between which even rotary axes leave the plane that a control may keep (ORIVECT)."""
+    if rotary is None:
+        return []
+    vectors = program.directions.reshape(-1, 2, 2, 3)[:, :, 1]
+    rows = np.flatnonzero(program.is_controlled & ~np.isnan(vectors[:, 1, 0]))
+    if not rows.size:
+        return []
+    first, middle, last = (rotary.frames((1 - share) * ends[rows, 0] + share * ends[rows, 1])[:, :, 2]
+                           for share in (0.0, 0.5, 1.0))
+    straight = first + last
+    straight /= np.linalg.norm(straight, axis=1, keepdims=True)
+    beside = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
+    k = int(np.argmax(beside))
+    if beside[k] <= MAX_UNDOUBTED_WAY:
+        return []
+    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes {beside[k]:.2g}° beside "
+                  "the straight turn, as rotary axes move evenly here; a control may turn it straight (ORIVECT, PATHCTRL "
+                  "VECTOR)",
+                  "post shorter blocks there", figure=float(beside[k]))]
+
+
+def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,
+           progress: NamedProgress) -> _Verdicts:
+    """Return stability at every place, by the response of its pose along its own feed."""
+    laid, removed, arcs = case.laid, case.removed, case.arcs
+    poses: Sequence[ToolDynamics]
+    pose, poses, widened = np.zeros(removed.piece.size, int), [dynamics] if isinstance(dynamics, ToolDynamics) else [], 1.0
+    if rotary is not None:
+        at_end = case.turned.angles[removed.piece]
+        line = laid.path.line[laid.moves.block[removed.piece]]
+        pose, poses, widened = find_turned_poses(rotary, removed, at_end, line=line)
+    solver = StabilitySolver(case.setup, poses, tips)
+    groups = group_places(arcs, laid, removed.piece, pose=pose, isotropic=solver.is_isotropic)
+    margins = place_margins(arcs, groups, laid, piece=removed.piece, solver=solver, pose=pose, folder=folder,
+                            progress=lambda finished, total: progress("distinct engagements", finished, total))
+    out = _Verdicts(margins, JudgedPlaces(laid, removed, arcs, groups, margins, solver), pose)
+    out.notes += [*poses[0].notes, *_pose_notes(poses, widened), *solver.tips.notes(poses, laid.numbers)]
+    out.doubts += [*solver.tips.doubts(case.setup, laid.numbers, poses[0]), *margin_doubts(margins, arcs)]
+    if isinstance(dynamics, Machine):
+        interval = find_limit_interval(dynamics, poses, arcs, margins=margins, pose=pose, laid=laid, piece=removed.piece,
+                                       setup=case.setup, tips=solver.tips)
+        out.doubts += [] if interval is None else interval.doubts
+        out.notes += [] if interval is None else [interval.words]
+    return out
+
+
+def _pose_notes(poses: Sequence[ToolDynamics], widened: float) -> list[str]:
+    if poses[0].machine is None:
+        return ["The tip answers alike at every pose and along the tool's own x and y."]
+    return [f"{len(poses)} poses: places within {1e3 * widened * TURNED_POSE_STEP:g} mm and rotary axes within "
+            f"{np.degrees(widened * TURNED_POSE_TURN):.3g}° are one."]
+
+
+def _advice_case(case: _Case, verdicts: _Verdicts) -> AdviceCase:
+    judged = verdicts.judged
+    assert judged is not None and verdicts.margins is not None and verdicts.pose is not None
+    return AdviceCase(case.setup, case.laid, case.removed, case.arcs, case.loads, verdicts.margins, judged.solver,
+                      verdicts.pose, judged.solver.is_isotropic)
+
+
+def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, *, doubts: list[Doubt], error: float) -> MachiningStudy:
+    """Return the study with what was left out said first."""
+    laid, removed = case.laid, case.removed
+    blocks = table_blocks(laid, removed, case.loads, arcs=case.arcs, margins=verdicts.margins)
+    contacts = [*contact_doubts(removed, laid), *question_loads(blocks, removed, laid, setup=case.setup)]
+    notes = [*laid.remarks, *verdicts.notes]
+    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes), LEFT_OUT])
+    margins = verdicts.margins
+    return MachiningStudy(
+        name, case.setup, laid, removed, blocks, tuple(all_doubts),
+        (*(note for note in notes if not isinstance(note, Doubt)), *_assumptions(case)), error,
+        0 if verdicts.judged is None else verdicts.judged.groups.count, 0 if margins is None else margins.solutions,
+        tuple(text.splitlines()), verdicts.advice, case.arcs, margins, None, case.loads, lobes=verdicts.charts,
+        judged=verdicts.judged)
+
+
+def _assumptions(case: _Case) -> list[str]:
+    """Return what the result rests on."""
+    settings = case.removed.settings
+    return [f"Stock: {case.setup.stock.words}; dexels of {1e3 * settings.spacing:.3g} mm along x, y and z, {settings.slices} "
+            f"slices of the tool, steps of at most {np.degrees(MAX_STEP_TURN):g}°: between them the axis goes along a great "
+            f"circle, at most {np.degrees(MAX_STEP_TURN**2 / 8):.2g}° beside its way.",
+            "Forces are those of a rigid tool without run-out; edges end at their length, and cut nothing above it.",
+            "The work itself is rigid: thin walls and clamping are not in the dynamics."]
