@@ -114,10 +114,10 @@ def _limit_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> li
     states = []
     for cut in data["cuts"]:
         lower, upper = (float(end) for end in cut["speeds"])
-        asked = float(cut["speed_rpm"])
+        goal_speed = float(cut["speed_rpm"])
         requests: list[tuple[float, dict[str, float]]] = [(speed, {}) for speed in sorted(
-            {*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), asked})]
-        requests += [(asked, {slider["key"]: float(value)}) for slider in cut["sliders"]
+            {*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), goal_speed})]
+        requests += [(goal_speed, {slider["key"]: float(value)}) for slider in cut["sliders"]
                      for value in np.geomspace(slider["lower"], slider["upper"], EXPORTED_CUT_VALUES)]
         for number, (speed, values) in enumerate(requests):
             progress(f"limits of {cut['name']}", number, len(requests))
