@@ -140,7 +140,7 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
     return tuple(bisector_axis(child.at, moved) for moved, _ in _compensated_places(parent, child, amplitude))
 
 
-def compensated_displacements(parent: Component | None, child: Component, amplitude: float = 0.01) -> FloatArray:
+def displacements_beside_parent(parent: Component | None, child: Component, amplitude: float = 0.01) -> FloatArray:
     """Return the child's shapes with the parent's motion undone (eq. 5), (n_points, 3, n_columns), in the shapes' unit."""
     return np.stack([(moved - child.at) / gain for moved, gain in _compensated_places(parent, child, amplitude)], axis=2)
 

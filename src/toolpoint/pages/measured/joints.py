@@ -64,8 +64,9 @@ def _compensated_view(result: JointStudy, scene: Scene, steps: Sequence[Bisector
     for step in retraced:
         places = [row[point] for point in step.points]
         shape[:, places], is_known[places] = step.shape.transpose(2, 0, 1), True
-    shapes = AnimatedShapes(retraced[0].frequency, np.zeros(len(shape)), shape, (), is_known)
-    return [ShapeView(scene, shapes, "compensated", "each component without the motion of the one before it")]
+    shapes = AnimatedShapes(retraced[0].frequency, result.modes.damping_ratio, shape, (), is_known)
+    return [ShapeView(scene, shapes, "compensated", "compensated shapes",
+                      caption="Each component without the motion of the one before it, as its axes above are found.")]
 
 
 def _answer(result: JointStudy) -> str:

@@ -18,7 +18,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification
 from toolpoint.joint_identification.motion.finite_motion import (
     BisectorAxis,
-    compensated_displacements,
+    displacements_beside_parent,
     meeting_point,
     relative_bisector_axes,
 )
@@ -123,5 +123,5 @@ def retrace_steps(joints: JointIdentification, modes: Modes, geometry: Geometry,
         result.append(BisectorSteps(
             words, count, both[0], real.frequency, meeting, place, free,
             plain_axes=relative_bisector_axes(None, child, STEP_AMPLITUDES[0]), points=tuple(child.points),
-            shape=compensated_displacements(parent, child, STEP_AMPLITUDES[0])))
+            shape=displacements_beside_parent(parent, child, STEP_AMPLITUDES[0])))
     return tuple(result)
