@@ -65,8 +65,8 @@ QUESTIONS = {
     "beam": ("First three bending frequencies of a steel cantilever, 20 elements", {"toolpoint": False, "scikit_fem": False}),
 }
 NAMES = {"toolpoint": "toolpoint", "sdypy_ema": "sdypy-EMA", "pyfbs": "pyFBS", "sdynpy": "SDynPy", "pyoma2": "pyOMA2",
-         "scikit_fem": "scikit-fem", "ross": "ROSS", "exudyn": "Exudyn", "milling_analyzer": "milling-analyzer",
-         "pinocchio": "Pinocchio", "pyidi": "pyidi"}
+         "scikit_fem": "scikit-fem", "ross": "ROSS", "exudyn": "Exudyn", "pinocchio": "Pinocchio", "pyidi": "pyidi",
+         "milling_analyzer": "milling-analyzer"}
 BETA = np.array([1.8751040687119611, 4.694091132974174, 7.854757438237613])  # cos b cosh b = -1
 
 

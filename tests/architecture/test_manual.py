@@ -121,3 +121,14 @@ def test_a_page_of_theory_checks_itself(page):
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_a_tutorial_runs(page):
     assert run_tutorial(page) >= 1
+
+
+def test_every_view_of_the_workbench_has_its_pictures_in_the_manual():
+    """At two widths, light and dark; together they are small."""
+    from toolpoint.workbench.views.catalogue import VIEWS
+
+    folder, text = ROOT / "docs/workbench", (ROOT / "docs/how_to/workbench.md").read_text(encoding="utf-8")
+    names = {f"{view}_{width}_{theme}.webp" for view in VIEWS for width in (1400, 390) for theme in ("light", "dark")}
+    assert names == {path.name for path in folder.iterdir()}
+    assert all(f"../workbench/{name}" in text for name in names)
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 1.6e6

@@ -170,3 +170,13 @@ def test_hostile_content_is_answered_and_starts_nothing(running, content):
                  {"values": {"joints.none.stiffness.x": 1.0}}, {"mode": "x"}, {"values": {"__class__.x": 1.0}}):
         text = json.dumps(body).encode()
         assert running.client.ask("POST", "/api/machine/look", text)[0] == 422
+
+
+def test_a_choice_of_poles_for_what_is_no_test_is_refused_and_writes_nothing(running):
+    folder = running.bench.desk.folder
+    text = "toolpoint: 1\nremove:\n  - 20 Hz\n"
+    for test in ("../outside", "", "structure", "a/b"):
+        status, _, content = running.client.ask("POST", "/api/choice", {"test": test, "text": text})
+        assert status == 422 and b"must be one whose modes are identified here" in content, test
+    assert running.client.ask("POST", "/api/choice", {"test": "a"})[0] == 422
+    assert not (folder / "choices").exists() and not (folder.parent / "outside.yaml").exists()

@@ -23,6 +23,7 @@ from toolpoint.workbench.web.assets import LANGUAGES, SCRIPT_BUNDLE, STYLE_BUNDL
 EXPORTED_FACTORS = (0.25, 0.5, 1 / np.sqrt(2), 1.0, np.sqrt(2), 2.0, 4.0)  # of every spring, one at a time
 EXPORTED_POSITIONS = 5  # along every axis, one at a time
 EXPORTED_SPEEDS = 11  # over the range of a cut
+EXPORTED_CUT_VALUES = 7  # of every slider of a cut, at its asked speed, one at a time
 MAX_EXPORTED_SPRINGS = 40  # springs with a slider; those that yield most
 Progress = Callable[[str, int, int], None]
 FOLDER_POLICY = ("default-src 'none'; script-src 'self' file:; style-src 'self' file: 'unsafe-inline'; img-src data: blob:; "
@@ -109,13 +110,20 @@ def _machine_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> 
 
 
 def _limit_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> list[dict[str, Any]]:
-    """Return the limits of every cut over its speeds, at speeds between its ends."""
+    """Return the limits of every cut over its speeds, and with every number of it changed, one at a time."""
     states = []
     for cut in data["cuts"]:
         lower, upper = (float(end) for end in cut["speeds"])
-        speeds = sorted({*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), float(cut["speed_rpm"])})
-        for number, speed in enumerate(speeds):
-            progress(f"limits of {cut['name']}", number, len(speeds))
-            answer = catalogue.machine_deed(desk, "limit", MachineRequest(cut=cut["name"], speed=speed))
-            states.append({"cut": cut["name"], "speed": speed, "limit": answer})
+        goal_speed = float(cut["speed_rpm"])
+        requests: list[tuple[float, dict[str, float]]] = [(speed, {}) for speed in sorted(
+            {*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), goal_speed})]
+        requests += [(goal_speed, {slider["key"]: float(value)}) for slider in cut["sliders"]
+                     for value in np.geomspace(slider["lower"], slider["upper"], EXPORTED_CUT_VALUES)]
+        for number, (speed, values) in enumerate(requests):
+            progress(f"limits of {cut['name']}", number, len(requests))
+            try:
+                answer = catalogue.machine_deed(desk, "limit", MachineRequest(cut=cut["name"], speed=speed, cut_values=values))
+            except ToolpointError:  # a cut that cannot be
+                continue
+            states.append({"cut": cut["name"], "speed": speed, "values": values, "limit": answer})
     return states

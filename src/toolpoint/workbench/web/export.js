@@ -23,9 +23,18 @@
     return { ...near.answer, mode: near.answer.mode, doubts: [...doubts, ...near.answer.doubts] };
   }
   function limit(body) {
-    const own = data.limits.filter((state) => state.cut === body.cut);
-    const near = own.reduce((best, state) => Math.abs(state.speed - body.speed) < Math.abs(best.speed - body.speed) ? state : best);
-    return { ...near.limit, doubts: ["this page is a written one: the nearest computed speed is shown, and no other cut", ...near.limit.doubts] };
+    const cut = data.views.lobes.data.cuts.find((entry) => entry.name === body.cut), saved = Object.fromEntries(cut.sliders.map((slider) => [slider.key, slider.value]));
+    const speeds = cut.speeds[1] - cut.speeds[0], asked = Object.entries(body.cut_values || {}).filter(([key]) => key in saved);
+    // Where a number of the cut was moved it counts more than the speed: it was computed at one speed alone.
+    const far = (state) => Math.abs(state.speed - body.speed) / speeds
+      + 10 * Object.keys(saved).reduce((sum, key) => sum + Math.abs(Math.log(((body.cut_values || {})[key] ?? saved[key]) / (state.values[key] ?? saved[key]))), 0);
+    const near = data.limits.filter((state) => state.cut === body.cut).reduce((best, state) => far(state) < far(best) ? state : best);
+    const words = [`${Math.round(near.speed)} rev/min`, ...Object.entries(near.values).map(([key, value]) => {
+      const { scale, unit } = cut.sliders.find((slider) => slider.key === key);
+      return `${key} = ${Number((value / scale).toPrecision(4))} ${unit}`.trim();
+    })].join(", ");
+    const isSaved = !asked.some(([key, value]) => Math.abs(value / saved[key] - 1) > 1e-9) && near.speed === body.speed;
+    return { ...near.limit, doubts: [...(isSaved ? [] : [`this page is a written one: what is drawn is the nearest state that was computed (${words}), one number changed at a time`]), ...near.limit.doubts] };
   }
   window.workbenchExport = {
     assets: data.words, pages: data.pages,
