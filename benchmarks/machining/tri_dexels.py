@@ -41,9 +41,9 @@ def steps_between(tips: np.ndarray, axes: np.ndarray, count: int) -> TurnedMoves
         ways.append(u + share[1:] * (v - u))
     tip, axis = np.concatenate(places), np.concatenate(ways)
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    pairs = [np.stack([values[:-1], values[1:]], axis=1) for values in (tip, axis, smallest_turn(axis))]
+    tips, axes, frames = (np.stack([values[:-1], values[1:]], axis=1) for values in (tip, axis, smallest_turn(axis)))
     n = len(tip) - 1
-    return TurnedMoves(*pairs, np.repeat(np.arange(len(tips) - 1), count), np.zeros(n, int), np.zeros(n, bool))
+    return TurnedMoves(tips, axes, frames, np.repeat(np.arange(n // count), count), np.zeros(n, int), np.zeros(n, bool))
 
 
 def removed(moves: TurnedMoves, shape: MillShape, spacing: float, **options: bool) -> TurnedRemoval:
