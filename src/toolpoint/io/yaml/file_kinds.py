@@ -76,7 +76,12 @@ def read_kind(path: str | Path, kind: str) -> tuple[str, Any]:
 
         drives = drive_file.read(path)
         return f"a servo, {drives.name}, of the axes {', '.join(drives.axes)}", drives
-    module, words = KINDS[kind][1:]
+    if kind == "machine":
+        from toolpoint.io.yaml import machine_file
+
+        machine = machine_file.read(path)
+        return f"a machine, {machine.name}", machine
+    module, words = KINDS[one_of("kind", kind, KINDS)][1:]
     part = importlib.import_module(f"toolpoint.io.yaml.{module}").read(path)
     name = getattr(part, "name", "") or getattr(part, "test", "")
     return f"{words}, {name}" if name else words, part

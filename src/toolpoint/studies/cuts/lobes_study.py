@@ -18,7 +18,9 @@ from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
 from toolpoint.cutting.simulation.simulated_run import Simulation
+from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
 from toolpoint.studies.cuts.limit_table import MAX_QUICK_MODES, LimitTable, tabulate_limits
@@ -176,10 +178,16 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *ended, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
     tabled = None
-    if problem.plane.is_modal and (other_cuts or (other_cuts is None and problem.plane.poles.size <= MAX_QUICK_MODES)):
+    if problem.plane.is_modal and (other_cuts or (other_cuts is None and _is_quick(problem, method))):
         tabled = tabulate_limits(dynamics, values or {}, cut, chart=chart, method=method,
                                  progress=lambda finished, total: progress("other immersions and teeth", finished, total))
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread, tabled)
+
+
+def _is_quick(problem: MillingProblem, method: StabilityMethod | None) -> bool:
+    """Return whether a table of other cuts takes a few seconds: few modes, and no engine that goes depth by depth."""
+    engine = stability.default_method(problem) if method is None or isinstance(method, Automatic) else method
+    return problem.plane.poles.size <= MAX_QUICK_MODES and not isinstance(engine, PanelArnoldi)
 
 
 def drawn_words(chart: StabilityChart) -> str:
