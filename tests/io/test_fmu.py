@@ -23,6 +23,7 @@ from toolpoint.drives import (
     Inverter,
     MaxwellSlip,
     PositionLoop,
+    ProgressiveSpring,
     Servo,
     Stribeck,
     TorqueMotor,
@@ -63,6 +64,7 @@ CASES = {
     "two exponentials": (lambda: torque_servo(TwoExponential(0.5, 0.7, 0.5, 0.6, 0.01)), 2),
     "Maxwell slip": (lambda: torque_servo(MaxwellSlip((4e2, 1e2), (0.7, 0.3), Stribeck(0.5, 0.6, 0.5), 1e3)), 2),
     "backlash": (lambda: torque_servo(Coulomb(0.3), Contact.with_backlash(1.2e8, 1e-5)), 4),
+    "progressive": (lambda: torque_servo(Coulomb(0.3), ProgressiveSpring(1.2e8, 5e-6)), 2),
     "preload": (lambda: torque_servo(Coulomb(0.3), Contact.preloaded(1.2e8, 500.0)), 2),
     "encoders": (lambda: torque_servo(Stribeck(0.5, 0.7, 0.5), resolution=1e-4), 1),
 }

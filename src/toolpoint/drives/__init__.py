@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from toolpoint.drives.controller.step_response import step_figures
     from toolpoint.drives.controller.tuning import tune
     from toolpoint.drives.description import DriveDescription
-    from toolpoint.drives.friction.contact import Contact
+    from toolpoint.drives.friction.contact import Contact, ProgressiveSpring
     from toolpoint.drives.friction.identification import (
         check_plausibility,
         constant_velocity_points,
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BallScrew", "Command", "Contact", "Controller", "Coulomb", "Coupling", "CurrentLoop", "DriveAxis", "DriveDescription",
-    "Encoders", "Inverter", "JerkLimits", "LuGre", "MaxwellSlip", "Mechanics", "Path", "PositionLoop", "Quintic", "Servo",
-    "Stribeck", "Structure", "SynchronousMotor", "TorqueMotor", "TwoExponential", "VelocityLoop", "Viscous",
+    "Encoders", "Inverter", "JerkLimits", "LuGre", "MaxwellSlip", "Mechanics", "Path", "PositionLoop", "ProgressiveSpring",
+    "Quintic", "Servo", "Stribeck", "Structure", "SynchronousMotor", "TorqueMotor", "TwoExponential", "VelocityLoop", "Viscous",
     "ball_screw_axis", "build_plant", "build_servo", "check_limits", "check_plausibility", "circular_hysteresis",
     "circular_test", "compute_loops", "constant_velocity_points", "contour_error", "four_dof_axis", "friction_variants",
     "identify_friction", "linear_motor_axis", "low_pass", "low_pass_1", "measure_loop", "notch", "plan_motion", "positioning",
@@ -69,7 +69,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "controller.step_response": ("step_figures",),
     "controller.tuning": ("tune",),
     "description": ("DriveDescription",),
-    "friction.contact": ("Contact",),
+    "friction.contact": ("Contact", "ProgressiveSpring"),
     "friction.identification": ("check_plausibility", "constant_velocity_points", "friction_variants", "identify_friction"),
     "friction.laws": ("Coulomb", "LuGre", "MaxwellSlip", "Stribeck", "TwoExponential", "Viscous"),
     "program.command": ("Command",),

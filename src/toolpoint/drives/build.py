@@ -112,7 +112,7 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
     nut = _number(m, "nut_stiffness")
     return four_dof_axis(
         _number(m, "inertia"), _number(m, "screw_inertia"), _number(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
-        coupling=(_number(m, "coupling_stiffness"), m.coupling_damping),
+        coupling=_coupling(m),
         bearing=(_number(m, "bearing_stiffness"), m.bearing_damping), nut=(_contact(m, nut) or nut, m.nut_damping),
         motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft)
 
@@ -121,12 +121,16 @@ def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw
                 ) -> Mechanics:
     nut = _number(m, "nut_stiffness")
     return ball_screw_axis(
-        _number(m, "inertia"), Coupling(_number(m, "coupling_stiffness"), m.coupling_damping),
+        _number(m, "inertia"), _coupling(m),
         BallScrew(_number(m, "screw_diameter"), _number(m, "lead"), _number(m, "screw_length")),
         table_mass=_number(m, "table_mass"), nut_position=nut_position, front_bearing=_number(m, "bearing_stiffness"),
         end_bearing=m.end_bearing_stiffness, nut=_contact(m, nut) or nut, motor_damping=m.motor_damping,
         bearing_damping=m.bearing_damping, nut_damping=m.nut_damping, guide_damping=m.guide_damping, guide_friction=guide,
         screw_friction=shaft)
+
+
+def _coupling(m: MechanicsDescription) -> Coupling:
+    return Coupling(_number(m, "coupling_stiffness"), m.coupling_damping, doubling_twist=m.coupling_doubling_twist)
 
 
 def _contact(m: MechanicsDescription, stiffness: float) -> Contact | None:

@@ -42,6 +42,7 @@ CurrentIntegral = Annotated[float, Quantity("integral current gain", "V/(A*s)", 
 PositiveCurrent = Annotated[float, Quantity("current", "A", above=0)]
 PositiveVoltage = Annotated[float, Quantity("voltage", "V", above=0)]
 Angle = Annotated[float, Quantity("angle", "rad", least=0)]
+PositiveAngle = Annotated[float, Quantity("angle", "rad", above=0)]
 Length = Annotated[float, Quantity("length", "m", least=0)]
 PositiveAcceleration = Annotated[float, Quantity("acceleration", "m/s^2", above=0)]
 PositiveJerk = Annotated[float, Quantity("jerk", "m/s^3", above=0)]
@@ -80,6 +81,7 @@ class MechanicsDescription:
     nut_moves: bool = False
     coupling_stiffness: PositiveRotationalStiffness | None = None
     coupling_damping: RotationalDamping = 0.0
+    coupling_doubling_twist: PositiveAngle | None = None
     bearing_stiffness: PositiveStiffness | None = None
     end_bearing_stiffness: PositiveStiffness | None = None
     bearing_damping: Damping = 0.0

@@ -86,6 +86,8 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
     if m.kind != "reducer" and (m.load_inertia is not None or m.torsion is not None):
         key = "torsion" if m.load_inertia is None else "load_inertia"
         yield ("mechanics", key), f"a {m.kind} axis has none; a rotary one is kind reducer"
+    if m.coupling_doubling_twist is not None and m.kind not in ("screw", "ball-screw"):
+        yield ("mechanics", "coupling_doubling_twist"), f"a {m.kind} axis has no coupling; use screw or ball-screw"
     if m.nut_moves and m.kind != "screw":
         yield ("mechanics", "nut_moves"), f"a {m.kind} axis has no nut along a screw; use kind screw"
     if m.kind == "screw" and m.nut_position and m.screw_length and m.nut_position >= m.screw_length:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from toolpoint._check import fail, positive, scalar
@@ -14,13 +15,15 @@ from toolpoint.drives.axis.catalogue import (
     torsional_stiffness,
 )
 from toolpoint.drives.axis.mechanics import MassChain, Mechanics, Play, Rub
-from toolpoint.drives.friction.contact import Contact
+from toolpoint.drives.friction.contact import Contact, ProgressiveSpring
 from toolpoint.drives.friction.laws import FrictionLaw
 
 
 @dataclass(frozen=True)
 class Coupling:
     """Coupling between motor and screw: torsional stiffness N m/rad, damping N m s/rad, inertia kg m2.
+
+    doubling_twist : rad, at which a progressive one (a spider) carries twice the torque of its stiffness; else None.
 
     Examples
     --------
@@ -31,9 +34,18 @@ class Coupling:
     stiffness: float
     damping: float = 0.0
     inertia: float = 0.0
+    doubling_twist: float | None = None
 
     def __post_init__(self) -> None:
         positive("Coupling.stiffness", self.stiffness)
+        if self.doubling_twist is not None:
+            positive("Coupling.doubling_twist", self.doubling_twist)
+
+    def progression(self, row: Mapping[str, float]) -> tuple[Play, ...]:
+        """Return what a progressive coupling has beyond its stiffness, along its twist; none of a linear one."""
+        if self.doubling_twist is None:
+            return ()
+        return (Play(dict(row), ProgressiveSpring(self.stiffness, self.doubling_twist), "coupling"),)
 
 
 @dataclass(frozen=True)
@@ -123,7 +135,8 @@ def ball_screw_axis(
     chain = MassChain(names)
     _rotation(chain, motor_inertia, motor_damping, coupling, screw, length)
     _axial(chain, screw, length, front_bearing, end_bearing, bearing_damping)
-    contacts = _nut(chain, screw, nut, nut_damping, "saddle" if saddle else "table")
+    contacts = (*_nut(chain, screw, nut, nut_damping, "saddle" if saddle else "table"),
+                *coupling.progression({"motor": 1.0, "front": -1.0}))
     chain.inertia("table", table_mass)
     if saddle:
         mass, stiffness, damping = saddle
@@ -179,13 +192,14 @@ def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub
 
 def four_dof_axis(
     motor_inertia: float, screw_inertia: float, screw_mass: float, *, table_mass: float | None, lead_ratio: float,
-    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[Contact | float, float],
+    coupling: Coupling | tuple[float, float], bearing: tuple[float, float], nut: tuple[Contact | float, float],
     motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
     guide_friction: FrictionLaw | None = None,
 ) -> Mechanics:
     """Return the four-DOF chain motor -(K_C)- coupling and screw -(K_S, C_S axial)- ball screw -(K_T, C_T)- table.
 
     Coordinates: motor angle, screw angle, axial displacement of the screw, table. Pairs are (stiffness, damping);
+    a `Coupling` may be progressive, its inertia is part of the screw's.
     `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
     between table and base; a nut with backlash or preload is a `Contact` in place of its stiffness. With `table_mass` None
     the table belongs to the machine's structure: a boundary as the base is.
@@ -207,11 +221,13 @@ def four_dof_axis(
         chain.inertia(name, value)
     chain.spring({"motor": 1}, 0.0, motor_damping)
     chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
-    chain.spring({"motor": 1, "screw": -1}, *coupling)
+    joined = coupling if isinstance(coupling, Coupling) else Coupling(*coupling)
+    chain.spring({"motor": 1, "screw": -1}, joined.stiffness, joined.damping)
     chain.spring({"x_screw": 1, "base": -1}, *bearing)
     row, (law, nut_damping) = {"screw": lead_ratio, "x_screw": 1, "table": -1}, nut
     chain.spring(row, law.reference_stiffness if isinstance(law, Contact) else law, nut_damping)
     return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
                       boundaries=("base",) if table_mass is not None else ("base", "table"),
                       friction=_friction(guide_friction, shaft_friction),
-                      contacts=(Play(row, law),) if isinstance(law, Contact) else ())
+                      contacts=(*((Play(row, law),) if isinstance(law, Contact) else ()),
+                                *joined.progression({"motor": 1.0, "screw": -1.0})))

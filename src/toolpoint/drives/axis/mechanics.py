@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, symmetric
 from toolpoint._notebook import NotebookText
-from toolpoint.drives.friction.contact import Contact
+from toolpoint.drives.friction.contact import Contact, ProgressiveSpring
 from toolpoint.drives.friction.laws import FrictionLaw
 
 Row = Mapping[str, float]
@@ -26,10 +26,10 @@ class Rub:
 
 @dataclass(frozen=True)
 class Play:
-    """Contact along a relative coordinate; its reference stiffness is a part of the stiffness matrix."""
+    """Contact or progressive spring along a relative coordinate; its reference stiffness is a part of the stiffness matrix."""
 
     row: Row
-    law: Contact
+    law: Contact | ProgressiveSpring
     name: str = "nut"
 
 

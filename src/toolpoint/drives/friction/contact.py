@@ -1,4 +1,4 @@
-"""Piecewise linear contact of a nut or a gear: preload, backlash, and its record for the simulation kernel."""
+"""Springs that are not linear: a nut or a gear with preload or backlash, a progressive coupling; records for the kernel."""
 
 from __future__ import annotations
 
@@ -64,4 +64,53 @@ class Contact:
         record = np.zeros((), LAW)
         record["kind"], record["contact_stiffness"] = CONTACT, self.stiffness
         record["contact_reference"], record["contact_preload"] = self.reference_stiffness, self.preload_deflection
+        return record
+
+
+@dataclass(frozen=True)
+class ProgressiveSpring:
+    """Spring that stiffens with its deflection: F = k s (1 + (s / s_2)^2), as the spider of an elastomer coupling.
+
+    Parameters
+    ----------
+    stiffness : float
+        k at rest, N m/rad (or N/m).
+    doubling : float
+        s_2, rad (or m): deflection at which it carries twice the force of k alone.
+
+    Examples
+    --------
+    >>> spider = ProgressiveSpring(stiffness=2000.0, doubling=0.01)
+    >>> [round(float(spider.force(s)), 6) for s in (0.001, 0.01)]
+    [2.02, 40.0]
+    """
+
+    stiffness: float
+    doubling: float
+
+    def __post_init__(self) -> None:
+        positive("ProgressiveSpring.stiffness", self.stiffness)
+        positive("ProgressiveSpring.doubling", self.doubling)
+
+    @property
+    def reference_stiffness(self) -> float:
+        """Stiffness that enters the linear part: k."""
+        return self.stiffness
+
+    @property
+    def cubic(self) -> float:
+        """k / s_2^2, N m/rad^3 (or N/m^3)."""
+        return self.stiffness / self.doubling**2
+
+    def force(self, deflection: FloatArray | float) -> FloatArray:
+        """Return the force at a deflection, N m (or N)."""
+        s = np.asarray(deflection, float)
+        return self.stiffness * s + self.cubic * s**3
+
+    @property
+    def record(self) -> np.ndarray:
+        """The spring as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
+        record = np.zeros((), LAW)
+        # The linear part stands in the plant; the law is what exceeds it.
+        record["kind"], record["contact_cubic"] = CONTACT, self.cubic
         return record

@@ -121,7 +121,7 @@ def maxwell_force(law, state, step, v, trial):
 
 @njit(cache=True, nogil=True)
 def contact_correction(law, s):
-    """Return (w, dw/ds): reference stiffness times s less the force of two one-sided springs."""
+    """Return (w, dw/ds): reference stiffness times s less the force of two one-sided springs and of a cubic one."""
     stiff, reference, preload = law.contact_stiffness, law.contact_reference, law.contact_preload
     left, right = s + preload, preload - s
     force, slope = 0.0, 0.0
@@ -129,7 +129,8 @@ def contact_correction(law, s):
         force, slope = force + stiff * left, slope + stiff
     if right > 0.0:
         force, slope = force - stiff * right, slope + stiff
-    return reference * s - force, reference - slope
+    cubic = law.contact_cubic * s * s
+    return reference * s - force - cubic * s, reference - slope - 3.0 * cubic
 
 
 @njit(cache=True, nogil=True)

@@ -18,6 +18,7 @@ LAW = np.dtype([
     ("attraction", float), ("elements", np.int64), ("element_stiffness", float, MAX_ELEMENTS),
     ("element_share", float, MAX_ELEMENTS),
     ("contact_stiffness", float), ("contact_reference", float), ("contact_preload", float),
+    ("contact_cubic", float),
 ], align=True)
 
 # Bristle deflection and its rate (LuGre); force and slip sign of every block and the velocity of the last step (Maxwell

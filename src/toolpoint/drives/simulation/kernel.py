@@ -89,7 +89,8 @@ def start_scalars(laws, products, s, states, w):
             w[k] = law.viscous * s[k] + state.block_force.sum()
         elif law.kind == CONTACT:
             left, right = s[k] + law.contact_preload, law.contact_preload - s[k]
-            w[k] = law.contact_reference * s[k] - law.contact_stiffness * (max(left, 0.0) - max(right, 0.0))
+            w[k] = (law.contact_reference * s[k] - law.contact_stiffness * (max(left, 0.0) - max(right, 0.0))
+                    - law.contact_cubic * s[k] ** 3)
     for k in range(products.shape[0]):
         w[laws.size + k] = s[products[k, 0]] * s[products[k, 1]]
 

@@ -152,8 +152,9 @@ static double maxwell(const Law *law, const LawState *state, double v, double *s
 
 static double contact(const Law *law, double s, double *slope) {
     const double left = s + law->contact_preload, right = law->contact_preload - s, stiff = law->contact_stiffness;
-    *slope = law->contact_reference - (left > 0.0 ? stiff : 0.0) - (right > 0.0 ? stiff : 0.0);
-    return law->contact_reference * s - stiff * (fmax(left, 0.0) - fmax(right, 0.0));
+    const double cubic = law->contact_cubic * s * s;
+    *slope = law->contact_reference - (left > 0.0 ? stiff : 0.0) - (right > 0.0 ? stiff : 0.0) - 3.0 * cubic;
+    return law->contact_reference * s - stiff * (fmax(left, 0.0) - fmax(right, 0.0)) - cubic * s;
 }
 
 static double solve_law(const Law *law, const LawState *state, double out_free, double gain, double guess, double *value,

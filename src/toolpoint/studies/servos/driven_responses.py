@@ -176,9 +176,11 @@ def _frf(values: np.ndarray, like: Frf) -> Frf:
 
 def _doubts(servo: Servo, frfs: Mapping[str, Frf]) -> list[Doubt]:
     """Return doubts about loops that are not stable, and drives that hold less than their brakes."""
-    doubts = [Doubt(f"nut of {axis.name}", "taken with its stiffness as it carries: in its play, or once its preload is lost, "
-                    "it holds less", "toolpoint drive steps through it in time")
-              for axis in servo.plant.axes if axis.mechanics.contacts]
+    words = {"nut": "as it carries: in its play, or once its preload is lost, it holds less",
+             "coupling": "at rest: under torque a progressive one is stiffer"}
+    doubts = [Doubt(f"{play.name} of {axis.name}", f"taken with its stiffness {words[play.name]}",
+                    "toolpoint drive steps through it in time")
+              for axis in servo.plant.axes for play in axis.mechanics.contacts]
     try:
         loops = compute_loops(servo)
     except ToolpointError as error:
