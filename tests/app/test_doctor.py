@@ -12,6 +12,7 @@ from ruamel.yaml import YAML
 import toolpoint
 from toolpoint import ToolpointError
 from toolpoint.app.main import MODULE_OF_COMMAND, main
+from toolpoint.app.questions import GROUPS
 from toolpoint.studies.environment import examine_environment
 
 
@@ -49,7 +50,7 @@ def test_commands_and_options_are_completed():
                               text=True)
         return [line.split(",")[-1] for line in done.stdout.splitlines()]
 
-    assert set(completed("toolpoint ", 1)) == set(MODULE_OF_COMMAND)
+    assert set(completed("toolpoint ", 1)) == {*MODULE_OF_COMMAND, *GROUPS}
     assert "--teeth" in completed("toolpoint lobes --tee", 2)
 
 
