@@ -456,8 +456,14 @@ def test_blows_are_recorded_from_a_watched_folder_judged_heard_and_entered(folde
     page = tab(serve(folder).address)
     ready(page, "project")
     (folder / "incoming_records").mkdir()
+    held: list[Any] = []
+    page.route("**/api/recording", lambda route: held.append(route))
     page.evaluate("location.hash = '#/record'")
     ready(page, "record")
+    assert page.is_disabled("#rec-stop")  # whether anything runs is not known yet
+    for route in held:
+        route.continue_()
+    page.unroute("**/api/recording")
     page.fill("#rec-channels", "\n".join(tapping.DESCRIBED))
     page.fill("#rec-blows", "3")
     page.click("#rec-start")
