@@ -14,7 +14,6 @@ import pytest
 
 from slow_browser import serve_command
 
-
 PATIENCE_SECONDS = 240.0  # for what comes sooner or later: a loaded machine is slow, not wrong
 
 

@@ -113,7 +113,7 @@ def test_reload_second_tab_and_a_killed_server_lose_no_job(demo, serve, tab):
     wait(page, "document.getElementById('wb-job').innerText.includes('Going on')")
     os.kill(held, signal.SIGCONT)
     for place in (page, other):
-        wait(place, "document.querySelector('.answer')?.innerText.includes('1250 rev/min')")
+        wait(place, "document.querySelector('.answer')?.innerText.includes('1250 rev/min')", 3 * PATIENCE_SECONDS)
         wait(place, "!document.querySelector('.answer').innerText.startsWith('Of an earlier state')")
     results = json.loads((demo / "results/project.json").read_text())
     assert results["goals"]["as tested"]["speed_rpm"] == 1250
@@ -299,7 +299,8 @@ def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_t
     page.reload()
     ready(page, "project")
     page.get_by_role("button", name="Run the project").click()
-    wait(page, "/limit there is .* 95 % interval/.test(document.querySelector('.answer')?.innerText || '')", 3 * PATIENCE_SECONDS)
+    answered = "/limit there is .* 95 % interval/.test(document.querySelector('.answer')?.innerText || '')"
+    wait(page, answered, 3 * PATIENCE_SECONDS)
     commands.append("toolpoint run .")
     page.evaluate("location.hash = '#/machine'")
     ready(page, "machine")

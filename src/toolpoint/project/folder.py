@@ -83,7 +83,7 @@ class Project:
                                  absent_parts=self.chain.absent_parts, version=toolpoint.__version__)
         if not steps:  # of some steps alone it would lose the answers of the others
             write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
-            keep_state(self, results.data["goals"])
+            keep_state(self.folder, self.chain.steps, results.data["goals"])
         return results
 
     @property

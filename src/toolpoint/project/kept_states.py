@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +17,8 @@ from toolpoint._notebook import NotebookText
 from toolpoint.project.engine.content import text_digest
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.record import RecordStore, StepRecord
+from toolpoint.project.engine.step import ProjectStep
 from toolpoint.project.steps.plain_files import plain, read_json
-
-if TYPE_CHECKING:
-    from toolpoint.project.folder import Project
 
 STATES_PLACE = ".toolpoint/states"
 MAX_KEPT_STATES = 40  # of a project; the oldest are removed
@@ -83,52 +81,56 @@ def find_state(states: Sequence[KeptState], text: str) -> KeptState:
     return match
 
 
-def keep_state(project: Project, goals: Mapping[str, Mapping[str, Any]]) -> KeptState | None:
+def keep_state(folder: Path, steps: Sequence[ProjectStep], goals: Mapping[str, Mapping[str, Any]]) -> KeptState | None:
     """Keep the answers of a project's last run; return what was kept, None where nothing differs from the last kept state.
 
-    goals : numbers of every goal that has an answer.
+    folder, steps : of the project; goals : numbers of every goal that has an answer.
     """
-    store = RecordStore(project.folder / ".toolpoint/steps")
-    records = [record for step in project.chain.steps if (record := store.read(step.name)) is not None]
+    store = RecordStore(folder / ".toolpoint/steps")
+    records = [record for step in steps if (record := store.read(step.name)) is not None]
     key = text_digest(json.dumps(sorted((record.step, record.parts.key) for record in records)))[:SHOWN_KEY_DIGITS]
-    states = read_states(project.folder)
+    states = read_states(folder)
     if not records or (states and states[-1].key == key):
         return None
-    state = KeptState(key, max(record.started for record in records), plain(_content(project, records, goals)))
-    place = project.folder / STATES_PLACE
+    state = KeptState(key, max(record.started for record in records), plain(_content(folder, steps, records, goals=goals)))
+    place = folder / STATES_PLACE
     write_whole(place / f"{state.date.replace(':', '-')}_{key}.json", json.dumps(state.to_dict(), indent=1) + "\n")
     for path in sorted(place.glob("*.json"))[:-MAX_KEPT_STATES]:
         path.unlink(missing_ok=True)
     return state
 
 
-def _content(project: Project, records: Sequence[StepRecord], goals: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def _content(folder: Path, steps: Sequence[ProjectStep], records: Sequence[StepRecord], *,
+             goals: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Return the numbers of a state and what they rest on."""
     sources = {place: digest for record in records for place, digest in record.parts.inputs.items()
                if not place.startswith("results/")}
     return {"goals": {name: {key: goal.get(key) for key in _GOAL_NUMBERS} for name, goal in goals.items()},
-            "modes": _modes(project), "springs": _springs(project), "sources": sources,
+            "modes": _modes(folder, steps), "springs": _springs(folder, steps), "sources": sources,
             "options": {record.step: record.parts.options for record in records}, "version": toolpoint.__version__}
 
 
-def _modes(project: Project) -> dict[str, Any]:
+def _modes(folder: Path, steps: Sequence[ProjectStep]) -> dict[str, Any]:
     """Return frequency (Hz) and damping ratio of the modes of every test."""
     modes = {}
-    for step in project.chain.steps:
-        place = next((project.folder / path for path in step.output_paths if path.endswith("modes.json")), None)
+    for step in steps:
+        place = next((folder / path for path in step.output_paths if path.endswith("modes.json")), None)
         if place is not None and place.is_file():
             data = read_json(place)
             modes[step.name.partition("/")[2]] = {key: data[key] for key in ("frequency_hz", "damping_ratio")}
     return modes
 
 
-def _springs(project: Project) -> dict[str, Any]:
+def _springs(folder: Path, steps: Sequence[ProjectStep]) -> dict[str, Any]:
     """Return value and standard deviation (None where the file states none) of every spring, by its path; SI."""
     from toolpoint.studies.machines.tool_yielding import spring_paths
 
+    place = next((folder / str(step.inputs["machine"]) for step in steps if step.name == "machine"), None)
+    if place is None or not place.is_file():
+        return {}
     try:
-        machine = io.read_machine(project.machine_file)
-    except ToolpointError:  # no machine, or a faulty one, of which its step has spoken
+        machine = io.read_machine(place)
+    except ToolpointError:  # a faulty one, of which its step has spoken
         return {}
     identified = machine.description.identified
     deviations = {} if identified is None else dict(zip(identified.parameters, np.sqrt(np.diag(identified.matrix)),

@@ -65,7 +65,7 @@ class StateDifference(NotebookText):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What must be known before a difference is believed."""
+        """Doubts about the difference: shared intervals, pairing of modes, other questions, another program."""
         doubts = [Doubt("intervals of the two states", "what did not change between them (records, coefficients, draws) is in "
                         "both", "intervals that overlap do not show that nothing changed: see what was changed")]
         if self.mode_rows:
@@ -167,13 +167,13 @@ def _mode_rows(name: str, first: Mapping[str, Any] | None, second: Mapping[str, 
     older, newer = (list(zip(modes["frequency_hz"], modes["damping_ratio"], strict=True)) if modes else []
                     for modes in (first, second))
     for frequency, damping in older:
-        nearest = min(newer, key=lambda mode: abs(mode[0] - frequency), default=None)
-        if nearest is None or abs(nearest[0] - frequency) > MAX_PAIRED_DIFFERENCE * frequency:
+        partner = min(newer, key=lambda mode: abs(mode[0] - frequency), default=None)
+        if partner is None or abs(partner[0] - frequency) > MAX_PAIRED_DIFFERENCE * frequency:
             yield (name, f"{frequency:.5g}", "", "", f"{100 * damping:.3g}", "")
             continue
-        newer.remove(nearest)
-        yield (name, f"{frequency:.5g}", f"{nearest[0]:.5g}", _change(frequency, nearest[0]), f"{100 * damping:.3g}",
-               f"{100 * nearest[1]:.3g}")
+        newer.remove(partner)
+        yield (name, f"{frequency:.5g}", f"{partner[0]:.5g}", _change(frequency, partner[0]), f"{100 * damping:.3g}",
+               f"{100 * partner[1]:.3g}")
     for frequency, damping in newer:
         yield (name, "", f"{frequency:.5g}", "", "", f"{100 * damping:.3g}")
 
@@ -185,8 +185,8 @@ def _spring_row(path: str, first: Mapping[str, Any] | None, second: Mapping[str,
     verdict = verdict_of(values, intervals)
     if verdict == "the same":
         return None
-    shown = ["" if value is None else f"{value:.4g}" for value in values]
-    return (path, *shown, _change(*values), verdict)
+    texts = ["" if value is None else f"{value:.4g}" for value in values]
+    return (path, *texts, _change(*values), verdict)
 
 
 def _spring_interval(spring: Mapping[str, Any] | None) -> tuple[float, float] | None:
