@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import shutil
+import time
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -12,9 +13,10 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import new_files
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-CHART_WAIT_MS = 120_000  # ms for a page to draw its charts, on a loaded machine too
+MAX_CHART_SECONDS, CHART_LOOK_MS = 120.0, 100  # for a page to draw its charts, on a loaded machine too; between two looks
 NAMES = "() => Object.keys(window.toolpointCharts || {})"
-ALL_DRAWN = "() => document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length"
+ALL_DRAWN = """() => window.toolpointCharts !== undefined
+  && document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length"""
 DRAW = """async ([name, format, width, scale]) => {
   const chart = window.toolpointCharts[name];
   const height = chart.clientHeight || 420;
@@ -51,8 +53,9 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
 def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale: float) -> list[Path]:
     tab = browser.new_page(viewport={"width": 1400, "height": 900})
     tab.goto(page.resolve().as_uri())
-    tab.wait_for_function("() => window.toolpointCharts !== undefined", timeout=CHART_WAIT_MS)
-    tab.wait_for_function(ALL_DRAWN, timeout=CHART_WAIT_MS)
+    end = time.monotonic() + MAX_CHART_SECONDS
+    while not tab.evaluate(ALL_DRAWN) and time.monotonic() < end:  # the page's policy forbids the waits of playwright
+        tab.wait_for_timeout(CHART_LOOK_MS)
     names = tab.evaluate(NAMES)
     if not names:
         raise ToolpointError(f"{page}: has no chart")
