@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import shutil
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -32,6 +33,13 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
     page = Path(page) / "index.html" if Path(page).is_dir() else Path(page)
     if not page.is_file():
         raise ToolpointError(f"{page}: no such page; check the name and the folder")
+    # In a thread of its own: a notebook's thread runs an event loop, in which playwright refuses to begin.
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(_open_and_draw, page, Path(folder), kind, width=width, scale=scale).result()
+
+
+def _open_and_draw(page: Path, folder: Path, kind: str, *, width: int, scale: float) -> list[Path]:
+    """Open a page in a browser and write its charts."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -45,12 +53,12 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
             raise ToolpointError(f"{page}: no browser starts ({str(error).splitlines()[0]}); install chromium, or run: "
                                  "playwright install chromium") from None
         try:
-            return _drawn(browser, page, Path(folder), kind, width, scale)
+            return _drawn(browser, page, folder, kind, width=width, scale=scale)
         finally:
             browser.close()
 
 
-def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale: float) -> list[Path]:
+def _drawn(browser: Any, page: Path, folder: Path, kind: str, *, width: int, scale: float) -> list[Path]:
     tab = browser.new_page(viewport={"width": 1400, "height": 900})
     tab.goto(page.resolve().as_uri())
     end = time.monotonic() + MAX_CHART_SECONDS
