@@ -84,8 +84,8 @@ def _between_lines(frequency: FloatArray, values: Array, lines: IndexArray) -> t
     hertz = np.broadcast_to(frequency[lines], height.shape).astype(float)
     if frequency.size < 3:
         return hertz, height
-    beside = np.clip(lines, 1, frequency.size - 2)[:, None] + np.array([-1, 0, 1])
-    has_parabola = (values[np.arange(len(values))[:, None], beside] != 0).all(axis=1)
+    neighbours = np.clip(lines, 1, frequency.size - 2)[:, None] + np.array([-1, 0, 1])
+    has_parabola = (values[np.arange(len(values))[:, None], neighbours] != 0).all(axis=1)
     if has_parabola.any():
         fitted = _parabola_peaks(frequency, values[has_parabola], np.broadcast_to(lines, height.shape)[has_parabola])
         hertz[has_parabola], height[has_parabola] = fitted
