@@ -85,6 +85,7 @@ class MechanicsDescription:
     bearing_stiffness: PositiveStiffness | None = None
     end_bearing_stiffness: PositiveStiffness | None = None
     bearing_damping: Damping = 0.0
+    bearing_friction_arm: Length = 0.0
     nut_stiffness: PositiveStiffness | None = None
     nut_damping: Damping = 0.0
     guide_damping: Damping = 0.0
