@@ -61,6 +61,13 @@ def screw_servo():
                  (Controller(PositionLoop(30.0), VelocityLoop(1.5, 0.02), cases.RATIO),))
 
 
+def damped_servo(sensor):
+    """Active damping through a coarse scale, or by the tool."""
+    base = torque_servo(Coulomb(0.3))
+    loop = replace(base.controllers[0].velocity, damping_gain=0.4, damping_sensor=sensor)
+    return Servo(base.plant, (replace(base.controllers[0], velocity=loop, encoders=Encoders(scale=1e-7)),))
+
+
 def switched_servo():
     base = cases.benchmark_servo()
     return Servo(base.plant, tuple(replace(c, inverter=Inverter(320.0, "six-pulse", 2)) for c in base.controllers))
@@ -75,6 +82,7 @@ CASES = {
     "progressive": (lambda: torque_servo(Coulomb(0.3), ProgressiveSpring(1.2e8, 5e-6)), 2),
     "preload": (lambda: torque_servo(Coulomb(0.3), Contact.preloaded(1.2e8, 500.0)), 2),
     "bearing under load": (screw_servo, 2),
+    "active damping": (lambda: damped_servo("scale"), 1), "active damping at the tool": (lambda: damped_servo("tool"), 2),
     "encoders": (lambda: torque_servo(Stribeck(0.5, 0.7, 0.5), resolution=1e-4), 1),
 }
 

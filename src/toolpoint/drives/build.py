@@ -185,7 +185,7 @@ def build_controller(axis: DriveAxisDescription) -> Controller:
     """Return the controller of one axis."""
     v, p, e, c = axis.velocity, axis.position, axis.encoders, axis.current
     velocity = VelocityLoop(v.gain, v.integral_time or np.inf, v.sample_time, tuple(build_filter(f) for f in v.filters),
-                            v.delay, v.limit or np.inf)
+                            v.delay, v.limit or np.inf, v.damping_gain, v.damping_sensor)
     position = PositionLoop(p.gain, p.sample_time, p.velocity_feedforward, p.inertia_feedforward, p.friction_feedforward,
                             p.friction_velocity, p.feedback)
     inverter = Inverter() if c is None else Inverter(c.voltage, c.inverter, c.carrier)

@@ -15,7 +15,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, floats
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED, TOOL
 from toolpoint.drives.controller.loop_doubts import doubt_margins
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.vibration import StateSpace
@@ -301,20 +301,25 @@ class _Levels:
         held, n, nx = self.held[0], self.n, self.phi.shape[0]
         size, delay = held.size, max(c.velocity.delay for c in self.servo.controllers)
         stages = max(len(c.velocity.filters) for c in self.servo.controllers)
+        # Behind the plant, the integrals and the angles stand the stretches of active damping, where an axis has it.
+        first = size + (3 if any(c.velocity.damping_gain for c in self.servo.controllers) else 2) * n
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
             x, integral, last = state[:nx], state[size:size + n].copy(), state[size + n:size + 2 * n]
-            memory = state[size + 2 * n:size + 2 * n + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
-            line = state[size + 2 * n + 2 * n * stages:].reshape(delay, n, state.shape[1])
+            last_stretch = state[size + 2 * n:first]
+            memory = state[first:first + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
+            line = state[first + 2 * n * stages:].reshape(delay, n, state.shape[1])
             angle, feedback = self.y[:, ANGLE] @ x, self.y[:, SPEED] @ x
             for i, c in enumerate(self.servo.controllers):
                 if c.encoders.difference or c.encoders.motor > 0:
                     feedback[i] = (angle[i] - last[i]) / self.times.velocity
             error = self._error(cut, setpoint, feedback)
-            torque = np.zeros_like(setpoint)
+            torque, stretch = np.zeros_like(setpoint), self._stretch(x)[:first - size - 2 * n]
             for i, c in enumerate(self.servo.controllers):
                 value = c.velocity.gain * error[i] + integral[i]
                 integral[i] = integral[i] + c.velocity.gain / c.velocity.integral_time * self.times.velocity * error[i]
+                if c.velocity.damping_gain:
+                    value = value + c.velocity.damping_gain * (stretch[i] - last_stretch[i]) / self.times.velocity
                 for k, part in enumerate(c.velocity.filters):
                     b0, b1, b2, a1, a2 = part.coefficients(self.times.velocity)
                     y = b0 * value + memory[i, k, 0]
@@ -327,9 +332,16 @@ class _Levels:
                               enumerate(self.servo.controllers)])
             after = held.a @ state[:size] + held.b @ drive
             line_after = queue[:delay].reshape(delay * n, state.shape[1])
-            return np.vstack([after, integral, angle, memory.reshape(2 * n * stages, state.shape[1]), line_after]), feedback
+            filters = memory.reshape(2 * n * stages, state.shape[1])
+            return np.vstack([after, integral, angle, stretch, filters, line_after]), feedback
 
-        return update, size + 2 * n + 2 * n * stages + delay * n
+        return update, first + 2 * n * stages + delay * n
+
+    def _stretch(self, x: FloatArray) -> FloatArray:
+        """Return how far the sensors of active damping run ahead of their motors, rad at the motor, (n_axes, k)."""
+        places = [TOOL if c.velocity.damping_sensor == "tool" else SCALE for c in self.servo.controllers]
+        return np.stack([self.y[i, place] @ x / float(c.lead or 1) - self.y[i, ANGLE] @ x
+                         for i, (c, place) in enumerate(zip(self.servo.controllers, places, strict=True))])
 
     def _constant(self, i: int) -> float:
         model = self.models[i]

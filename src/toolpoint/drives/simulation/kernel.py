@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, SCALE, SPEED, TOOL
 from toolpoint.drives.controller.kernel import (
     current_sample,
     position_sample,
@@ -161,7 +161,8 @@ def sample_controllers(step, control, y):
             position_sample(p, s, control.set_points[k, i], y[b + ANGLE], y[b + SCALE])
         k = min(step // counts.velocity, inject.shape[0] - 1)
         if step % counts.velocity == 0:
-            velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], inject[k, i] if place == arrays.SPEED else 0.0,
+            damped = y[b + TOOL] if p.damps_tool else y[b + SCALE]
+            velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], damped, inject[k, i] if place == arrays.SPEED else 0.0,
                             inject[k, i] if place == arrays.TORQUE else 0.0)
         k = min(step // counts.current, inject.shape[0] - 1)
         current_sample(p, s, y[b + ANGLE], y[b + SPEED], y[b + CURRENT_D], y[b + CURRENT_Q],

@@ -237,7 +237,7 @@ static void position_sample(const Parameters *p, ControlState *s, const Input *s
                             + p->friction_feedforward * tanh(set_point->velocity / p->friction_velocity);
 }
 
-static void velocity_sample(const Parameters *p, ControlState *s, double angle, double speed) {
+static void velocity_sample(const Parameters *p, ControlState *s, double angle, double speed, double place) {
     if (p->difference) {
         const double reading_now = quantised(angle, p->angle_resolution);
         speed = (reading_now - s->last_angle) / p->velocity_sample_time;
@@ -245,6 +245,12 @@ static void velocity_sample(const Parameters *p, ControlState *s, double angle, 
     }
     const double error = s->speed_set - speed;
     double torque = p->velocity_gain * error + s->speed_integral + s->torque_feedforward;
+    if (p->damping_gain != 0.0) {
+        const double stretch = (p->damps_tool ? place : quantised(place, p->scale_resolution)) / p->lead
+                               - quantised(angle, p->angle_resolution);
+        torque += p->damping_gain * (stretch - s->last_stretch) / p->velocity_sample_time;
+        s->last_stretch = stretch;
+    }
     for (int i = 0; i < p->filter_count; i++) {
         const double y = p->filter_b0[i] * torque + s->filter_first[i];
         s->filter_first[i] = p->filter_b1[i] * torque - p->filter_a1[i] * y + s->filter_second[i];
@@ -312,7 +318,8 @@ static void controllers(State *q) {
         ControlState *s = &q->control[i];
         if (q->at % COUNT_CURRENT == 0) {
             if (q->at % COUNT_POSITION == 0) position_sample(p, s, &q->input[i], angle, y[OUTPUT_scale]);
-            if (q->at % COUNT_VELOCITY == 0) velocity_sample(p, s, angle, speed);
+            if (q->at % COUNT_VELOCITY == 0) 
+                velocity_sample(p, s, angle, speed, p->damps_tool ? y[OUTPUT_tool] : y[OUTPUT_scale]);
             current_sample(p, s, angle, speed, y[OUTPUT_i_d], y[OUTPUT_i_q]);
         }
         if (p->six_pulse)
