@@ -18,7 +18,7 @@
   const faults = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const text = walker.currentNode.data.trim(), node = walker.currentNode.parentElement;
-    if (!text || !node.checkVisibility({ opacityProperty: true, visibilityProperty: true }) || node.closest("[disabled], :disabled, script, style, [aria-hidden=true]")) continue;
+    if (!text || !node.checkVisibility({ opacityProperty: true, visibilityProperty: true }) || node.closest("[disabled], :disabled, [aria-disabled=true], script, style, [aria-hidden=true]")) continue;
     if (node.closest("select") && node.tagName === "OPTION") continue;
     const style = getComputedStyle(node), back = behind(node);
     const opacity = lineage(node).reduce((share, n) => share * Number(getComputedStyle(n).opacity), 1);

@@ -12,8 +12,9 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import new_files
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-CHART_WAIT_MS = 20_000  # ms for a page to draw its charts
+CHART_WAIT_MS = 120_000  # ms for a page to draw its charts, on a loaded machine too
 NAMES = "() => Object.keys(window.toolpointCharts || {})"
+ALL_DRAWN = "() => document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length"
 DRAW = """async ([name, format, width, scale]) => {
   const chart = window.toolpointCharts[name];
   const height = chart.clientHeight || 420;
@@ -51,7 +52,7 @@ def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale:
     tab = browser.new_page(viewport={"width": 1400, "height": 900})
     tab.goto(page.resolve().as_uri())
     tab.wait_for_function("() => window.toolpointCharts !== undefined", timeout=CHART_WAIT_MS)
-    tab.wait_for_timeout(500)
+    tab.wait_for_function(ALL_DRAWN, timeout=CHART_WAIT_MS)
     names = tab.evaluate(NAMES)
     if not names:
         raise ToolpointError(f"{page}: has no chart")

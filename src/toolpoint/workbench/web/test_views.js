@@ -2,9 +2,7 @@
 // Views of tests: modes, and blows that a person accepts or refuses; the full pages stand below in a frame.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
-  const chosen = {}, kept = {};
-  // A place for words that outlast a redraw: what a person was told of a test stays until the view is of another.
-  const keptPlace = (name, make) => { if (!kept[name]) kept[name] = make(); return kept[name]; };
+  const chosen = {}, keptPlace = W.keptPlace;
   // An existing page in a frame of its own: it runs its own scripts and reaches nothing else.
   W.pageFrame = function (name, title, onchoice) {
     if (W.isExport) return W.make("p", {}, W.make("a", { href: W.exportedPage(name), text: title }));
