@@ -83,7 +83,7 @@ def test_by_file_a_tool_sensor_damps_the_mode_that_the_cut_meets(tmp_path):
         drives = read_drives(path)
         assert build_servo(drives, warn=False).controllers[0].velocity.damping_gain == gain
         result = studies.study_driven_responses(machine, drives, dofs=["tool-table:+x"], frequency=np.arange(10.0, 120.0, 0.5))
-        assert any("ideal" in note for note in result.notes) == (gain != 0)
+        assert any("ideal" in doubt for doubt in result.doubts) == (gain != 0)
         peaks[gain] = np.abs(result.frfs["on"].values[:, 0, 0]).max()
         real_parts[gain] = result.frfs["on"].values[:, 0, 0].real.min()
     # A depth limit goes with 1/(2 K |Re|) of the most negative real part (Tobias; Tlusty).

@@ -22,7 +22,7 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.studies.machines.machine_responses import study_responses_of_machine
-from toolpoint.studies.servos.drive_structure import free_machine
+from toolpoint.studies.servos.drive_structure import free_machine, question_damping
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, eigen, state_space
 
@@ -131,7 +131,7 @@ def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Map
         response = respond_to_forces(servo, forces, outputs, frequency=springs.frequency, state=state, losses=losses)
         frfs[state] = _frf(response, springs)
     frfs[SPRINGS] = springs
-    return DrivenResponses(machine.name, frfs, tuple(_doubts(servo, frfs)), (*_NOTES, *_damping_notes(servo)))
+    return DrivenResponses(machine.name, frfs, (*question_damping(drives, machine), *_doubts(servo, frfs)), _NOTES)
 
 
 def build_structure(machine: Machine, drives: DriveDescription, pose: Mapping[str, float] | None, *, labels: Sequence[str]
@@ -151,14 +151,6 @@ def build_structure(machine: Machine, drives: DriveDescription, pose: Mapping[st
 _NOTES = ("Responses are linear at rest: dry friction of guides, screws and seals is not in them, and holds a table that small "
           "forces push. What sampling mirrors about half a loop's rate is left out.",
           "Off: no current flows. Shorted: windings of synchronous motors are shorted, and brake. Braked: motors cannot turn.")
-
-
-def _damping_notes(servo: Servo) -> list[str]:
-    """Return what active damping at the tool assumes of its sensor."""
-    loops = {axis.name: c.velocity for axis, c in zip(servo.plant.axes, servo.controllers, strict=True)}
-    damped = [name for name, loop in loops.items() if loop.damping_gain and loop.damping_sensor == "tool"]
-    return [f"Active damping of {', '.join(damped)} sees the table against the tool by an ideal sensor: no noise, no drift, no "
-            "delay of its own."] if damped else []
 
 
 def _labels(machine: Machine, dofs: Sequence[Dof | str] | None) -> list[str]:
