@@ -131,6 +131,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
+              wear_only: Annotated[bool, Help("G41 and G42 (RL, RR) correct wear alone: the program holds the path of the "
+                                              "tool's centre.", name="--wear-only")] = False,
               drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
                                                       "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
@@ -155,7 +157,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
     servo = None if drives is None else io.read_drives(drives)
     material = studies.stock_of(*stock, stock_faces)
-    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
+    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed,
+                             cutter_radius=io.CutterRadii.of_cuts(described, cuts, wear_only=wear_only))
     text = program.read_text(encoding="utf-8-sig", errors="replace")
     limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
                                    above.spindle_curve)
