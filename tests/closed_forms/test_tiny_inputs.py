@@ -66,6 +66,15 @@ def test_spindles_of_few_lines_take_a_tool_or_are_refused(count, kind, start, ha
     quiet(lambda: substructuring.couple_tool(spindle, ROD))
 
 
+@settings(max_examples=25)
+@given(st.integers(1, 3), st.sampled_from(KINDS), st.integers(0, 9))
+def test_parts_of_few_lines_are_joined_taken_away_or_refused(count, kind, seed):
+    first, second = (Frf(10.0 + np.arange(count), values_of(kind, (count, 2, 2), seed + k), labels, labels, "receptance")
+                     for k, labels in enumerate((["a:+x", "i:+x"], ["i:+x", "b:+x"])))
+    quiet(lambda: substructuring.couple_responses({"A": first, "B": second}, [("A.i:+x", "B.i:+x")]))
+    quiet(lambda: substructuring.decouple_responses(first, second, ["i:+x"]))
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.01, 1.0])
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: type(solver).__name__)
 def test_modes_that_do_not_move_the_tool_have_no_chart(solver, damping):

@@ -419,6 +419,16 @@ def test_a_cut_is_simulated_and_heard_and_twice_the_limit_chatters(folder, serve
         loudest = page.evaluate("Math.max(...window.Workbench.floats(window.Workbench.heard.sound).map(Math.abs))")
         assert loudest == pytest.approx(1)
     assert page.evaluate("window.Workbench.played") == 2
+    teeth = page.locator(".wb-slider", has=page.locator("#cut-teeth")).locator(".wb-value")
+    teeth.fill("3.2")
+    teeth.press("Enter")
+    wait(page, "document.querySelector('.wb-same').textContent.includes('--teeth 3')")  # whole numbers alone
+    page.evaluate("document.activeElement.blur(); window.draws = window.Workbench.draws")
+    project = folder / "project.yaml"
+    project.write_text(project.read_text().replace("draws: 20", "draws: 21"))
+    wait(page, "window.Workbench.draws > window.draws")  # drawn anew, the cut stands as the sliders say
+    assert page.input_value("#cut-teeth") == "3"
+    wait(page, "document.querySelector('.wb-same').textContent.includes('--teeth 3')")
     assert page.errors == []
 
 

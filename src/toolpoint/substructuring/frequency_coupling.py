@@ -163,7 +163,8 @@ def _scale_interface(interface: ComplexArray) -> tuple[ComplexArray, FloatArray,
     right = np.sqrt(np.maximum(np.abs(interface).max(axis=-2), 1e-300))
     scaled = interface / (left[..., :, None] * right[..., None, :])
     singular = np.linalg.svd(scaled, compute_uv=False)
-    condition = singular[..., 0] / np.maximum(singular[..., -1], 1e-300)
+    # An interface of zeros has no size to compare with.
+    condition = np.where(singular[..., 0] > 0, singular[..., 0] / np.maximum(singular[..., -1], 1e-300), np.inf)
     if not (condition < MAX_INTERFACE_CONDITION).all():
         fail("links", f"an interface of condition {float(condition.max()):.2g} at some line",
              f"must be below {MAX_INTERFACE_CONDITION:.0e}",
