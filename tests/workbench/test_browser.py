@@ -162,10 +162,13 @@ def test_a_blow_a_change_a_test_a_joint_and_a_pole_show_what_they_change(demo, s
     frame = page.frame_locator("iframe.wb-page")
     frame.locator(".tp-picker input").first.uncheck(timeout=120_000)
     wait(page, "!document.getElementById('wb-choice').disabled")
+    page.evaluate("window.frame = document.querySelector('iframe.wb-page')")
     page.click("#wb-choice")
     wait(page, "document.getElementById('wb-chosen').innerText.includes('choices/structure.yaml')")
     kept = (demo / "choices/structure.yaml").read_bytes()
     assert b"remove:" in kept and b"21.3" in kept
+    wait(page, "document.querySelector('.answer').innerText.startsWith('Of an earlier state')")  # the view is drawn anew
+    assert page.evaluate("document.querySelector('iframe.wb-page') === window.frame && window.frame.isConnected")
     (tmp_path / "choice.yaml").write_bytes(kept)
     shutil.rmtree(demo / "choices")
     command = shlex.split(page.inner_text("#wb-chosen").partition("The same: ")[2])[1:]

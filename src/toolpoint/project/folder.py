@@ -43,7 +43,16 @@ TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line
 
 @dataclass(frozen=True)
 class Project:
-    """A folder that holds ``project.yaml``: `run` brings its results up to date, `results` are those of the last run."""
+    """A folder that holds ``project.yaml``: `run` brings its results up to date, `results` are those of the last run.
+
+    >>> import tempfile
+    >>> text = "toolpoint: 1\\nname: mill\\ncuts: {face: {diameter: 50 mm, teeth: 5, immersion: 0.6, material: al7075}}\\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "project.yaml").write_text(text, encoding="utf-8")
+    ...     project = Project.open(folder)
+    ...     project.description.name, list(project.description.cuts), project.states
+    ('mill', ['face'], ())
+    """
 
     folder: Path
 

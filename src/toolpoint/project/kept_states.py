@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 import toolpoint
 from toolpoint import io
-from toolpoint._check import ToolpointError
+from toolpoint._check import FileDoubt, ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.project.engine.content import text_digest
 from toolpoint.project.engine.drafts import write_whole
@@ -129,7 +130,9 @@ def _springs(folder: Path, steps: Sequence[ProjectStep]) -> dict[str, Any]:
     if place is None or not place.is_file():
         return {}
     try:
-        machine = io.read_machine(place)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FileDoubt)  # they stand in the records of the steps
+            machine = io.read_machine(place)
     except ToolpointError:  # a faulty one, of which its step has spoken
         return {}
     identified = machine.description.identified

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from toolpoint.project import KeptState, Project
+from toolpoint.project import Project
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
 STATE_WORD = "state"  # before the key of a kept state in a list of what can be compared
@@ -12,11 +12,8 @@ STATE_WORD = "state"  # before the key of a kept state in a list of what can be 
 
 def kept_entries(project: Project) -> dict[str, str]:
     """Return the kept states of a project, the newest first, with words for each."""
-    return {f"{STATE_WORD} {state.key}": _words(state) for state in reversed(project.states)}
-
-
-def _words(state: KeptState) -> str:
-    return f"answers of {state.table()}"
+    return {f"{STATE_WORD} {state.key}": f"answers of {state.date.replace('T', ' ')} ({state.key})"
+            for state in reversed(project.states)}
 
 
 def view_two_states(project: Project, names: tuple[str, str], data: dict[str, Any]) -> WorkbenchView:
