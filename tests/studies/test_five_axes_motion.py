@@ -22,8 +22,8 @@ from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.program.gcode import parse
 from toolpoint.machine import Machine
 from toolpoint.machine.pose.tool_pose import tool_place
-from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, travel_doubts_of
-from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, slowed_doubts
+from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, question_travels
+from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, question_feeds
 from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
 from toolpoint.studies.machining.five_axes.turned_path import TurnedPath, find_ends, split_turned
 from toolpoint.studies.machining.result import MachiningStudy
@@ -93,15 +93,15 @@ def test_a_place_beyond_the_travel_is_doubted_with_its_line(trunnion: Machine) -
     for beyond, count in ((1e3 * axes["Y"].upper + 200, 1), (10.0, 0)):
         rotary, path, turned, course = _course(text.replace("G49", f"G1 X{beyond:.3f}\nX{-beyond:.3f}\nG49"), trunnion)
         block = turned.moves.block
-        doubts = travel_doubts_of(rotary, course, path.line[block], path.rapid[block])
+        doubts = question_travels(rotary, course, line=path.line[block], rapid=path.rapid[block])
         assert len(doubts) == count and all(doubt.what == "travel of Y" and doubt.grave for doubt in doubts)
 
 
 def _times(text: str, machine: Machine, **options: object) -> tuple[StepTimes, np.ndarray, list[Doubt]]:
     """Times of the steps, the program line of each, and the doubts about feeds."""
     _, path, turned, course = _course(text, machine, **options)
-    times = plan_steps(path, turned, course, _setup(**options))
-    return times, path.line[turned.moves.block], slowed_doubts(times, turned, path, _setup(**options))
+    times = plan_steps(path, turned, course, setup=_setup(**options))
+    return times, path.line[turned.moves.block], question_feeds(times, turned, path, setup=_setup(**options))
 
 
 def test_a_swing_takes_the_time_of_its_rotary_axis(trunnion: Machine) -> None:

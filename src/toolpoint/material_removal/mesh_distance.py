@@ -37,8 +37,8 @@ def _distances(places, corners, middle, reach):
         p, best = places[n], math.inf
         for m in range(len(corners)):
             dx, dy, dz = p[0] - middle[m, 0], p[1] - middle[m, 1], p[2] - middle[m, 2]
-            nearest = math.sqrt(dx * dx + dy * dy + dz * dz) - reach[m]  # no point of the triangle is nearer
-            if nearest < best:
+            lower_bound = math.sqrt(dx * dx + dy * dy + dz * dz) - reach[m]
+            if lower_bound < best:
                 best = min(best, _to_triangle(p, corners[m, 0], corners[m, 1], corners[m, 2]))
         out[n] = best
     return out

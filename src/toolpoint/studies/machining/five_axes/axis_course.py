@@ -19,8 +19,8 @@ from toolpoint.studies.machining.five_axes.tool_directions import ROTARY_LETTERS
 from toolpoint.studies.machining.five_axes.turned_path import TurnedPath
 
 LINEAR_LETTERS = "XYZ"
-_SLOPE_STEP = 0.01  # m, of a linear axis from its position at the program's zero
-_AFFINE_TOLERANCE = 1e-8  # m, between a place and that of the solved axes
+_AXIS_SLOPE_STEP = 0.01  # m, of a linear axis from its position at the program's zero
+_PLACE_TOLERANCE = 1e-8  # m, between a place and that of the solved axes
 _STEPS_AT_ONCE = 20_000  # whose poses are computed together: 0.2 GB
 _TRAVEL_TOLERANCE = 1e-9  # m
 
@@ -70,7 +70,7 @@ def _solve(rotary: RotaryAxes, tips: FloatArray, angles: FloatArray) -> tuple[Fl
     for k, letter in enumerate(LINEAR_LETTERS):
         axis = next(axis for axis in rotary.machine.chain.axes if axis.name == letter)
         shift = np.zeros(3)
-        shift[k] = _SLOPE_STEP if start[k] + _SLOPE_STEP <= axis.upper else -_SLOPE_STEP
+        shift[k] = _AXIS_SLOPE_STEP if start[k] + _AXIS_SLOPE_STEP <= axis.upper else -_AXIS_SLOPE_STEP
         columns.append((_tip(rotary, angles, start + shift) - reference) / shift[k])
     slopes = np.stack(columns, axis=2)
     return start + np.linalg.solve(slopes, (origin + tips - reference)[..., None])[..., 0], slopes
@@ -89,10 +89,10 @@ def _is_affine(rotary: RotaryAxes, tip: FloatArray, angles: FloatArray, linear: 
     if any(not axes[letter].lower <= value <= axes[letter].upper for letter, value in zip(LINEAR_LETTERS, linear, strict=True)):
         return True
     origin = tool_place(rotary.machine, dict(rotary.setup.zero))[0][0]
-    return bool(np.abs(_tip(rotary, angles[None], linear)[0] - origin - tip).max() < _AFFINE_TOLERANCE)
+    return bool(np.abs(_tip(rotary, angles[None], linear)[0] - origin - tip).max() < _PLACE_TOLERANCE)
 
 
-def travel_doubts_of(rotary: RotaryAxes, course: AxisCourse, line: np.ndarray, rapid: np.ndarray) -> list[Doubt]:
+def question_travels(rotary: RotaryAxes, course: AxisCourse, *, line: np.ndarray, rapid: np.ndarray) -> list[Doubt]:
     """Return a grave doubt for every linear axis whose travel the program leaves while it cuts.
 
     line, rapid : (n,) of the steps.
@@ -103,9 +103,9 @@ def travel_doubts_of(rotary: RotaryAxes, course: AxisCourse, line: np.ndarray, r
         lower, upper = axes[letter]
         places = course.linear[:, 1, k]
         excess = np.where(rapid, -1.0, np.maximum(lower - places, places - upper))
-        worst = int(np.argmax(excess))
-        if excess[worst] > _TRAVEL_TOLERANCE:
-            doubts.append(Doubt(f"travel of {letter}", f"line {line[worst]} goes to {1e3 * places[worst]:.4g} mm with the tool "
-                                f"turned, {1e3 * excess[worst]:.4g} mm beyond {1e3 * lower:g} .. {1e3 * upper:g} mm",
+        farthest = int(np.argmax(excess))
+        if excess[farthest] > _TRAVEL_TOLERANCE:
+            doubts.append(Doubt(f"travel of {letter}", f"line {line[farthest]} goes to {1e3 * places[farthest]:.4g} mm with the "
+                                f"tool turned, {1e3 * excess[farthest]:.4g} mm beyond {1e3 * lower:g} .. {1e3 * upper:g} mm",
                                 "place the part otherwise with `zero`", grave=True))
     return doubts

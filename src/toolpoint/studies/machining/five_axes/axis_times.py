@@ -43,7 +43,7 @@ class StepTimes:
         return np.ones(self.nominal.size) if self.plan is None else self.plan.peaks
 
 
-def plan_steps(path: Path, turned: TurnedPath, course: AxisCourse | None, setup: MachiningSetup) -> StepTimes:
+def plan_steps(path: Path, turned: TurnedPath, course: AxisCourse | None, *, setup: MachiningSetup) -> StepTimes:
     """Return the times of the steps: within the limits of every axis where the setup has any and the axes are known."""
     lengths = np.linalg.norm(path.end - path.start, axis=1)
     way = np.where(lengths > 0, lengths, turned.turn)
@@ -69,19 +69,19 @@ def plan_steps(path: Path, turned: TurnedPath, course: AxisCourse | None, setup:
 
 def _stops(path: Path, turned: TurnedPath) -> np.ndarray:
     """Return 2 at joints of steps where all axes stand still, 1 at corners between blocks, 0 within a block, (n + 1,)."""
-    moves = turned.moves
-    stops = np.full(moves.block.size + 1, 2)
-    if moves.block.size < 2:
+    motion = turned.moves
+    stops = np.full(motion.block.size + 1, 2)
+    if motion.block.size < 2:
         return stops
-    is_joint = moves.block[1:] != moves.block[:-1]
-    gap = np.linalg.norm(moves.tips[1:, 0] - moves.tips[:-1, 1], axis=1) + np.abs(
+    is_joint = motion.block[1:] != motion.block[:-1]
+    gap = np.linalg.norm(motion.tips[1:, 0] - motion.tips[:-1, 1], axis=1) + np.abs(
         np.nan_to_num(turned.angles_at_ends[1:, 0] - turned.angles_at_ends[:-1, 1])).max(axis=1)
-    rests = is_joint & (path.stop[moves.block[:-1]] | path.rapid[moves.block[:-1]] | path.rapid[moves.block[1:]])
+    rests = is_joint & (path.stop[motion.block[:-1]] | path.rapid[motion.block[:-1]] | path.rapid[motion.block[1:]])
     stops[1:-1] = np.where(rests | (gap > _JOINT_TOLERANCE), 2, is_joint.astype(int))
     return stops
 
 
-def slowed_doubts(times: StepTimes, turned: TurnedPath, path: Path, setup: MachiningSetup) -> list[Doubt]:
+def question_feeds(times: StepTimes, turned: TurnedPath, path: Path, *, setup: MachiningSetup) -> list[Doubt]:
     """Return doubts about rotary axes without limits, and about cutting feeds that the axes do not reach."""
     turns = bool(np.abs(np.diff(np.nan_to_num(turned.angles_at_ends), axis=1)).max(initial=0.0) > 0)
     doubts = []

@@ -23,13 +23,13 @@ from toolpoint.studies.machining.contacts import contact_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.errors.block_errors import BlockErrors
 from toolpoint.studies.machining.errors.wall_errors import wall_errors
-from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, travel_doubts_of
-from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, slowed_doubts
+from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, question_travels
+from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, question_feeds
 from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
 from toolpoint.studies.machining.five_axes.turned_course import follow_turned
 from toolpoint.studies.machining.five_axes.turned_doubts import feed_doubts, way_doubts
-from toolpoint.studies.machining.five_axes.turned_errors import FLOORS_LEFT_OUT, table_turned_errors, turned_error_notes
-from toolpoint.studies.machining.five_axes.turned_gouges import turned_gouge_doubts
+from toolpoint.studies.machining.five_axes.turned_errors import FLOORS_LEFT_OUT, list_error_grounds, table_turned_errors
+from toolpoint.studies.machining.five_axes.turned_gouges import question_gouges
 from toolpoint.studies.machining.five_axes.turned_path import (
     MAX_STEP_TURN,
     FiveAxisProgram,
@@ -106,7 +106,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     tool, speed, numbers, remarks = tools_and_speeds(program, path, is_moving, setup=setup)
     turned = _steps(path, ends, rotary, setup=setup, tool=tool, numbers=numbers, is_seen=~program.unseen)
     course = None if rotary is None else find_axis_course(rotary, turned)
-    times = plan_steps(path, turned, course, setup)
+    times = plan_steps(path, turned, course, setup=setup)
     removed, error = _remove(turned, setup, numbers, progress)
     laid = _lay(path, turned, removed, times, tool=tool, speed=speed, numbers=numbers, remarks=remarks)
     case = _Case(setup, laid, removed, arcs_of_places(removed), place_loads(removed, laid, setup), turned)
@@ -121,11 +121,11 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
     errors = _errors(case, verdicts, course, times, machine=dynamics if isinstance(dynamics, Machine) else None)
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *slowed_doubts(times, turned, path, setup),
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *question_feeds(times, turned, path, setup=setup),
               *way_doubts(program, ends, rotary, line=path.line), *verdicts.doubts, *errors.doubts]
     if rotary is not None and course is not None:
         block = turned.moves.block
-        doubts += travel_doubts_of(rotary, course, path.line[block], path.rapid[block])
+        doubts += question_travels(rotary, course, line=path.line[block], rapid=path.rapid[block])
     return _study(name, text, case, verdicts, errors, doubts=doubts, error=error)
 
 
@@ -259,9 +259,9 @@ def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, errors: Block
     """Return the study with what was left out said first."""
     laid, removed = case.laid, case.removed
     blocks = table_blocks(laid, removed, case.loads, arcs=case.arcs, margins=verdicts.margins)
-    contacts = [*contact_doubts(removed, laid), *turned_gouge_doubts(removed, laid, case.setup),
+    contacts = [*contact_doubts(removed, laid), *question_gouges(removed, laid, case.setup),
                 *question_loads(blocks, removed, laid, setup=case.setup)]
-    notes = [*laid.remarks, *verdicts.notes, *errors.notes, *turned_error_notes(errors, blocks.verdict > 0)]
+    notes = [*laid.remarks, *verdicts.notes, *errors.notes, *list_error_grounds(errors, blocks.verdict > 0)]
     all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes), FLOORS_LEFT_OUT])
     margins = verdicts.margins
     return MachiningStudy(

@@ -75,6 +75,7 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
     columns = [LINEAR_LETTERS.index(name.upper()) for name in drives.axes]
     command = _command(timeline, columns, servo.controllers[0].position.sample_time)
     step = servo.controllers[0].sample_times[0] / drives.substeps
+    assert removed.frame is not None
     work_force = np.einsum("nij,nj->ni", removed.frame, force)
     slopes = course.slopes[removed.piece, np.where(removed.at_start, 0, 1)]
     axis_force = np.einsum("nia,ni->na", slopes, work_force)
@@ -88,8 +89,8 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
 
 
 def _notes(drives: DriveDescription) -> tuple[str, ...]:
-    missing = [letter for letter in LINEAR_LETTERS if letter not in {name.upper() for name in drives.axes}]
-    lacks = [f"axis {letter} is not in the drive file and is taken in step with the others" for letter in missing]
+    absent_letters = [letter for letter in LINEAR_LETTERS if letter not in {name.upper() for name in drives.axes}]
+    lacks = [f"axis {letter} is not in the drive file and is taken in step with the others" for letter in absent_letters]
     return (*lacks, "rotary axes are not in the drive file and are taken in step with X, Y and Z, as late as these: their own "
             "errors are not in the contour")
 
@@ -102,16 +103,16 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     gap[1:] = np.abs(begin[1:] - end[:-1]).max(axis=1)
     pause = np.where(gap > 1e-9, _GAP_TIME + gap / _GAP_SPEED, 0.0)
     ends_block = np.append(block[1:] != block[:-1], True)
-    rest = np.where(ends_block, path.dwell[block], 0.0)
+    dwell = np.where(ends_block, path.dwell[block], 0.0)
     ratio = np.ones(len(begin) + 1) if times.plan is None else times.plan.ratio
     ratio = np.where(times.stops == 2, 0.0, ratio)
     rate = (end - begin) / times.nominal[:, None]
     joint = np.concatenate([rate[:1], (rate[1:] + rate[:-1]) / 2, rate[-1:]]) * ratio[:, None]
     # Four knots a step: where the pause before it ends, where it ends, where the dwell behind it ends.
-    finish = np.cumsum(pause + times.times + rest)
-    time = np.stack([finish - rest - times.times, finish - rest, finish], axis=1)
+    finish = np.cumsum(pause + times.times + dwell)
+    time = np.stack([finish - dwell - times.times, finish - dwell, finish], axis=1)
     linear, speed = np.stack([begin, end, end], axis=1), np.stack([joint[:-1], joint[1:], joint[1:]], axis=1)
-    speed[rest > 0, 1:] = 0.0
+    speed[dwell > 0, 1:] = 0.0
     step = np.stack([np.full(len(begin), -1), np.arange(len(begin)), np.full(len(begin), -1)], axis=1)
     flat_time = time.ravel()
     kept = np.append(True, np.diff(flat_time) > 1e-9)

@@ -39,7 +39,7 @@ def table_turned_errors(walls: WallErrors, course: ServoCourse | Doubt | None, *
     return BlockErrors(columns, (*walls.doubts, *course.doubts), course.notes, walls)
 
 
-def turned_error_notes(errors: BlockErrors, cutting: np.ndarray) -> list[str]:
+def list_error_grounds(errors: BlockErrors, cutting: np.ndarray) -> list[str]:
     """Return what the errors of the blocks rest on, where any is known."""
     names = {name for name, values in errors.columns.items() if np.isfinite(values[cutting]).any()}
     notes = []

@@ -18,7 +18,7 @@ from toolpoint.studies.machining.setup import MachiningSetup
 MAX_MEASURED_PLACES = 4000  # whose distance from the part's surface is computed, the deepest along their lines first
 
 
-def turned_gouge_doubts(removed: TurnedRemoval, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
+def question_gouges(removed: TurnedRemoval, laid: ProgramPath, setup: MachiningSetup) -> list[Doubt]:
     """Return doubts about cuts below the stock, and grave ones about cuts into the part, the deepest of each line."""
     doubts = _below_stock(removed, laid)
     if not len(setup.part):
@@ -29,7 +29,7 @@ def turned_gouge_doubts(removed: TurnedRemoval, laid: ProgramPath, setup: Machin
     work = removed.lines
     assert work is not None
     place, owner, along = _ends_in_part(work, setup.part)
-    missing = _missing_volume(work, setup)
+    lost_volume = _lost_volume(work, setup)
     order = np.argsort(-along)[:MAX_MEASURED_PLACES]
     order = order[along[order] > GOUGE_TOLERANCE]
     depth = np.minimum(distance_to_mesh(place[order], setup.part), along[order]) if order.size else np.zeros(0)
@@ -46,9 +46,9 @@ def turned_gouge_doubts(removed: TurnedRemoval, laid: ProgramPath, setup: Machin
         doubts.append(Doubt("gouge", f"{len(deepest) - MAX_LISTED_CONTACTS} more lines", grave=True))
     surface = float(np.linalg.norm(np.cross(setup.part[:, 1] - setup.part[:, 0], setup.part[:, 2] - setup.part[:, 0]),
                                    axis=1).sum() / 2)
-    if not deepest and missing > GOUGE_TOLERANCE * surface:
-        doubts.append(Doubt("gouge", f"{1e9 * missing:.4g} mm^3 of the part are cut away, and nothing of it is left to say by "
-                            "which line", "check that part and stock lie in the program's coordinates", grave=True))
+    if not deepest and lost_volume > GOUGE_TOLERANCE * surface:
+        doubts.append(Doubt("gouge", f"{1e9 * lost_volume:.4g} mm^3 of the part are cut away, and nothing of it is left to "
+                            "say by which line", "check that part and stock lie in the program's coordinates", grave=True))
     return doubts
 
 
@@ -102,15 +102,15 @@ def _ends_in_part(work: TriWork, part: FloatArray) -> tuple[FloatArray, np.ndarr
     return np.concatenate(places), np.concatenate(owners), np.concatenate(depths)
 
 
-def _missing_volume(work: TriWork, setup: MachiningSetup) -> float:
+def _lost_volume(work: TriWork, setup: MachiningSetup) -> float:
     """Return the volume of the part within the stock that is cut away, m^3, by the lines along z."""
     from toolpoint.material_removal.tri_dexels.laid_lines import lines_of_stock
 
     axis, u, v, inside = list(_part_lines(work, setup.part))[2]
     count = work.numbers[axis]
     kept = np.where((np.arange(work.intervals[axis].shape[2]) < count[..., None])[..., None], work.intervals[axis], np.nan)
-    whole = lines_of_stock(setup.stock, axis, u, v)
-    return float((_overlap(whole, inside) - _overlap(kept, inside)).sum() * work.spacing[0] * work.spacing[1])
+    stock_lines = lines_of_stock(setup.stock, axis, x=u, y=v)
+    return float((_overlap(stock_lines, inside) - _overlap(kept, inside)).sum() * work.spacing[0] * work.spacing[1])
 
 
 def _overlap(first: FloatArray, second: FloatArray) -> FloatArray:
