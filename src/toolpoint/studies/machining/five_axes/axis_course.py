@@ -105,7 +105,7 @@ def question_travels(rotary: RotaryAxes, course: AxisCourse, *, line: np.ndarray
         excess = np.where(rapid, -1.0, np.maximum(lower - places, places - upper))
         farthest = int(np.argmax(excess))
         if excess[farthest] > _TRAVEL_TOLERANCE:
-            doubts.append(Doubt(f"travel of {letter}", f"line {line[farthest]} goes to {1e3 * places[farthest]:.4g} mm with the "
-                                f"tool turned, {1e3 * excess[farthest]:.4g} mm beyond {1e3 * lower:g} .. {1e3 * upper:g} mm",
-                                "place the part otherwise with `zero`", grave=True))
+            doubts.append(Doubt(f"travel of {letter}", f"line {line[farthest]} goes to {1e3 * places[farthest]:.4g} mm with "
+                                f"the tool turned, {1e3 * excess[farthest]:.4g} mm beyond {1e3 * lower:g} .. {1e3 * upper:g} "
+                                "mm", "place the part otherwise with `zero`", grave=True))
     return doubts
