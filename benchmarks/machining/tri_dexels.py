@@ -4,8 +4,9 @@ spacing.
     python benchmarks/machining/tri_dexels.py [volumes|refined|stands|arcs|cost] [--cases 10] [--seed 1]
 
 `volumes`: random five-axis paths of cylinders, balls and bull noses; hulls of two stands hold a little more than the tool
-sweeps. `refined`: the same with hulls of ever smaller parts of a step, and their limit. `stands`: the same paths against many stands of the tool, at random places. `arcs`: balls that lean anyhow on a plane,
-all slices. `cost`: one flank cut of 100 steps at five spacings. The last line is the figure.
+sweeps. `refined`: first legs of these with hulls of ever smaller parts of a step, and their limit. `stands`: the same paths
+against many stands of the tool, at random places. `arcs`: balls that lean anyhow on a plane, all slices. `cost`: one flank cut
+of 100 steps at five spacings. The last line is the figure.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval, 
 
 MM = 1e-3
 PLACES, STANDS_OF_STEP = 40_000, 80  # random places; stands of the tool of a step
-RING, ARC_POINTS = 120, 24  # points of a circle, and of the corner of a bull nose, of the polyhedra of the boolean
+RING, ARC_POINTS = 60, 10  # points of a circle, and of the corner of a bull nose, of the polyhedra of the boolean
 STOCK = Stock.box(np.array([0, 0, -15]) * MM, np.array([40, 30, 0]) * MM)
 
 
@@ -186,7 +187,8 @@ def refined(cases: int, rng: np.random.Generator) -> str:
     for number in range(cases):
         radius = rng.uniform(2, 5) * MM
         shape = MillShape(2 * radius, (0.0, radius, 0.3 * radius)[number % 3], flute_length=40 * MM)
-        moves = steps_between(*random_path(rng), 36)
+        tips, axes = random_path(rng)
+        moves = steps_between(tips[:2], axes[:2], 36)
         volume = removed(moves, shape, radius / 10).total_volume
         hulls = [boolean_volume(parted(moves, parts), shape) for parts in (1, 2, 4, 8)]
         # The excess halves from one to the next, or falls faster: what is left of a geometric row.
