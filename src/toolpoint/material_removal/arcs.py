@@ -190,6 +190,10 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
     if reach <= 0.0:
         return 0.0, 0
     arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
+    if work.kind == 2 and upper == arcs.shape[0] and reach < highest:
+        # A ridge of a mesh rises above the dexels on both sides of it: laid higher, the slices show where it ends.
+        reach = min(reach + _REACH_MARGIN * work.spacing, highest)
+        arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
     for _ in range(_REACH_ROUNDS):
         if upper == 0 or upper == arcs.shape[0]:
             break
