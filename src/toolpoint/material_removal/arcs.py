@@ -144,6 +144,8 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
     if math.isnan(entry):
         return count
     leave = _checked_end(work, tip, way, edge, ends[1], entry)
+    if math.isnan(leave):  # only a touch at the other end, thinner than the look from this one
+        return count
     if count < arcs.shape[0]:
         arcs[count, 0], arcs[count, 1] = entry, leave
     else:

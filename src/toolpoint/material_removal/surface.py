@@ -91,8 +91,8 @@ def stock_has(work, x, y, z):
 
 @njit(cache=True, nogil=True)
 def _end_between(work, fx, fy, n, end):
-    """Return an end of a mesh's interval between four dexels: bilinear where all have it, else the nearest one's; beside an edge
-    of the mesh where the faces on both sides meet."""
+    """Return an end of a mesh's interval between four dexels: bilinear where all have it, else the nearest one's; beside an
+    edge of the mesh where the faces on both sides meet."""
     i, j = math.floor(fx), math.floor(fy)
     near_i, near_j = math.floor(fx + 0.5), math.floor(fy + 0.5)
     nearest_end = work.intervals[near_i, near_j, n, end]
@@ -116,7 +116,7 @@ def _end_between(work, fx, fy, n, end):
 
 @njit(cache=True, nogil=True, inline="always")
 def _past_edge(before, first, second, behind, share, limit):
-    """Return the height (m) at a share between two dexels, with the lines of the dexels on either side where these make an edge.
+    """Return the height (m) at a share between two dexels; where these make an edge by the lines of those on either side.
 
     limit : bend (m) from which on it is an edge; a smooth face stays linear.
     """
@@ -125,7 +125,7 @@ def _past_edge(before, first, second, behind, share, limit):
     if math.isnan(left) or math.isnan(right):
         return linear
     bend_left, bend_right = before - 2 * first + second, first - 2 * second + behind
-    if abs(bend_left) < limit and abs(bend_right) < limit or bend_left * bend_right < 0:
+    if (abs(bend_left) < limit and abs(bend_right) < limit) or bend_left * bend_right < 0:
         return linear
     # The lines cross between the dexels: over a ridge the lower of them counts, in a valley the higher one.
     if bend_left + bend_right < 0:
