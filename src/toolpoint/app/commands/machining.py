@@ -88,6 +88,10 @@ class ToolAbove:
     spindle_curve: Annotated[tuple[tuple[float, float], ...], Reading(read_curve, "RPM:NM,..., for example 1500:60,12000:8"),
                              Help("Torque of the spindle over its speed.", metavar="RPM:NM,...")] = ()
     spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
+    rotary_speed: Annotated[float, Help("Highest speed of rotary axes, °/s: five-axis feeds keep it.", above=0,
+                                        scale=0.017453292519943295)] = float("inf")
+    rotary_acceleration: Annotated[float, Help("Highest acceleration of rotary axes, °/s².", above=0,
+                                               scale=0.017453292519943295)] = float("inf")
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
@@ -166,7 +170,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out,
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        drives=servo)
+        drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
                                     tips=tips_of_tools,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -178,7 +179,7 @@ class ServoLoops(NotebookText):
         """Whether the outermost closed loop is stable (rigid motion included)."""
         return self.position.radius < 1.0
 
-    @property
+    @cached_property
     def figures(self) -> list[tuple[str, str, float, float, float]]:
         """Loop, axis, gain margin (dB), phase margin (deg) and bandwidth (Hz); no current loop where a motor has none."""
         rows = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
@@ -33,6 +34,7 @@ _REFUSED_CODES = {5: "a spline", 6.2: "a spline", 7: "a diameter in X",
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
+_CONTOUR_WAYS = re.compile(r"\b(?:NORM|KONT[CT]?|CDON|CDOF2?)\b")
 _LETTERS_WITHOUT_MOTION = set("NSTMDOH")
 _VECTOR_WORDS = {"A3": 0, "B3": 1, "C3": 2}
 # Words that belong to a cycle, a dwell, a call or a turned part.
@@ -65,6 +67,7 @@ class BlockReader:
         if self.siemens.take(number, text):
             self._show_position()
             return None
+        text = self._without_ways(number, text)
         words, assigned = split_words(text, self.variables, self.unset)
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
@@ -75,6 +78,15 @@ class BlockReader:
             self._carry_out(number, groups, numbers, places, assigned)
         self._show_position()
         return request
+
+    def _without_ways(self, number: int, text: str) -> str:
+        """Return a block without the words for ways to a compensated contour (Siemens), which are taken as NORM."""
+        for match in _CONTOUR_WAYS.finditer(text):
+            if match[0] in ("KONT", "KONTC", "KONTT"):
+                self.state.remarks.note(number, f"{match[0]}: the ways to the contour and from it are taken as NORM")
+            else:
+                self.state.remarks.without_motion(number, match[0])
+        return _CONTOUR_WAYS.sub(lambda match: " " * len(match[0]), text)
 
     def _sort(self, number: int, words: list[Word], column: int) -> tuple[dict[str, float], dict[str, float], Places]:
         """Return the G words by their group, the other numbers by letter, and the places."""

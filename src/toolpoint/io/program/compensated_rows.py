@@ -1,8 +1,8 @@
 """Rows of a program under radius compensation, offset to the way of the tool's centre.
 
 Compensation begins and ends on straight lines, whose end at the contour is square to it (type A of Fanuc, NORM of Siemens, RL
-of Heidenhain). About outside corners the tool goes on an arc (G450), or by intersections after G451. A tool that does not fit is
-a fault with its line, as controls give an alarm there.
+of Heidenhain). About outside corners the tool goes on an arc (G450), or by intersections after G451. A tool that does not fit
+is a fault with its line, as controls give an alarm there.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Cutter radius compensation, G41, G42 and G40 (ISO), RL, RR and R0 (Klartext): radii of the tools and the state of the control.
+"""Cutter radius compensation, G41, G42 and G40 (ISO), RL, RR and R0 (Klartext): radii of tools, state of the control.
 
 The radius is that of the tool in the spindle, which the program does not hold, or what the program sets: G10 L12 and L13 of a
 register D, G41.1 D, TOOL DEF; D0 is none. `compensated_rows` offsets the segments by it.

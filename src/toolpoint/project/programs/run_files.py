@@ -93,7 +93,7 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
     radii = io.CutterRadii.of_cuts(cut, cuts, wear_only=settings["wear_only"])
     stock, parsed = read_stock_and_program(files, settings, radii)
     text = files.program.read_text(encoding="utf-8-sig", errors="replace")
-    is_tilted, tips = parsed.is_tilted or parsed.is_five_axis, read_tips(files, settings)
+    is_tilted, tips = parsed.is_tilted, read_tips(files, settings)
     servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
     setup = studies.describe_machining(
         stock, cut, cuts=cuts, stick_out=settings["stick_out"],
