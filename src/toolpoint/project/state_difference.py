@@ -102,7 +102,7 @@ class StateDifference(NotebookText):
                 parts.append(text_table(title, header, rows))
         listed = self.changed_inputs[:MAX_LISTED_CHANGES]
         hidden = len(self.changed_inputs) - len(listed)
-        return "\n".join([*parts, "What was changed", *(f"  {line}" for line in listed or ("nothing",)),
+        return "\n".join([*parts, "What was changed (numbers in SI)", *(f"  {line}" for line in listed or ("nothing",)),
                           *([f"  and {hidden} more"] if hidden else [])])
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]], ...]:
@@ -202,4 +202,4 @@ def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         for key, value in data.items():
             yield from _leaves(value, f"{path}.{key}" if path else str(key))
         return
-    yield path, data
+    yield path, "none" if data is None else f"{data:.9g}" if isinstance(data, float) else data
