@@ -49,7 +49,8 @@ def _difference_parts(difference: StateDifference) -> list[Table | Notes | str]:
     """Return the parts of the section about two kept states."""
     tables = [Table(list(header), [list(row) for row in rows], f"{title}.")
               for title, header, rows in difference.tables() if rows]
-    return [difference.summary, *tables, Notes(list(difference.changed_inputs) or ["Nothing."], "note", "What was changed (numbers in SI)")]
+    return [difference.summary, *tables,
+            Notes(list(difference.changed_inputs) or ["Nothing."], "note", "What was changed (numbers in SI)")]
 
 
 def _limits(goals: Mapping[str, Any]) -> Table:
