@@ -39,7 +39,7 @@ def green_problem():
     pairs, angle = complex_array(2, q, q), np.array([0.2, 0.5, 0.9])
     weight, partial = RNG.uniform(0.1, 0.3, q), np.tril(RNG.uniform(0.1, 0.3, (q, q)))
     none = HillLines(np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex))
-    nodes = ArcSet(pairs, weight, partial, angle, np.zeros((q, q)), none)
+    nodes = ArcSet(pairs, weight, partial, angle, np.zeros((q, q)), none, 0)
     period = 2 * np.pi / 2 / omega
     return nodes, Turning(period, omega, 2e-3, poles, np.exp(poles * period))
 
@@ -69,7 +69,7 @@ def test_hill_matrix_of_modes_is_force_times_response():
     lines = HillLines(np.array([poles[0].real, poles[0].imag]), residues, fourier)
     _, turning = green_problem()
     nu, out = np.exp(-1j * theta), np.empty((3 * ways, 3 * ways), complex)
-    fill_hill(nu, theta, turning, Green(np.zeros((0, 2, 0)), np.zeros((ways, ways)), lines), out)
+    fill_hill(nu, theta, turning, Green(np.zeros((0, 2, 0)), np.zeros((ways, ways)), lines, 0), out)
     for k in range(-top, top + 1):
         for l in range(-top, top + 1):
             s = 1j * (theta + 2 * np.pi * l) / turning.period

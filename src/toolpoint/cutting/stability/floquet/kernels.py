@@ -7,12 +7,15 @@ nu = exp(-i theta). A polynomial's coefficients come from a Hessenberg form of M
 from __future__ import annotations
 
 import math
+from functools import cache
+from typing import Any
 
 import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray
-from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
+from toolpoint.cutting.stability.far_call import address_of, caller_of
+from toolpoint.cutting.stability.floquet.records import ArcSet, Green, HillLines, Room, Turning
 
 MAX_POINTS = 48
 MAX_NODES = 1500
@@ -52,7 +55,7 @@ def green_at(turning: Turning, nodes: ArcSet) -> Green:
                 wrapped[r, 0, i * q + j], wrapped[r, 1, i * q + j] = y.real, y.imag
                 if partial[i, j] != 0.0:
                     direct[i, j] += 2.0 * partial[i, j] * x.real
-    return Green(wrapped, direct, nodes.lines)
+    return Green(wrapped, direct, nodes.lines, nodes.node)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -192,7 +195,6 @@ def horner(c: ComplexArray, degree: int, s: complex) -> tuple[complex, complex]:
     return value, slope
 
 
-@nb.njit(cache=True, nogil=True)
 def node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
     """Write the polynomial of D at theta; returns its degree."""
     nu = np.exp(-1j * theta)
@@ -204,6 +206,23 @@ def node(theta: float, turning: Turning, green: Green, room: Room, coefficient: 
         fill(nu, turning, green, room.work)
     hessenberg(room.work)
     return polynomial(room.work, room.minors, coefficient)
+
+
+def _node_kinds() -> tuple[Any, ...]:
+    """Return the Numba types of the arguments of `node`."""
+    matrices, matrix, row = np.zeros((0, 2, 2), complex), np.zeros((0, 0), complex), np.zeros(0, complex)
+    green = Green(np.zeros((0, 2, 0)), np.zeros((0, 0)), HillLines(np.zeros(0), matrices, matrices), 0)
+    return tuple(nb.typeof(argument) for argument in (0.0, Turning(1.0, 1.0, 1.0, row, row), green, Room(matrix, matrix), row))
+
+
+# The determinant is at the bottom of all other kernels, so they call it by its address (`far_call`), which `Green` carries.
+node_at = caller_of(_node_kinds())
+
+
+@cache
+def node_address() -> int:
+    """Return where the compiled `node` is in this process."""
+    return address_of(node, _node_kinds())
 
 
 @nb.njit(cache=True, nogil=True)
@@ -230,13 +249,13 @@ def polish(within: tuple[float, float], theta: float, guess: complex, turning: T
     theta_a, theta_b = within
     span = theta_b - theta_a
     t0 = theta
-    degree = node(t0, turning, green, room, c)
+    degree = node_at(green.node, (t0, turning, green, room, c))
     s0 = root(c, degree, guess)
     t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
     s1 = s0
     slope = 0.0
     for _ in range(25):
-        degree = node(t1, turning, green, room, c)
+        degree = node_at(green.node, (t1, turning, green, room, c))
         s1 = root(c, degree, s1)
         if t1 != t0 and s1.imag != s0.imag:
             slope = (s1.imag - s0.imag) / (t1 - t0)

@@ -179,7 +179,7 @@ class FloquetDeterminant:
         memory = (warm or WarmStart()).begin(n, empty)
         points = np.zeros((n.size, MAX_POINTS), POINT)
         number, status, resolved = scan_many(
-            problem.tooth_period(n), 2 * np.pi * n / 60, depth_max, plane.poles, sets,
+            problem.tooth_period(n), 2 * np.pi * n / 60, depth_max, np.array(plane.poles), sets,
             (np.arange(1, self.levels + 1) / self.levels) ** 2, self.base, points, memory)
         if warm is not None:
             warm.keep(n, memory)
@@ -255,11 +255,13 @@ def _is_within_tolerance(points: Array, tolerance: float) -> bool:
 
 
 def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> ArcSet:
+    from toolpoint.cutting.stability.floquet.kernels import node_address
+
     """Return a set of nodes as the kernels read it."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
     none = HillLines(np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex))
-    return ArcSet(np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none)
+    return ArcSet(np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none, node_address())
 
 
 def _highest_omega(plane: PlaneDynamics) -> float:

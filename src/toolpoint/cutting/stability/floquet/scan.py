@@ -1,7 +1,7 @@
 r"""Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points.
 
 At fixed depth s the number of unstable multipliers is minus the phase that D(theta, s) gathers over theta in [0, pi], over pi
-(the argument principle; D(2 pi - theta) is the conjugate). D is a polynomial in s at every theta node, so one set of nodes
+(the argument principle; D(2 pi - theta) is the conjugate). D is a polynomial in s at every theta so one set of nodes
 serves all depths: a new node goes between two whose phase step is above 1.2 rad at any level. Where the count changes between
 two depths a root s(theta) crosses the real axis; it lies where the phase step is largest, which is where the secant rule for
 Im s(theta) = 0 begins. A point is put to the table as a node of its own, so the counts beside it are exact.
@@ -28,7 +28,7 @@ from toolpoint.cutting.stability.floquet.kernels import (
     MAX_POINTS,
     green_at,
     horner,
-    node,
+    node_at,
     polish,
     put_point,
     room_of,
@@ -77,7 +77,8 @@ def real_root(c: ComplexArray, degree: int, a: float, b: float) -> float:
     return 0.5 * (a + b)
 
 
-@nb.njit(cache=True, nogil=True)
+# Within `scan_many`, its one caller: apart, all below it would be compiled twice.
+@nb.njit(cache=True, nogil=True, inline="always")
 def scan(turning: Turning, coarse: ArcSet, fine: ArcSet, levels: FloatArray, base: int, points: Array,
          memory: ScanMemory) -> tuple[int, int, float]:
     """Solve for the boundary points of one speed.
@@ -137,7 +138,7 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
     used, status, usable = start.size, 0, levels.size
     for i in range(used):
         theta[i] = start[i]
-        degree[i] = node(theta[i], turning, green, room, c[i])
+        degree[i] = node_at(green.node, (theta[i], turning, green, room, c[i]))
         values_at(c[i], degree[i], levels, at_levels[i])
         order[i] = i
     k = 0
@@ -155,7 +156,7 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
                 break
             continue
         theta[used] = 0.5 * (theta[i] + theta[j])
-        degree[used] = node(theta[used], turning, green, room, c[used])
+        degree[used] = node_at(green.node, (theta[used], turning, green, room, c[used]))
         values_at(c[used], degree[used], levels, at_levels[used])
         insert(order, used, used, k)
         used += 1
@@ -212,7 +213,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
                 inside = False
         if inside:
             theta[used] = t
-            degree[used] = node(t, turning, green, room, c[used])
+            degree[used] = node_at(green.node, (t, turning, green, room, c[used]))
             insert(order, used, used, position)
             used += 1
             count_below, _ = count_at(table, used, s * (1 - 1e-7))
@@ -240,7 +241,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
     for p in range(points.size):
         s, t = points[p].s, points[p].theta
         if t == math.pi:
-            degree = node(t, turning, green, room, c)
+            degree = node_at(green.node, (t, turning, green, room, c))
             new = root(c, degree, complex(s, 0.0)).real
             ok = True
         else:

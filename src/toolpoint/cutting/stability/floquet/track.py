@@ -8,7 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray
-from toolpoint.cutting.stability.floquet.kernels import green_at, node, put_point, room_of, root
+from toolpoint.cutting.stability.floquet.kernels import green_at, node_at, put_point, room_of, root
 from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
 
 DETERMINANT_ROUNDING = 2e-10  # relative, of the determinant
@@ -22,7 +22,7 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
     slope : ds/dtheta to begin with, zero where it is not known.
     """
     s0, t0 = guess, theta
-    degree = node(t0, turning, green, room, c)
+    degree = node_at(green.node, (t0, turning, green, room, c))
     s0 = root(c, degree, s0)
     if slope.imag == 0.0:
         t1 = t0 + 1e-4
@@ -33,7 +33,7 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
             return t0, s0.real, slope, s0.real > 0
         if t1 == t0 or not 1e-9 < t1 < math.pi - 1e-9:
             break
-        degree = node(t1, turning, green, room, c)
+        degree = node_at(green.node, (t1, turning, green, room, c))
         s1 = root(c, degree, s0)
         slope = (s1 - s0) / (t1 - t0)
         if slope.imag == 0.0:
@@ -61,7 +61,7 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
     for k in range(previous.shape[0]):
         s, t, slope, change = previous[k].s, previous[k].theta, previous[k].slope, previous[k].change
         if t == math.pi:
-            degree = node(t, turning, green, room, c)
+            degree = node_at(green.node, (t, turning, green, room, c))
             value = root(c, degree, complex(s, 0.0))
             if abs(value.imag) > 1e-9 * abs(value) or value.real <= 0:
                 return -1
@@ -77,7 +77,7 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
         for other in range(number):
             if abs(points[other].s - s) < 1e-7 * s and abs(points[other].theta - t) < 1e-7:
                 return -1
-        degree = node(t, turning, coarse, coarse_room, coarse_c)
+        degree = node_at(coarse.node, (t, turning, coarse, coarse_room, coarse_c))
         gap = root(coarse_c, degree, complex(s, 0.0)) - s
         shift = gap.real if t == math.pi else gap.real - slope.real / slope.imag * gap.imag
         if not abs(shift) < 0.1 * s:

@@ -86,6 +86,8 @@ class MultiFrequency:
 
 def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, harmonics: int) -> ArcSet:
     """Return what the kernels need of the truncated Hill matrix, in the form of `floquet.green_set`."""
+    from toolpoint.cutting.stability.floquet.kernels import node_address
+
     period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
     order_max = int(np.ceil(plane.span[1] * period)) + harmonics
     nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=4.0 * order_max, nodes_min=20,
@@ -98,4 +100,5 @@ def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, har
     poles = np.stack([plane.poles.real, plane.poles.imag], axis=1).ravel()
     lines = HillLines(poles, np.ascontiguousarray(plane.residues[:, :ways, :ways]), np.ascontiguousarray(fourier))
     empty = np.zeros((plane.poles.size, ways, ways), complex)
-    return ArcSet(empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines)
+    return ArcSet(empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines,
+                  node_address())
