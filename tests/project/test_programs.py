@@ -20,6 +20,7 @@ from toolpoint.project import Project
 from toolpoint.project.limits.systems import coefficient_factors
 from toolpoint.project.programs.drawn_places import ProgramDraws, draw_places
 from toolpoint.project.programs.run_files import systems_of_program
+from toolpoint.project.programs.settings import program_command, program_settings
 from toolpoint.vibration import Frf
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.pages_view import page_text, pages_of
@@ -170,3 +171,15 @@ def test_program_that_meets_no_material_and_files_that_are_not_there_are_refused
     (place / "project.yaml").write_text(PROJECT.format(deviation=10, more=", record: power.csv"))
     with pytest.raises(ToolpointError, match=r"power\.csv is not there"):
         Project.open(place).run()
+
+
+def test_stick_outs_and_wear_of_a_program_go_from_its_file_into_run_and_command(tmp_path):
+    more = ", stick_out: 60 mm, stick_outs: {3: 45 mm}, wear_only: true"
+    write_project(tmp_path, more=more)
+    text = (tmp_path / "project.yaml").read_text()
+    assert "stick_outs" in text
+    description = io.read_project(tmp_path / "project.yaml")
+    program = next(iter(description.programs.values()))
+    settings, command = program_settings(program, description), program_command(program, description, {})
+    assert settings["stick_outs"] == [(3, pytest.approx(0.045))] and settings["wear_only"] is True
+    assert command[command.index("--stick-out-of") + 1] == "3=45" and "--wear-only" in command

@@ -115,16 +115,16 @@ def _end_between(work, fx, fy, n, end):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _past_edge(before, first, second, behind, share, limit):
+def _past_edge(left_end, first, second, right_end, share, limit):
     """Return the height (m) at a share between two dexels; where these make an edge by the lines of those on either side.
 
     limit : bend (m) from which on it is an edge; a smooth face stays linear.
     """
     linear = (1 - share) * first + share * second
-    left, right = first + share * (first - before), second - (1 - share) * (behind - second)
+    left, right = first + share * (first - left_end), second - (1 - share) * (right_end - second)
     if math.isnan(left) or math.isnan(right):
         return linear
-    bend_left, bend_right = before - 2 * first + second, first - 2 * second + behind
+    bend_left, bend_right = left_end - 2 * first + second, first - 2 * second + right_end
     if (abs(bend_left) < limit and abs(bend_right) < limit) or bend_left * bend_right < 0:
         return linear
     # The lines cross between the dexels: over a ridge the lower of them counts, in a valley the higher one.
