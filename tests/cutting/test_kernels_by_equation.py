@@ -108,6 +108,16 @@ def test_sorting():
     np.testing.assert_array_equal(np.abs(compl), sizes)
 
 
+def test_numbers_below_a_limit():
+    from toolpoint.cutting.stability.sorting import number_below
+
+    values = np.array([-1.0, 0.5, 0.5, 2.0])
+    for limit in (-2.0, -1.0, 0.5, 0.7, 2.0, 3.0):
+        assert number_below.py_func(values, limit, True) == np.searchsorted(values, limit, side="right")
+        assert number_below.py_func(values, limit, False) == np.searchsorted(values, limit)
+    assert number_below.py_func(values[:0], 1.0, True) == 0
+
+
 @pytest.mark.parametrize("length", [0.001, 0.006])
 def test_an_edge_element_is_that_of_the_tool(length):
     from toolpoint.cutting.stability.panels.kernels import directions, limits, place
